@@ -1,0 +1,20 @@
+# `make demo` and `make test` set everything up first; a second run starts at once.
+.PHONY: demo test check lock
+
+demo: .venv/ready
+	.venv/bin/capture-plan demo -o out/demo
+
+test: .venv/ready check
+	.venv/bin/pytest
+
+check: .venv/ready
+	.venv/bin/ruff check .
+	.venv/bin/ruff format --check .
+	.venv/bin/pyright
+	.venv/bin/marimo check notebooks/*.py
+
+.venv/ready: requirements.lock pyproject.toml .ci/setup
+	bash .ci/setup
+
+lock:
+	uv pip compile --generate-hashes --no-emit-index-url --no-header --universal --extra dev pyproject.toml -o requirements.lock

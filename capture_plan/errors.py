@@ -1,0 +1,17 @@
+"""The three ways a plan can fail, each a line that says what was found, what was expected and what to change."""
+
+
+class CapturePlanError(Exception):
+    """What the command line turns into one line and exit code 2."""
+
+
+class RigError(CapturePlanError):
+    """What was given is not a usable rig, sequence or camera file."""
+
+
+class PlanError(CapturePlanError):
+    """A plan file is unreadable, or does not fit its rig, or cannot be written."""
+
+
+class InfeasibleError(CapturePlanError):
+    """No plan satisfies these settings."""

@@ -1,0 +1,38 @@
+"""What the expressions room answers: which blendshapes are performed together, in which order."""
+
+from msgspec import Struct
+
+
+class Expression(Struct, frozen=True, forbid_unknown_fields=True):
+    """One reference expression: all its blendshapes at full weight (Carrigan et al. 2020, section 4.2).
+
+    `gain` is its share of the importance of all blendshapes, `covered` the share after it, both 0 to 1.
+    `sentence` tells the actor what to do in plain words; sides in it are the actor's own.
+    """
+
+    name: str
+    blendshapes: tuple[str, ...]
+    weights: tuple[float, ...]
+    gain: float
+    covered: float
+    sentence: str
+
+
+class Packing(Struct, frozen=True, forbid_unknown_fields=True):
+    """Expressions in the order of shooting, and what was proved about their number.
+
+    `bound` is a proven lower limit on the number of expressions under the same pairs; `clique` names blendshapes no two
+    of which fit into one expression, so that anybody can check a limit without a solver. `pairs` are left/right
+    partners that are performed together; `relaxed` those pairs that had to be split; `left_out` what a limit on the
+    number of expressions left unscanned.
+    """
+
+    method: str
+    expressions: tuple[Expression, ...]
+    objective: int
+    bound: int
+    proven_optimal: bool
+    clique: tuple[str, ...]
+    pairs: tuple[tuple[str, str], ...]
+    relaxed: tuple[tuple[str, str], ...]
+    left_out: tuple[str, ...]

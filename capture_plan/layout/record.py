@@ -1,0 +1,80 @@
+"""What the layout room answers: landmarks, and what they are worth."""
+
+from typing import Literal
+
+from msgspec import Struct
+
+Side = Literal["left", "right", "middle"]
+Role = Literal["primary", "backup", "repair", "rigid-head"]
+
+
+class Landmark(Struct, frozen=True, forbid_unknown_fields=True):
+    """One chosen point of the skin. Sides are the subject's own.
+
+    `position` is on the neutral face in millimetres; `barycentric` are the weights of the corners of `triangle`
+    that give it back; `source_vertex` is the vertex number in the artist's file; `blendshapes` are those that move
+    it by at least epsilon of their own maximum; `quality` is the mean weight w of Zell & McDonnell 2022 eq. 1 over
+    them (0 best, 2 worst); `visibility` is the share of the hemisphere (or of the cameras) that sees it, 0 to 1.
+    """
+
+    name: str
+    label: str
+    region: str
+    side: Side
+    role: Role
+    vertex: int
+    source_vertex: int
+    position: tuple[float, float, float]
+    triangle: int
+    barycentric: tuple[float, float, float]
+    blendshapes: tuple[str, ...]
+    quality: float
+    visibility: float
+
+
+class Bound(Struct, frozen=True, forbid_unknown_fields=True):
+    """A lower bound on the number of landmarks that anybody can check without a solver.
+
+    `weights[k]` is a dual price of blendshape k: no vertex sees blendshapes of more than 1 in total, so at least
+    `ceil(sum of weights)` landmarks are needed (linear-programming duality).
+    """
+
+    blendshapes: tuple[str, ...]
+    weights: tuple[float, ...]
+    landmarks: int
+
+
+class Worth(Struct, frozen=True, forbid_unknown_fields=True):
+    """What landmarks tell about the blendshape weights, beside how many they are.
+
+    `rank` of `full_rank`: blendshape mixes that the landmarks tell apart, of those that the rig itself can tell apart.
+    `condition` is of the landmark response restricted to its rank. `error_mm` is the predicted root mean square error of
+    the skin, millimetres, when each landmark coordinate is measured with noise of standard deviation `noise_mm`.
+    """
+
+    landmarks: int
+    rank: int
+    full_rank: int
+    condition: float
+    noise_mm: float
+    error_mm: float
+
+
+class Layout(Struct, frozen=True, forbid_unknown_fields=True):
+    """A set of landmarks, what the program that chose them proved, and what they are worth.
+
+    `objective` and `bound` belong to the first set cover: its cost and the best proven lower limit of it;
+    `minimum` is the fewest landmarks that any cover of these candidates needs. `references` are other layouts of the
+    same face under the same noise, by name: the paper's single cover, the 68 points.
+    """
+
+    method: str
+    landmarks: tuple[Landmark, ...]
+    objective: float
+    bound: float
+    proven_optimal: bool
+    minimum: int
+    certificate: Bound
+    uncovered: tuple[str, ...]
+    worth: Worth
+    references: dict[str, Worth]

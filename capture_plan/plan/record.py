@@ -1,0 +1,38 @@
+"""The plan: one record that every sheet, picture, page and export is drawn from."""
+
+from msgspec import Struct
+
+from capture_plan.expressions.record import Packing
+from capture_plan.layout.record import Layout
+from capture_plan.plan.settings import Settings
+from capture_plan.rig.audit import Audit
+
+FORMAT_VERSION = 1
+
+
+class RigReference(Struct, frozen=True, forbid_unknown_fields=True):
+    """Which rig a plan belongs to: `path` is relative to the plan file, or `sample`; `fingerprint` is `Rig.fingerprint`.
+
+    `unit_mm`, `up`, `facing` and `skin` are the overrides that were given when it was read, absent where they were detected.
+    """
+
+    name: str
+    path: str
+    fingerprint: str
+    vertices: int
+    unit_mm: float | None = None
+    up: str | None = None
+    facing: str | None = None
+    skin: str | None = None
+
+
+class Plan(Struct, frozen=True, forbid_unknown_fields=True):
+    """What `plan.json` holds: the same input, settings and versions give it byte for byte."""
+
+    format: int
+    rig: RigReference
+    settings: Settings
+    audit: Audit
+    layout: Layout
+    packing: Packing
+    versions: dict[str, str]

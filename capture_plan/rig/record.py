@@ -1,0 +1,73 @@
+"""The rig that everything else is computed from, in one unit and one pose of the axes."""
+
+import hashlib
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from capture_plan.errors import RigError
+
+
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """A delta-blendshape rig (Lewis et al. 2014): v(w) = v0 + sum_k w_k d_k.
+
+    Lengths are in millimetres; +y is up, the face looks along +z, the subject's left is +x.
+    Arrays are read-only. `parts[v]` indexes `part_names`; `source_index[v]` is the vertex number in the artist's file.
+    """
+
+    name: str
+    neutral: Float[np.ndarray, "v 3"]
+    triangles: Int[np.ndarray, "f 3"]
+    deltas: Float[np.ndarray, "k v 3"]
+    names: tuple[str, ...]
+    skin: Bool[np.ndarray, " v"]
+    parts: Int[np.ndarray, " v"]
+    part_names: tuple[str, ...]
+    source_index: Int[np.ndarray, " v"]
+
+    def __post_init__(self) -> None:
+        v, k = len(self.neutral), len(self.names)
+        if self.deltas.shape != (k, v, 3):
+            raise RigError(
+                f"{self.name}: {self.deltas.shape[0]} blendshapes of {self.deltas.shape[1]:,} vertices but {k} "
+                f"names and {v:,} neutral vertices: give one name and one delta per blendshape"
+            )
+        if k == 0:
+            raise RigError(f"{self.name}: no blendshapes found, only a neutral: export at least one")
+        if len(set(self.names)) < k:
+            twice = next(name for name in self.names if self.names.count(name) > 1)
+            raise RigError(f"{self.name}: two blendshapes are called '{twice}': give each its own name")
+        if len(self.triangles) == 0:
+            raise RigError(f"{self.name}: no triangles found: export the neutral with its faces")
+        if self.triangles.min() < 0 or self.triangles.max() >= v:
+            raise RigError(f"{self.name}: a face uses vertex {self.triangles.max():,} of {v:,}: export the mesh again")
+        for what, array in (("neutral", self.neutral), ("blendshapes", self.deltas)):
+            if not np.isfinite(array).all():
+                raise RigError(f"{self.name}: the {what} hold NaN or infinite coordinates: clean the mesh and export it again")
+        for what in ("skin", "parts", "source_index"):
+            if len(getattr(self, what)) != v:
+                raise RigError(f"{self.name}: {what} has {len(getattr(self, what)):,} entries for {v:,} vertices")
+        if not self.skin.any():
+            raise RigError(f"{self.name}: no face skin found: name the skin vertices with --skin or export the face mesh")
+        for array in (self.neutral, self.triangles, self.deltas, self.skin, self.parts, self.source_index):
+            array.flags.writeable = False
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """16 hexadecimal digits of the SHA-256 over geometry, names and skin: equal rigs, equal fingerprints."""
+        digest = hashlib.sha256("\0".join(self.names).encode())
+        for array in (self.neutral.astype("<f4"), self.triangles.astype("<i4"), self.deltas.astype("<f4"), self.skin):
+            digest.update(np.ascontiguousarray(array).tobytes())
+        return digest.hexdigest()[:16]
+
+    @cached_property
+    def displacement(self) -> Float[np.ndarray, "k v"]:
+        """Length of every delta, millimetres."""
+        return np.linalg.norm(self.deltas, axis=2)
+
+    def pose(self, weights: Float[np.ndarray, " k"]) -> Float[np.ndarray, "v 3"]:
+        """v0 + sum_k w_k d_k, millimetres."""
+        return self.neutral + np.einsum("k,kvx->vx", weights, self.deltas)
