@@ -1,0 +1,24 @@
+"""Geometry that the other rooms share, as functions of (vertices, triangles)."""
+
+from capture_plan.mesh.geodesic import geodesic_distance, surface_graph
+from capture_plan.mesh.geometry import (
+    boundary_vertices,
+    edges,
+    half_edges,
+    pieces,
+    triangle_areas,
+    vertex_areas,
+    vertex_normals,
+)
+
+__all__ = [
+    "boundary_vertices",
+    "edges",
+    "geodesic_distance",
+    "half_edges",
+    "pieces",
+    "surface_graph",
+    "triangle_areas",
+    "vertex_areas",
+    "vertex_normals",
+]

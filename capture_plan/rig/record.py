@@ -46,12 +46,16 @@ class Rig:
             raise RigError(f"{self.name}: a face uses vertex {self.triangles.max():,} of {v:,}: export the mesh again")
         for what, array in (("neutral", self.neutral), ("blendshapes", self.deltas)):
             if not np.isfinite(array).all():
-                raise RigError(f"{self.name}: the {what} hold NaN or infinite coordinates: clean the mesh and export it again")
+                raise RigError(
+                    f"{self.name}: the {what} hold NaN or infinite coordinates: clean the mesh and export it again"
+                )
         for what in ("skin", "parts", "source_index"):
             if len(getattr(self, what)) != v:
                 raise RigError(f"{self.name}: {what} has {len(getattr(self, what)):,} entries for {v:,} vertices")
         if not self.skin.any():
-            raise RigError(f"{self.name}: no face skin found: name the skin vertices with --skin or export the face mesh")
+            raise RigError(
+                f"{self.name}: no face skin found: name the skin vertices with --skin or export the face mesh"
+            )
         for array in (self.neutral, self.triangles, self.deltas, self.skin, self.parts, self.source_index):
             array.flags.writeable = False
 

@@ -18,7 +18,10 @@ import numpy as np
 WHEEL_SHA256 = "bad70bdc2be0dfa9880d60129c3a1339678f08f493184f637dc2825c3e27b8d2"
 UNIT_MM = 100.0  # the source is in decimetres
 RESOLUTION = 1e-3  # the source writes deltas with three decimals, so whole thousandths keep them exactly
-NECK_HEIGHT, NECK_TILT = 6.34, 0.4  # the cut is the plane y = height - tilt * z, decimetres: nape high, collar-bones low
+NECK_HEIGHT, NECK_TILT = (
+    6.34,
+    0.4,
+)  # the cut is the plane y = height - tilt * z, decimetres: nape high, collar-bones low
 PARTS = {
     "body": "skin",
     "helper-l-eye": "eye_L",
@@ -130,7 +133,9 @@ def main(wheel_path: Path) -> None:
         arrays = build(wheel)
     target = Path(__file__).with_name("head.npz")
     np.savez_compressed(target, **arrays)
-    print(f"{target.name}: {len(arrays['vertices']):,} vertices, {len(arrays['names'])} blendshapes, {target.stat().st_size:,} bytes")
+    print(
+        f"{target.name}: {len(arrays['vertices']):,} vertices, {len(arrays['names'])} blendshapes, {target.stat().st_size:,} bytes"
+    )
 
 
 if __name__ == "__main__":
