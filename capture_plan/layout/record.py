@@ -48,8 +48,8 @@ class Worth(Struct, frozen=True, forbid_unknown_fields=True):
     """What landmarks tell about the blendshape weights, beside how many they are.
 
     `rank` of `full_rank`: blendshape mixes that the landmarks tell apart, of those that the rig itself can tell apart.
-    `condition` is of the landmark response restricted to its rank. `error_mm` is the predicted root mean square error of
-    the skin, millimetres, when each landmark coordinate is measured with noise of standard deviation `noise_mm`.
+    `condition` is of the landmark response restricted to its rank. `error_mm` is the predicted root mean square error
+    of the skin, millimetres, when each landmark coordinate is measured with noise of standard deviation `noise_mm`.
     """
 
     landmarks: int

@@ -11,9 +11,9 @@ FORMAT_VERSION = 1
 
 
 class RigReference(Struct, frozen=True, forbid_unknown_fields=True):
-    """Which rig a plan belongs to: `path` is relative to the plan file, or `sample`; `fingerprint` is `Rig.fingerprint`.
+    """Which rig a plan belongs to: `path` is relative to the plan file, or `sample`.
 
-    `unit_mm`, `up`, `facing` and `skin` are the overrides that were given when it was read, absent where they were detected.
+    `unit_mm`, `up`, `facing` and `skin` are the overrides given when it was read, absent where they were detected.
     """
 
     name: str

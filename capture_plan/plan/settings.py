@@ -11,9 +11,9 @@ Millimetres = Annotated[float, Meta(ge=0)]
 class Settings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Lengths in millimetres, shares from 0 to 1.
 
-    `method`: `studio` is adaptive multi-cover repaired to full rank and to the error of a 68-point layout; `adaptive` is
-    Algorithm 1 of Zell & McDonnell 2022; `cover` is their single set cover. `weights`: fewest landmarks first and then
-    the best places (`lexicographic`), the paper's own sum (`paper`), or the number alone (`count`).
+    `method`: `studio` is adaptive multi-cover repaired to full rank and to the error of a 68-point layout; `adaptive`
+    is Algorithm 1 of Zell & McDonnell 2022; `cover` is their single set cover. `weights`: fewest landmarks first and
+    then the best places (`lexicographic`), the paper's own sum (`paper`), or the number alone (`count`).
     `expressions`: `minimum` is the provably shortest list, `sequential` the method of Carrigan et al. 2020.
     """
 

@@ -9,7 +9,7 @@ from capture_plan.rig.record import Rig
 
 def sample_rig() -> Rig:
     """The sample head: 4,939 vertices, 52 blendshapes, millimetres."""
-    with files(__package__).joinpath("head.npz").open("rb") as file, np.load(file, allow_pickle=False) as data:
+    with files("capture_plan.rig.sample").joinpath("head.npz").open("rb") as file, np.load(file, allow_pickle=False) as data:
         arrays = dict(data)
     names = tuple(str(name) for name in arrays["names"])
     neutral = arrays["vertices"].astype(np.float64)

@@ -132,9 +132,10 @@ def main(wheel_path: Path) -> None:
     with zipfile.ZipFile(wheel_path) as wheel:
         arrays = build(wheel)
     target = Path(__file__).with_name("head.npz")
-    np.savez_compressed(target, **arrays)
+    np.savez_compressed(target, allow_pickle=False, **arrays)
     print(
-        f"{target.name}: {len(arrays['vertices']):,} vertices, {len(arrays['names'])} blendshapes, {target.stat().st_size:,} bytes"
+        f"{target.name}: {len(arrays['vertices']):,} vertices, {len(arrays['names'])} blendshapes, "
+        f"{target.stat().st_size:,} bytes"
     )
 
 
