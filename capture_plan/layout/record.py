@@ -5,7 +5,7 @@ from typing import Literal
 from msgspec import Struct
 
 Side = Literal["left", "right", "middle"]
-Role = Literal["primary", "backup", "repair", "rigid-head"]
+Role = Literal["primary", "backup", "repair"]
 
 
 class Landmark(Struct, frozen=True, forbid_unknown_fields=True):
@@ -14,7 +14,8 @@ class Landmark(Struct, frozen=True, forbid_unknown_fields=True):
     `position` is on the neutral face in millimetres; `barycentric` are the weights of the corners of `triangle`
     that give it back; `source_vertex` is the vertex number in the artist's file; `blendshapes` are those that move
     it by at least epsilon of their own maximum; `quality` is the mean weight w of Zell & McDonnell 2022 eq. 1 over
-    them (0 best, 2 worst); `visibility` is the share of the hemisphere (or of the cameras) that sees it, 0 to 1.
+    them (0 best, 2 worst); `visibility` is the share of the hemisphere (or of the cameras) that sees it, 0 to 1;
+    `round` is the index in `Layout.programs` of the program that chose it, none for what a repair added.
     """
 
     name: str
@@ -30,13 +31,14 @@ class Landmark(Struct, frozen=True, forbid_unknown_fields=True):
     blendshapes: tuple[str, ...]
     quality: float
     visibility: float
+    round: int | None
 
 
 class Bound(Struct, frozen=True, forbid_unknown_fields=True):
     """A lower bound on the number of landmarks that anybody can check without a solver.
 
-    `weights[k]` is a dual price of blendshape k: no vertex sees blendshapes of more than 1 in total, so at least
-    `ceil(sum of weights)` landmarks are needed (linear-programming duality).
+    `weights[k]` is a dual price of blendshape k: no vertex sees blendshapes of more than 1 in total, and no mirrored
+    pair of vertices of more than 2, so at least `ceil(sum of weights)` landmarks are needed (linear-programming duality).
     """
 
     blendshapes: tuple[str, ...]
@@ -60,19 +62,26 @@ class Worth(Struct, frozen=True, forbid_unknown_fields=True):
     error_mm: float
 
 
-class Layout(Struct, frozen=True, forbid_unknown_fields=True):
-    """A set of landmarks, what the program that chose them proved, and what they are worth.
+class Program(Struct, frozen=True, forbid_unknown_fields=True):
+    """One integer program that was solved: its cost, the best proven lower limit of it, and the landmarks it chose."""
 
-    `objective` and `bound` belong to the first set cover: its cost and the best proven lower limit of it;
-    `minimum` is the fewest landmarks that any cover of these candidates needs. `references` are other layouts of the
-    same face under the same noise, by name: the paper's single cover, the 68 points.
+    landmarks: int
+    objective: float
+    bound: float
+    proven_optimal: bool
+
+
+class Layout(Struct, frozen=True, forbid_unknown_fields=True):
+    """A set of landmarks, what the programs that chose them proved, and what they are worth.
+
+    `minimum` is the fewest landmarks that any cover of these candidates needs, `certificate` the part of that anybody
+    can check. `uncovered` are blendshapes that no landmark may stand for. `references` are other layouts of the same
+    face under the same noise, by name: the paper's single cover, 68 points.
     """
 
     method: str
     landmarks: tuple[Landmark, ...]
-    objective: float
-    bound: float
-    proven_optimal: bool
+    programs: tuple[Program, ...]
     minimum: int
     certificate: Bound
     uncovered: tuple[str, ...]
