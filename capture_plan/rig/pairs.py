@@ -1,0 +1,85 @@
+"""Which blendshapes are the left and right half of one movement, found from geometry.
+
+Data    d[k]      deltas, millimetres; the subject's left is +x
+        m         mirror map: vertex m[v] is the mirror image of vertex v
+        D[j]      mirrored delta: D[j, v] = (-1, 1, 1) * d[j, m[v]]
+Tests   side      sum_v sign(x_v) |d[k, v]|^2 / sum_v |d[k, v]|^2, from -1 (right) to 1 (left)
+        self      intersection over union of the active vertices of k and of their mirror image; above 0.4, unless
+                  three quarters of |d[k]|^2 lie on one side, the blendshape is its own mirror image or moves the whole
+                  face sideways (jawLeft), and has no partner
+        unlike    |d[i] - D[j]|^2 / (|d[i]|^2 + |d[j]|^2): 0 for a mirror image, 1 for unrelated, 2 for opposite movements
+        a left and a right blendshape are partners where an assignment of least total unlikeness pairs them below 0.4
+Source  Carrigan et al. 2020, section 4.4; made dimensionless. Names only break ties.
+"""
+
+import re
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy.optimize import linear_sum_assignment
+
+from capture_plan.mesh.mirror import mirror_map, mirror_plane
+from capture_plan.rig.record import Rig
+
+ACTIVE = 0.3  # share of the largest displacement, the recommended middle of Carrigan et al. 2020, eq. 2
+SELF_SYMMETRIC = 0.4  # overlap with the own mirror image
+ONE_SIDED = (
+    0.5  # three quarters on one side: a lower lip pulled down on the left (0.6) but not a mouth moved left (0.3)
+)
+UNLIKE = 0.4  # real partners differ by 2 to 34 % in length, which is up to 0.1 here; unrelated ones by 1
+NAME_BONUS = 0.01  # decides between partners that geometry finds equally good, never against it
+SIDES = (("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT"), ("l", "r"), ("L", "R"), ("lf", "rt"), ("Lt", "Rt"))
+WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+|[^A-Za-z0-9]+")
+
+
+def blendshape_pairs(rig: Rig) -> tuple[tuple[str, str], ...]:
+    """(left, right) names of partners, the subject's own sides, in the order of the left ones in the rig."""
+    side, overlap, unlike = laterality(rig), self_symmetry(rig), unlikeness(rig)
+    one_sided = (overlap <= SELF_SYMMETRIC) | (np.abs(side) >= ONE_SIDED)
+    left, right = np.flatnonzero(one_sided & (side > 0)), np.flatnonzero(one_sided & (side < 0))
+    cost = np.minimum(unlike[np.ix_(left, right)], UNLIKE)
+    for row, i in enumerate(left):
+        others = _other_side(rig.names[i])
+        cost[row] -= [NAME_BONUS * (rig.names[j] in others) for j in right]
+    rows, columns = linear_sum_assignment(cost)
+    return tuple(
+        (rig.names[i], rig.names[j]) for i, j in zip(left[rows], right[columns], strict=True) if unlike[i, j] < UNLIKE
+    )
+
+
+def laterality(rig: Rig) -> Float[np.ndarray, " k"]:
+    """Where a blendshape moves: 1 on the subject's left only, -1 on the right only, 0 on both alike or nowhere."""
+    squared = rig.displacement**2
+    total = squared.sum(axis=1)
+    return squared @ np.sign(rig.neutral[:, 0] - mirror_plane(rig.neutral)) / np.where(total > 0, total, 1)
+
+
+def self_symmetry(rig: Rig) -> Float[np.ndarray, " k"]:
+    """Overlap of each blendshape's active vertices with their mirror image, 0 to 1; 0 where nothing moves."""
+    active = _active(rig)
+    image = active[:, mirror_map(rig.neutral)]
+    return (active & image).sum(axis=1) / np.maximum((active | image).sum(axis=1), 1)
+
+
+def unlikeness(rig: Rig) -> Float[np.ndarray, "k k"]:
+    """|d[i] - D[j]|^2 / (|d[i]|^2 + |d[j]|^2) = 1 - 2 <d[i], D[j]> / (|d[i]|^2 + |d[j]|^2), symmetric; 1 where neither moves."""
+    k = len(rig.names)
+    mirrored = rig.deltas[:, mirror_map(rig.neutral)] * np.array([-1, 1, 1], dtype=rig.deltas.dtype)
+    inner = (rig.deltas.reshape(k, -1) @ mirrored.reshape(k, -1).T).astype(float)
+    squared = (rig.displacement.astype(float) ** 2).sum(axis=1)
+    total = squared[:, None] + squared
+    return 1 - (inner + inner.T) / np.where(total > 0, total, 1)
+
+
+def _active(rig: Rig) -> Bool[np.ndarray, "k v"]:
+    largest = rig.displacement.max(axis=1, keepdims=True)
+    return (rig.displacement >= ACTIVE * largest) & (largest > 0)
+
+
+def _other_side(name: str) -> set[str]:
+    """What the partner may be called: one word that names a side, exchanged ('eyeBlink_L' gives 'eyeBlink_R')."""
+    words = WORD.findall(name)
+    swap = {a: b for pair in SIDES for a, b in (pair, pair[::-1])}
+    return {
+        "".join([*words[:place], swap[word], *words[place + 1 :]]) for place, word in enumerate(words) if word in swap
+    }
