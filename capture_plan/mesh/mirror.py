@@ -9,7 +9,7 @@ vertex on the plane is its own mirror image. Elsewhere m[v] is still the nearest
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 SAMPLE = 2000  # vertices that place the plane: their median is within 1e-3 mm of that over all vertices of a real head
 TIE_MM = 0.02  # two vertices this close to the reflection are equally good: seams and closed lips are that exact
@@ -27,7 +27,7 @@ def mirror_plane(vertices: Float[np.ndarray, "v 3"]) -> float:
     From each of three starts (0, the middle of the extent, the mean) c = median of (x_v + x_m(v)) / 2 is repeated until
     it stands; the c with the least median error wins.
     """
-    tree = cKDTree(vertices)
+    tree = KDTree(vertices)
     x = vertices[:, 0]
     some = np.unique(np.linspace(0, len(vertices) - 1, SAMPLE).astype(int))
     best = (np.inf, 0.0)
@@ -47,7 +47,7 @@ def mirror_map(vertices: Float[np.ndarray, "v 3"]) -> Int[np.ndarray, " v"]:
     """Index of the vertex nearest to each vertex's reflection in the mirror plane."""
     c = mirror_plane(vertices)
     near = min(NEIGHBOURS, len(vertices))
-    distance, image = cKDTree(vertices).query(reflect(vertices, c), k=np.arange(1, near + 1))
+    distance, image = KDTree(vertices).query(reflect(vertices, c), k=np.arange(1, near + 1))
     own = np.arange(len(vertices))
     mirror = np.where(2 * np.abs(vertices[:, 0] - c) <= distance[:, 0] + TIE_MM, own, image[:, 0])
     free = mirror[mirror] != own

@@ -7,7 +7,7 @@ Tests   side      sum_v sign(x_v) |d[k, v]|^2 / sum_v |d[k, v]|^2, from -1 (righ
         self      intersection over union of the active vertices of k and of their mirror image; above 0.4, unless
                   three quarters of |d[k]|^2 lie on one side, the blendshape is its own mirror image or moves the whole
                   face sideways (jawLeft), and has no partner
-        unlike    |d[i] - D[j]|^2 / (|d[i]|^2 + |d[j]|^2): 0 for a mirror image, 1 for unrelated, 2 for opposite movements
+        unlike    |d[i] - D[j]|^2 / (|d[i]|^2 + |d[j]|^2): 0 for a mirror image, 1 for unrelated, 2 for opposite ones
         a left and a right blendshape are partners where an assignment of least total unlikeness pairs them below 0.4
 Source  Carrigan et al. 2020, section 4.4; made dimensionless. Names only break ties.
 """
@@ -23,9 +23,7 @@ from capture_plan.rig.record import Rig
 
 ACTIVE = 0.3  # share of the largest displacement, the recommended middle of Carrigan et al. 2020, eq. 2
 SELF_SYMMETRIC = 0.4  # overlap with the own mirror image
-ONE_SIDED = (
-    0.5  # three quarters on one side: a lower lip pulled down on the left (0.6) but not a mouth moved left (0.3)
-)
+ONE_SIDED = 0.5  # three quarters on one side: half a lower lip pulled down (0.6), not a mouth moved left (0.3)
 UNLIKE = 0.4  # real partners differ by 2 to 34 % in length, which is up to 0.1 here; unrelated ones by 1
 NAME_BONUS = 0.01  # decides between partners that geometry finds equally good, never against it
 SIDES = (("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT"), ("l", "r"), ("L", "R"), ("lf", "rt"), ("Lt", "Rt"))
@@ -62,7 +60,7 @@ def self_symmetry(rig: Rig) -> Float[np.ndarray, " k"]:
 
 
 def unlikeness(rig: Rig) -> Float[np.ndarray, "k k"]:
-    """|d[i] - D[j]|^2 / (|d[i]|^2 + |d[j]|^2) = 1 - 2 <d[i], D[j]> / (|d[i]|^2 + |d[j]|^2), symmetric; 1 where neither moves."""
+    """|d[i] - D[j]|^2 / (|d[i]|^2 + |d[j]|^2) = 1 - 2 <d[i], D[j]> / (|d[i]|^2 + |d[j]|^2); 1 where neither moves."""
     k = len(rig.names)
     mirrored = rig.deltas[:, mirror_map(rig.neutral)] * np.array([-1, 1, 1], dtype=rig.deltas.dtype)
     inner = (rig.deltas.reshape(k, -1) @ mirrored.reshape(k, -1).T).astype(float)
