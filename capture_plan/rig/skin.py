@@ -1,0 +1,160 @@
+"""The face skin: where a marker can be stuck and what a scan sees.
+
+A rig also holds eyeballs, teeth, tongue, lashes, tear and occlusion shells, and a bag behind the lips. Three questions,
+asked in this order, tell them from skin; names help where there are any, and no rig needs them.
+
+Data       p[v]      piece: vertices joined by triangles, or by lying on the same spot at a border (a UV seam)
+           h[v]      hemisphere visibility in the neutral, 0 to 1
+Name       a part called 'teeth' or 'M_EyeOcclusion' is no skin; the part with most of the area is, whatever its name
+Piece      the largest piece is skin; a further one has to be large enough, seen, moving (or called skin) and no ball
+Hidden     the inside of mouth, nostrils and eye sockets: connected vertices with h <= HIDDEN, spread while h <= DIM,
+           given back as far as RIM_MM from the visible skin, since lips and lids part when they move
+Reach      a body below the neck is left off: what is further than REACH times the size of the moving face
+"""
+
+import re
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from scipy.sparse.csgraph import dijkstra
+
+from capture_plan.mesh import boundary_vertices, pieces, surface_graph, triangle_areas
+from capture_plan.visibility import hemisphere_visibility
+
+NOT_SKIN = re.compile(
+    r"eye(?!_?-? ?lid)|sclera|iris|pupil|cornea|lens|lacrimal|caruncle|tear|occlusion|lash|brow|teeth|tooth|denture|gum"
+    r"|tongue|mouth.?(bag|sock|cav|in)|oral|palate|hair|beard|m(o|ou)stache|stubble|fur|glasses|hat|cap$|cloth|shirt"
+    r"|jacket|collar|suit|helmet|jewel|earring|armou?r",
+    re.IGNORECASE,
+)
+SEEN_OUTSIDE = re.compile(
+    r"lacrimal|tear|occlusion|lash|blend|hair|fur|glass|hat|cap$|cloth|shirt|helmet", re.IGNORECASE
+)
+SKIN = re.compile(r"skin|face|head|neck|ear(?!ring)|scalp|lip|body", re.IGNORECASE)
+HIDDEN, DIM = 0.02, 0.10  # ICT-FaceKit: 99 % of the mouth bag is below the first, lips at rest apart above the second
+RIM_MM = 4.0  # ICT-FaceKit: gives back 11,103 of its 11,248 skin vertices and takes 9 of the mouth bag
+PIECE_AREA, PIECE_SEEN = 0.01, 0.4  # ears: 2 % and 0.5; a lash strip 0.3 %; rows of teeth 0.38
+ROUND = 0.03  # scatter of the radius of a fitted ball: eyeballs 0.00 to 0.02, ears and heads over 0.07
+MOVES = 0.05  # share of the largest displacement
+REACH = 2.5  # a head with its neck lies within 2.1 half diagonals of the moving face
+
+
+def find_skin(
+    neutral: Float[np.ndarray, "v 3"],
+    triangles: Int[np.ndarray, "f 3"],
+    deltas: Float[np.ndarray, "k v 3"],
+    parts: Int[np.ndarray, " v"],
+    part_names: tuple[str, ...],
+) -> Bool[np.ndarray, " v"]:
+    """True where a vertex is skin of face, ears, scalp or neck; `neutral` and `deltas` in millimetres."""
+    named_out = _named(NOT_SKIN, neutral, triangles, parts, part_names)
+    outside = _named(SEEN_OUTSIDE, neutral, triangles, parts, part_names)
+    solid = triangles[~outside[triangles].any(axis=1)]  # hair and shells hide nothing that make-up cannot reach
+    at = np.flatnonzero(~named_out & np.isin(np.arange(len(neutral)), triangles))
+    seen = np.zeros(len(neutral))
+    seen[at] = hemisphere_visibility(neutral, solid, at, rays=64)
+    moving = np.linalg.norm(deltas, axis=2).max(axis=0)
+    moving = moving > MOVES * moving.max()
+    called_skin = np.isin(parts, [i for i, name in enumerate(part_names) if SKIN.search(name)])
+
+    kept = triangles[~named_out[triangles].any(axis=1)]
+    skin = _skin_pieces(neutral, kept, seen, moving, called_skin)
+    skin &= ~_inside(neutral, kept[skin[kept].all(axis=1)], seen, skin)
+    skin &= _within_reach(neutral, moving & skin)
+    return _without_islands(neutral, triangles, skin)
+
+
+def _named(
+    words: re.Pattern[str],
+    neutral: Float[np.ndarray, "v 3"],
+    triangles: Int[np.ndarray, "f 3"],
+    parts: Int[np.ndarray, " v"],
+    part_names: tuple[str, ...],
+) -> Bool[np.ndarray, " v"]:
+    """Vertices of the parts whose name holds one of `words`, except for the part with most of the area."""
+    area = np.bincount(parts[triangles[:, 0]], triangle_areas(neutral, triangles), len(part_names))
+    out = [i for i, name in enumerate(part_names) if words.search(name) and area[i] <= area.sum() / 2]
+    return np.isin(parts, out)
+
+
+def _skin_pieces(
+    neutral: Float[np.ndarray, "v 3"],
+    triangles: Int[np.ndarray, "f 3"],
+    seen: Float[np.ndarray, " v"],
+    moving: Bool[np.ndarray, " v"],
+    called_skin: Bool[np.ndarray, " v"],
+) -> Bool[np.ndarray, " v"]:
+    """Vertices of the largest piece and of every further one that is large, seen, moving or called skin, and no ball."""
+    skin = np.zeros(len(neutral), dtype=bool)
+    if len(triangles) == 0:
+        return skin
+    piece = _seamless_pieces(neutral, triangles)
+    area = np.bincount(piece[triangles[:, 0]], triangle_areas(neutral, triangles), piece.max() + 1)
+    for i in np.flatnonzero(area >= PIECE_AREA * area.max()):
+        of_piece = piece == i
+        judged = np.median(seen[of_piece]) >= PIECE_SEEN and not _is_ball(neutral[of_piece])
+        if i == area.argmax() or (judged and (moving | called_skin)[of_piece].any()):
+            skin |= of_piece
+    return skin
+
+
+def _seamless_pieces(neutral: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]) -> Int[np.ndarray, " v"]:
+    """Connected pieces after border vertices on the same spot are taken for one."""
+    border = boundary_vertices(triangles)
+    _, first, same = np.unique(neutral[border].round(3), axis=0, return_index=True, return_inverse=True)
+    weld = np.arange(len(neutral))
+    weld[border] = border[first[same.ravel()]]
+    return pieces(weld[triangles], len(neutral))[weld]
+
+
+def _is_ball(points: Float[np.ndarray, "v 3"]) -> bool:
+    """Whether all points lie on one sphere: |x|^2 = 2 c . x + (r^2 - |c|^2), least squares in c and r."""
+    x = points - points.mean(axis=0)
+    solution = np.linalg.lstsq(np.c_[2 * x, np.ones(len(x))], (x**2).sum(axis=1), rcond=None)[0]
+    radius = np.sqrt(max(solution[3] + (solution[:3] ** 2).sum(), 1e-12))
+    return bool(np.linalg.norm(x - solution[:3], axis=1).std() < ROUND * radius)
+
+
+def _inside(
+    neutral: Float[np.ndarray, "v 3"],
+    triangles: Int[np.ndarray, "f 3"],
+    seen: Float[np.ndarray, " v"],
+    skin: Bool[np.ndarray, " v"],
+) -> Bool[np.ndarray, " v"]:
+    """Vertices of `skin` inside mouth, nostrils or sockets, further than RIM_MM along the skin from what is seen."""
+    dim = skin & (seen <= DIM)
+    piece = pieces(triangles[dim[triangles].all(axis=1)], len(neutral))
+    deep = np.unique(piece[skin & (seen <= HIDDEN)])
+    hidden = dim & np.isin(piece, deep)
+    if not hidden.any() or hidden[skin].all():
+        return np.zeros(len(neutral), dtype=bool)
+    rim = dijkstra(
+        surface_graph(neutral, triangles),
+        directed=False,
+        indices=np.flatnonzero(skin & ~hidden),
+        min_only=True,
+        limit=RIM_MM,
+    )
+    return hidden & ~np.isfinite(rim)
+
+
+def _within_reach(neutral: Float[np.ndarray, "v 3"], moving: Bool[np.ndarray, " v"]) -> Bool[np.ndarray, " v"]:
+    """Vertices within REACH half diagonals of the moving skin, around its middle; all where nothing moves."""
+    if not moving.any():
+        return np.ones(len(neutral), dtype=bool)
+    low, high = neutral[moving].min(axis=0), neutral[moving].max(axis=0)
+    return np.linalg.norm(neutral - (low + high) / 2, axis=1) <= REACH * np.linalg.norm(high - low) / 2
+
+
+def _without_islands(
+    neutral: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"], skin: Bool[np.ndarray, " v"]
+) -> Bool[np.ndarray, " v"]:
+    """Skin without scraps that the cuts left over."""
+    inner = triangles[skin[triangles].all(axis=1)]
+    if len(inner) == 0:
+        return np.zeros_like(skin)
+    piece = _seamless_pieces(neutral, inner)
+    area = np.bincount(piece[inner[:, 0]], triangle_areas(neutral, inner), piece.max() + 1)
+    used = np.zeros_like(skin)
+    used[inner] = True
+    return used & (area >= PIECE_AREA * area.max())[piece]
