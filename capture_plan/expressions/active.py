@@ -1,0 +1,33 @@
+"""Binary blendshapes: where on the skin a blendshape shows its meaning (Carrigan et al. 2020, section 4.1).
+
+Data     |d[k, v]|  how far blendshape k moves vertex v, millimetres
+Active   b[k, v] = 1 where |d[k, v]| >= mu max_v |d[k, v]|, and the blendshape moves the skin at all     (eq. 2)
+A vertex that moves less is smoothing, one that does not move is static. Vertices off the skin are never active and do
+not count for the maximum: a camera sees the lid over a rolling eye, and the actor cannot show the back of the eyeball.
+"""
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from capture_plan.rig import Rig
+
+STILL_MM = 1e-3  # below what any file format keeps
+
+
+def active_sets(rig: Rig, used: tuple[str, ...], mu: float) -> Bool[np.ndarray, "k v"]:
+    """b[k, v] for the blendshapes `used`, in their order; `mu` is a share from 0 to 1."""
+    moved = skin_displacement(rig, used)
+    largest = moved.max(axis=1, keepdims=True)
+    return (moved >= mu * largest) & (moved > 0) & (largest > STILL_MM)
+
+
+def vertex_kinds(rig: Rig, used: tuple[str, ...], mu: float) -> Int[np.ndarray, "k v"]:
+    """0 static, 1 smoothing, 2 active, for every blendshape of `used` and every vertex (the paper's Fig. 2)."""
+    moving = skin_displacement(rig, used) > STILL_MM
+    return moving.astype(int) + (moving & active_sets(rig, used, mu))
+
+
+def skin_displacement(rig: Rig, used: tuple[str, ...]) -> Float[np.ndarray, "k v"]:
+    """|d[k, v]| on the skin, 0 elsewhere, millimetres."""
+    rows = [rig.names.index(name) for name in used]
+    return np.where(rig.skin, rig.displacement[rows], 0)

@@ -1,0 +1,110 @@
+"""Colouring the conflict graph: a colour is an expression, items in conflict get different ones.
+
+Data       graph      conflicts of g items         cover   cliques that together name every conflict
+Variables  x[i, e]    item i is performed in expression e
+Model      sum_e x[i, e] = 1                       for every i
+           sum_{i in C} x[i, e] <= 1               for every clique C of the cover, e
+           x[C[n], n] = 1                          for one largest clique C: expressions may be renamed at will
+Before the model: items with fewer than j conflicts can always be coloured last, and a greedy colouring may do.
+"""
+
+import numpy as np
+from jaxtyping import Bool, Int
+from ortools.sat.python import cp_model
+
+from capture_plan.expressions.conflicts import conflict_graph, core, deepest, edge_cover
+from capture_plan.expressions.cpsat import UndecidedError, solve
+
+
+def largest_clique(sets: Bool[np.ndarray, "g n"]) -> Int[np.ndarray, " e"]:
+    """A largest set of items that all conflict with each other; at least the deepest vertex's where the limit is hit.
+
+    max sum_i x[i]  s.t.  x[i] + x[j] <= 1 for every i, j without conflict
+    """
+    known = deepest(sets)
+    graph = conflict_graph(sets)
+    items = np.flatnonzero(core(graph, len(known)))  # members of a larger clique
+    if len(items) == 0:
+        return known
+    model = cp_model.CpModel()
+    x = {i: model.new_bool_var("") for i in items}
+    for place, i in enumerate(items):
+        for j in items[place + 1 :]:
+            if not graph[i, j]:
+                model.add_at_most_one(x[i], x[j])
+    model.add(sum(x.values()) > len(known))
+    model.maximize(sum(x.values()))
+    solver, status = solve(model)
+    if status in (cp_model.OPTIMAL, cp_model.FEASIBLE):
+        return np.array([i for i in items if solver.boolean_value(x[i])])
+    return known
+
+
+def colour(sets: Bool[np.ndarray, "g n"], j: int) -> Int[np.ndarray, " g"] | None:
+    """A colour from 0 to j - 1 for every item, or None where it is proven that there is none.
+
+    Raises UndecidedError at the work limit.
+    """
+    graph = conflict_graph(sets)
+    colours = greedy(graph)
+    if colours.max(initial=-1) < j:
+        return colours
+    kernel = np.flatnonzero(core(graph, j))
+    if len(kernel) == 0:
+        return _colour_rest(graph, np.full(len(graph), -1), j)
+    small = sets[kernel]
+    clique = largest_clique(small)
+    if len(clique) > j:
+        return None
+    solved = _colour_kernel(edge_cover(small), clique, j)
+    if solved is None:
+        return None
+    colours = np.full(len(graph), -1)
+    colours[kernel] = solved
+    return _colour_rest(graph, colours, j)
+
+
+def _colour_kernel(
+    cover: Bool[np.ndarray, "g m"], clique: Int[np.ndarray, " e"], j: int
+) -> Int[np.ndarray, " g"] | None:
+    g = len(cover)
+    model = cp_model.CpModel()
+    x = [[model.new_bool_var("") for _ in range(j)] for _ in range(g)]
+    for i in range(g):
+        model.add_exactly_one(x[i])
+    for column in cover.T:
+        items = np.flatnonzero(column)
+        for e in range(j):
+            model.add_at_most_one(x[i][e] for i in items)
+    for e, i in enumerate(clique):
+        model.add(x[i][e] == 1)
+    solver, status = solve(model)
+    if status == cp_model.INFEASIBLE:
+        return None
+    if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
+        raise UndecidedError
+    return np.array([next(e for e in range(j) if solver.boolean_value(x[i][e])) for i in range(g)])
+
+
+def _colour_rest(graph: Bool[np.ndarray, "g g"], colours: Int[np.ndarray, " g"], j: int) -> Int[np.ndarray, " g"]:
+    """Colour the items that `core` removed, the last removed first: each has a free colour left."""
+    left = colours < 0
+    order = []
+    while left.any():
+        order.append(next(i for i in np.flatnonzero(left) if (graph[i] & (left | (colours >= 0))).sum() < j))
+        left[order[-1]] = False
+    for i in reversed(order):
+        colours[i] = min(set(range(j)) - set(colours[graph[i]].tolist()))
+    return colours
+
+
+def greedy(graph: Bool[np.ndarray, "g g"]) -> Int[np.ndarray, " g"]:
+    """DSATUR (Brelaz 1979): always the item that sees most colours, then the one with most conflicts."""
+    colours = np.full(len(graph), -1)
+    seen = np.zeros((len(graph), len(graph) + 1), dtype=bool)
+    degree = graph.sum(axis=1)
+    for _ in range(len(graph)):
+        i = max(np.flatnonzero(colours < 0), key=lambda i: (seen[i].sum(), degree[i], -i))
+        colours[i] = int(np.argmin(seen[i]))
+        seen[graph[i], colours[i]] = True
+    return colours
