@@ -3,11 +3,14 @@
 import hashlib
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from capture_plan.errors import RigError
+
+Found = Literal["given", "format", "detected"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -15,7 +18,9 @@ class Rig:
     """A delta-blendshape rig (Lewis et al. 2014): v(w) = v0 + sum_k w_k d_k.
 
     Lengths are in millimetres; +y is up, the face looks along +z, the subject's left is +x.
-    Arrays are read-only. `parts[v]` indexes `part_names`; `source_index[v]` is the vertex number in the artist's file.
+    Arrays are read-only. `parts[v]` indexes `part_names`; `source_index[v]` is the vertex number in the artist's file,
+    counted from 0. One unit of that file is `unit_mm` long; `up` and `facing` are its signed axes ("+y", "-z"); how each
+    of the three was found stands beside it, and `note` says in a sentence what a person should know about it.
     """
 
     name: str
@@ -27,28 +32,17 @@ class Rig:
     parts: Int[np.ndarray, " v"]
     part_names: tuple[str, ...]
     source_index: Int[np.ndarray, " v"]
+    unit_mm: float = 1.0
+    up: str = "+y"
+    facing: str = "+z"
+    unit_found: Found = "given"
+    up_found: Found = "given"
+    facing_found: Found = "given"
+    note: str = ""
 
     def __post_init__(self) -> None:
-        v, k = len(self.neutral), len(self.names)
-        if self.deltas.shape != (k, v, 3):
-            raise RigError(
-                f"{self.name}: {self.deltas.shape[0]} blendshapes of {self.deltas.shape[1]:,} vertices but {k} "
-                f"names and {v:,} neutral vertices: give one name and one delta per blendshape"
-            )
-        if k == 0:
-            raise RigError(f"{self.name}: no blendshapes found, only a neutral: export at least one")
-        if len(set(self.names)) < k:
-            twice = next(name for name in self.names if self.names.count(name) > 1)
-            raise RigError(f"{self.name}: two blendshapes are called '{twice}': give each its own name")
-        if len(self.triangles) == 0:
-            raise RigError(f"{self.name}: no triangles found: export the neutral with its faces")
-        if self.triangles.min() < 0 or self.triangles.max() >= v:
-            raise RigError(f"{self.name}: a face uses vertex {self.triangles.max():,} of {v:,}: export the mesh again")
-        for what, array in (("neutral", self.neutral), ("blendshapes", self.deltas)):
-            if not np.isfinite(array).all():
-                raise RigError(
-                    f"{self.name}: the {what} hold NaN or infinite coordinates: clean the mesh and export it again"
-                )
+        v = len(self.neutral)
+        check_blendshapes(self.name, self.neutral, self.triangles, self.deltas, self.names)
         for what in ("skin", "parts", "source_index"):
             if len(getattr(self, what)) != v:
                 raise RigError(f"{self.name}: {what} has {len(getattr(self, what)):,} entries for {v:,} vertices")
@@ -75,3 +69,37 @@ class Rig:
     def pose(self, weights: Float[np.ndarray, " k"]) -> Float[np.ndarray, "v 3"]:
         """v0 + sum_k w_k d_k, millimetres."""
         return self.neutral + np.einsum("k,kvx->vx", weights, self.deltas)
+
+
+def check_blendshapes(
+    name: str,
+    neutral: Float[np.ndarray, "v 3"],
+    triangles: Int[np.ndarray, "f 3"],
+    deltas: Float[np.ndarray, "*kvx"],
+    names: tuple[str, ...],
+) -> None:
+    """RigError unless these arrays are one mesh with differently named blendshapes of the same vertices."""
+    v, k = len(neutral), len(names)
+    if k == 0:
+        raise RigError(f"{name}: no blendshapes found, only a neutral: export at least one")
+    if deltas.shape != (k, v, 3):
+        raise RigError(
+            f"{name}: {deltas.shape[0]} blendshapes of {deltas.shape[1]:,} vertices but {k} "
+            f"names and {v:,} neutral vertices: give one name and one delta per blendshape"
+        )
+    if len(set(names)) < k:
+        twice = next(name for name in names if names.count(name) > 1)
+        raise RigError(f"{name}: two blendshapes are called '{twice}': give each its own name")
+    if len(triangles) == 0:
+        raise RigError(f"{name}: no triangles found: export the neutral with its faces")
+    if triangles.min() < 0 or triangles.max() >= v:
+        worst = triangles.max() if triangles.max() >= v else triangles.min()
+        raise RigError(f"{name}: a face uses vertex {worst:,} of {v:,}, counted from 0: export the mesh again")
+    if not np.isfinite(neutral).all():
+        raise RigError(f"{name}: the neutral holds NaN or infinite coordinates: clean the mesh and export it again")
+    for blendshape, delta in zip(names, deltas, strict=True):
+        if not np.isfinite(delta).all():
+            raise RigError(
+                f"{name}: the blendshape '{blendshape}' holds NaN or infinite coordinates: "
+                "clean the mesh and export it again"
+            )

@@ -1,0 +1,100 @@
+"""Rigs as one NumPy archive, the quickest way to bring a rig from any program that has Python:
+
+    np.savez_compressed("rig.npz", vertices=..., faces=..., deltas=..., names=..., units="cm")
+
+Needed     vertices (v 3), faces (f 3) counted from 0, deltas (k v 3), names (k) as text
+Optional   units            "mm", "cm", "dm", "m", "in" or "ft"
+           part             (f) or (v) as text: the part or material of every triangle or vertex
+           source_index     (v): the vertex number in the artist's file, when vertices were left out
+Pickled objects are refused: loading them would run what they hold.
+"""
+
+import zipfile
+from pathlib import Path
+
+import numpy as np
+
+from capture_plan.errors import RigError
+from capture_plan.rig.raw import RawRig, vertex_parts
+
+UNITS_MM = {"mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
+NEEDED = {"vertices": 2, "faces": 2, "deltas": 3, "names": 1}  # dimensions
+PART_KEYS = ("part", "parts", "material", "group")
+
+
+def read_npz(path: Path) -> RawRig:
+    """The rig in the archive at `path`; the axes are unknown. RigError when an array is missing or has another shape."""
+    arrays = load(path)
+    for key, dimensions in NEEDED.items():
+        if key not in arrays:
+            raise RigError(f"{path.name} has no array '{key}', only {', '.join(arrays) or 'nothing'}: add it")
+        if arrays[key].ndim != dimensions or (dimensions > 1 and arrays[key].shape[-1] != 3):
+            wanted = {1: "(k)", 2: "(n, 3)", 3: "(k, v, 3)"}[dimensions]
+            raise RigError(f"{path.name}: '{key}' has the shape {arrays[key].shape}, expected {wanted}: reshape it")
+    for key, kinds, what in (("vertices", "fiu", "numbers"), ("deltas", "fiu", "numbers"), ("faces", "iu", "integers")):
+        if arrays[key].dtype.kind not in kinds:
+            raise RigError(f"{path.name}: '{key}' holds {arrays[key].dtype}, expected {what}: convert it before saving")
+    triangles, v = arrays["faces"].astype(np.int64), len(arrays["vertices"])
+    check_range(path, triangles, v)
+    parts, part_names = read_parts(path, arrays, triangles, v)
+    source_index = arrays.get("source_index", np.arange(v))
+    if source_index.shape != (v,) or source_index.dtype.kind not in "iu":
+        raise RigError(f"{path.name}: 'source_index' is not one integer for each of {v:,} vertices: leave it out")
+    return RawRig(
+        name=path.stem,
+        neutral=arrays["vertices"].astype(np.float64),
+        triangles=triangles.astype(np.int32),
+        deltas=arrays["deltas"].astype(np.float32),
+        names=tuple(str(name) for name in arrays["names"]),
+        parts=parts,
+        part_names=part_names,
+        source_index=source_index.astype(np.int32),
+        unit_mm=UNITS_MM.get(str(arrays.get("units", "")).partition(" ")[0].strip().lower()),
+    )
+
+
+def load(path: Path) -> dict[str, np.ndarray]:
+    """Every array of the archive. RigError when it is none, was cut off, or holds pickled objects."""
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            if not isinstance(archive, np.lib.npyio.NpzFile):
+                raise RigError(f"{path.name} is one array, not an archive: save it with np.savez")
+            return {key: archive[key] for key in archive.files}
+    except RigError:
+        raise
+    except OSError as error:
+        raise RigError(
+            f"{path.name} cannot be read ({error.strerror or error}): check the file and its permissions"
+        ) from error
+    except (ValueError, EOFError, zipfile.BadZipFile, NotImplementedError) as error:
+        raise RigError(
+            f"{path.name} is not a readable NPZ archive of plain arrays ({error}): save it again with np.savez"
+        ) from error
+
+
+def check_range(path: Path, triangles: np.ndarray, v: int) -> None:
+    """RigError when a triangle uses a vertex that there is not."""
+    if triangles.size and not 0 <= triangles.min() <= triangles.max() < v:
+        worst = triangles.max() if triangles.max() >= v else triangles.min()
+        raise RigError(f"{path.name}: a face uses vertex {worst:,} of {v:,}: count vertices from 0")
+
+
+def read_parts(
+    path: Path, arrays: dict[str, np.ndarray], triangles: np.ndarray, v: int
+) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Part of every vertex and the parts' names, in the order in which the archive first names them."""
+    telling = [key for key in PART_KEYS if key in arrays and arrays[key].dtype.kind in "US"]
+    key = max(telling, key=lambda key: len(np.unique(arrays[key])), default=None)
+    if key is None:
+        return vertex_parts(triangles, np.zeros(len(triangles), dtype=np.int32), ("mesh",), v)
+    unique, first, number = np.unique(arrays[key].astype(str), return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    labels, part_names = np.argsort(order)[number], tuple(str(name) for name in unique[order])
+    if len(labels) == len(triangles):
+        return vertex_parts(triangles, labels, part_names, v)
+    if len(labels) == v:
+        return labels.astype(np.int32), part_names
+    raise RigError(
+        f"{path.name}: '{key}' has {len(labels):,} entries, expected one for each of {len(triangles):,} faces "
+        f"or {v:,} vertices: leave it out or mend it"
+    )

@@ -1,0 +1,56 @@
+"""What every reader gives: a rig as its file has it, in the file's own unit, axes and vertex order.
+
+Letters: v vertices, f triangles, k blendshapes, p polygons, c corners of polygons.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from capture_plan.errors import RigError
+from capture_plan.rig.record import check_blendshapes
+
+NO_PART = "(no faces)"
+
+
+@dataclass(frozen=True, eq=False)
+class RawRig:
+    """Arrays as in `Rig`, lengths in the file's unit. `unit_mm`, `up`, `facing` are what the format promises, if anything."""
+
+    name: str
+    neutral: Float[np.ndarray, "v 3"]
+    triangles: Int[np.ndarray, "f 3"]
+    deltas: Float[np.ndarray, "k v 3"]
+    names: tuple[str, ...]
+    parts: Int[np.ndarray, " v"]
+    part_names: tuple[str, ...]
+    source_index: Int[np.ndarray, " v"]
+    unit_mm: float | None = None
+    up: str | None = None
+    facing: str | None = None
+
+    def __post_init__(self) -> None:
+        check_blendshapes(self.name, self.neutral, self.triangles, self.deltas, self.names)
+        if not self.deltas.any():
+            raise RigError(
+                f"{self.name}: every blendshape equals the neutral: export each blendshape with its weight set to 1"
+            )
+
+
+def fan(corners: Int[np.ndarray, " c"], sizes: Int[np.ndarray, " p"]) -> Int[np.ndarray, "f 3"]:
+    """Triangles of polygons, each a fan around its first corner; `corners` are those of all polygons in a row."""
+    count = sizes - 2
+    polygon = np.repeat(np.arange(len(sizes)), count)
+    first = (np.cumsum(sizes) - sizes)[polygon]
+    step = np.arange(len(polygon)) - (np.cumsum(count) - count)[polygon]
+    return corners[np.stack([first, first + step + 1, first + step + 2], axis=1)]
+
+
+def vertex_parts(
+    triangles: Int[np.ndarray, "f 3"], labels: Int[np.ndarray, " f"], part_names: tuple[str, ...], v: int
+) -> tuple[Int[np.ndarray, " v"], tuple[str, ...]]:
+    """The part of each of `v` vertices: the first in the file of those that meet there; `NO_PART` without triangles."""
+    parts = np.full(v, len(part_names), dtype=np.int32)
+    np.minimum.at(parts, triangles.ravel(), np.repeat(labels.astype(np.int32), 3))
+    return parts, part_names + ((NO_PART,) if (parts == len(part_names)).any() else ())
