@@ -1,5 +1,18 @@
 """Who sees which vertex: the whole hemisphere, or known cameras; functions of meshes."""
 
+from capture_plan.visibility.camera import Camera, look_at
+from capture_plan.visibility.camera_file import read_cameras
 from capture_plan.visibility.hemisphere import global_visibility, hemisphere_visibility
+from capture_plan.visibility.presets import PRESETS, cameras_for
+from capture_plan.visibility.seen import camera_visibility
 
-__all__ = ["global_visibility", "hemisphere_visibility"]
+__all__ = [
+    "PRESETS",
+    "Camera",
+    "camera_visibility",
+    "cameras_for",
+    "global_visibility",
+    "hemisphere_visibility",
+    "look_at",
+    "read_cameras",
+]

@@ -9,15 +9,12 @@ The rays are a Fibonacci spiral, cosine-weighted: a dot seen at a grazing angle 
 skin count less (this is ambient occlusion). Directions are fixed, so the same mesh gives the same answer.
 """
 
-import os
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 from jaxtyping import Float, Int
 
-from capture_plan.progress import track
 from capture_plan.visibility.cache import cached
 from capture_plan.visibility.occluder import Occluder
+from capture_plan.visibility.shapes import least_over_shapes
 
 GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))
 RAYS_AT_ONCE = 1 << 18  # 3 MB of directions: stays in the processor's cache
@@ -81,15 +78,15 @@ def global_visibility(
     Kept on disk by content, so that the same rig is traced once.
     """
 
-    def trace() -> Float[np.ndarray, " m"]:
-        least = hemisphere_visibility(neutral, triangles, at, rays=rays)
-        open_ = np.flatnonzero(least)  # what the neutral hides no blendshape can uncover: the least stays 0
-        with ThreadPoolExecutor(os.cpu_count()) as pool:  # embree releases the interpreter lock
-            shares = pool.map(
-                lambda delta: hemisphere_visibility(neutral + delta, triangles, at[open_], rays=rays), deltas
-            )
-            for share in track(shares, "Tracing visibility", total=len(deltas)):
-                least[open_] = np.minimum(least[open_], share)
-        return least
+    def share(vertices: Float[np.ndarray, "v 3"], some: Int[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+        return hemisphere_visibility(vertices, triangles, some, rays=rays)
 
-    return cached(trace, "hemisphere", neutral, deltas, triangles, at, np.array(rays))
+    return cached(
+        lambda: least_over_shapes(share, neutral, deltas, at),
+        "hemisphere",
+        neutral,
+        deltas,
+        triangles,
+        at,
+        np.array(rays),
+    )

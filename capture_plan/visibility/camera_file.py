@@ -1,0 +1,132 @@
+"""Cameras from a TOML file: one [[cameras]] table each, in OpenCV's convention, in the rig's millimetres.
+
+    [[cameras]]
+    name = "boom top"
+    width = 1536                        # pixels
+    height = 2048
+    fx = 2100.0                         # focal lengths, pixels
+    fy = 2100.0
+    cx = 767.5                          # image centre, pixels; left out: the middle of the image
+    cy = 1023.5
+    dist = [0.0, 0.0, 0.0, 0.0, 0.0]    # k1 k2 p1 p2 k3; left out: no distortion
+    R = [[1, 0, 0], [0, -1, 0], [0, 0, -1]]   # world to camera, or rvec = [rx, ry, rz] in radians (Rodrigues)
+    t = [0.0, 760.0, 400.0]             # millimetres: camera = R world + t
+
+Who has measured with a tape only writes, instead of R and t, where the camera stands and what its image centre shows:
+
+    position = [0.0, 740.0, 400.0]      # millimetres, in the rig's frame: +y up, the face looks along +z
+    look_at = [0.0, 690.0, 140.0]
+"""
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from capture_plan.errors import RigError
+from capture_plan.visibility.camera import Camera, look_at
+
+POSES = ("R and t", "rvec and t", "position and look_at")
+KEYS = {
+    "name",
+    "width",
+    "height",
+    "fx",
+    "fy",
+    "cx",
+    "cy",
+    "dist",
+    "R",
+    "rvec",
+    "t",
+    "position",
+    "look_at",
+    "convention",
+}
+
+
+def read_cameras(path: str | Path) -> tuple[Camera, ...]:
+    """The cameras of a TOML file; RigError says what to change in it."""
+    path = Path(path)
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8")).get("cameras")
+    except OSError as error:
+        raise RigError(f"{path}: cannot be read as a camera file: {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise RigError(f"{path}: is not a TOML file: {error}") from error
+    if not isinstance(tables, list) or not tables or not all(isinstance(table, dict) for table in tables):
+        raise RigError(f"{path}: has no cameras: write one [[cameras]] table for each")
+    cameras = tuple(camera_from(table, f"{path}, camera {number}") for number, table in enumerate(tables, start=1))
+    names = [camera.name for camera in cameras]
+    if len(set(names)) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise RigError(f"{path}: two cameras are called '{twice}': give each its own name")
+    return cameras
+
+
+def camera_from(table: dict[str, Any], where: str) -> Camera:
+    """The camera that one [[cameras]] table describes; `where` opens the lines of its errors."""
+    if unknown := sorted(set(table) - KEYS):
+        raise RigError(f"{where}: unknown key '{unknown[0]}': known are {', '.join(sorted(KEYS))}")
+    if table.get("convention", "opencv") != "opencv":
+        raise RigError(
+            f"{where}: convention is '{table['convention']}', only 'opencv' is read: convert the camera first"
+        )
+    width, height = (whole(table, key, where) for key in ("width", "height"))
+    fx, fy = (float(numbers(table, key, where)) for key in ("fx", "fy"))
+    cx = float(numbers(table, "cx", where)) if "cx" in table else (width - 1) / 2
+    cy = float(numbers(table, "cy", where)) if "cy" in table else (height - 1) / 2
+    lens = numbers(table, "dist", where, (4,), (5,)) if "dist" in table else np.zeros(5)
+    position, rotation = pose(table, where)
+    return Camera(
+        name=str(table.get("name", where.rpartition(", ")[2])),
+        position=position,
+        rotation=rotation,
+        intrinsics=np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]),
+        size_px=(width, height),
+        distortion=np.resize(np.append(lens, 0.0), 5) if len(lens) == 4 else lens,
+    )
+
+
+def pose(table: dict[str, Any], where: str) -> tuple[np.ndarray, np.ndarray]:
+    """Position in millimetres and world-to-camera rotation."""
+    given = {key for key in ("R", "rvec", "t", "position", "look_at") if key in table}
+    if given == {"position", "look_at"}:
+        position = numbers(table, "position", where, (3,))
+        try:
+            return position, look_at(position, numbers(table, "look_at", where, (3,)))
+        except RigError as error:
+            raise RigError(f"{where}: {error}") from error
+    if given == {"R", "t"}:
+        rotation = numbers(table, "R", where, (3, 3))
+    elif given == {"rvec", "t"}:
+        rotation = Rotation.from_rotvec(numbers(table, "rvec", where, (3,))).as_matrix()
+    else:
+        found = ", ".join(sorted(given)) or "nothing"
+        raise RigError(f"{where}: its pose is given by {found}: give {' or '.join(POSES)}")
+    return -rotation.T @ numbers(table, "t", where, (3,)), rotation
+
+
+def numbers(table: dict[str, Any], key: str, where: str, *shapes: tuple[int, ...]) -> np.ndarray:
+    """table[key] as floats of one of these shapes, a single number unless told otherwise."""
+    shapes = shapes or ((),)
+    if key not in table:
+        raise RigError(f"{where}: '{key}' is missing")
+    try:
+        array = np.array(table[key], dtype=np.float64)
+    except (TypeError, ValueError):
+        array = None
+    if array is None or isinstance(table[key], bool | str) or array.shape not in shapes or not np.isfinite(array).all():
+        wanted = " or ".join("x".join(map(str, shape)) + " numbers" if shape else "one number" for shape in shapes)
+        raise RigError(f"{where}: '{key}' must be {wanted}, found {str(table[key])[:60]}")
+    return array
+
+
+def whole(table: dict[str, Any], key: str, where: str) -> int:
+    """table[key] as a whole number of pixels above 0."""
+    number = float(numbers(table, key, where))
+    if number < 1 or number != round(number):
+        raise RigError(f"{where}: '{key}' must be a whole number of pixels, found {number:g}")
+    return int(number)

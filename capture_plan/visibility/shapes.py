@@ -1,0 +1,29 @@
+"""The least of something over the shapes of a rig: the neutral, and each blendshape at full weight."""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from capture_plan.progress import track
+
+
+def least_over_shapes(
+    share: Callable[[Float[np.ndarray, "v 3"], Int[np.ndarray, " n"]], Float[np.ndarray, " n"]],
+    neutral: Float[np.ndarray, "v 3"],
+    deltas: Float[np.ndarray, "k v 3"],
+    at: Int[np.ndarray, " m"],
+) -> Float[np.ndarray, " m"]:
+    """min over v0 and v0 + d_k of share(shape, at), for shares that are never negative.
+
+    What is 0 on the neutral stays 0, so it is not asked again: a third to a half of a head with a mouth inside.
+    """
+    least = share(neutral, at)
+    seen = np.flatnonzero(least)
+    with ThreadPoolExecutor(os.cpu_count()) as pool:  # embree releases the interpreter lock
+        shares = pool.map(lambda delta: share(neutral + delta, at[seen]), deltas)
+        for of_shape in track(shares, "Tracing visibility", total=len(deltas)):
+            least[seen] = np.minimum(least[seen], of_shape)
+    return least
