@@ -34,7 +34,7 @@ SKIN = re.compile(r"skin|face|head|neck|ear(?!ring)|scalp|lip|body", re.IGNORECA
 HIDDEN, DIM = 0.02, 0.10  # ICT-FaceKit: 99 % of the mouth bag is below the first, lips at rest apart above the second
 RIM_MM = 4.0  # ICT-FaceKit: gives back 11,103 of its 11,248 skin vertices and takes 9 of the mouth bag
 PIECE_AREA, PIECE_SEEN = 0.01, 0.4  # ears: 2 % and 0.5; a lash strip 0.3 %; rows of teeth 0.38
-ROUND = 0.03  # scatter of the radius of a fitted ball: eyeballs 0.00 to 0.02, ears and heads over 0.07
+ROUND = 0.06  # scatter of the radius of a fitted ball over the radius: eyeballs 0.00 to 0.05, teeth and heads from 0.09
 MOVES = 0.05  # share of the largest displacement
 REACH = 2.5  # a head with its neck lies within 2.1 half diagonals of the moving face
 
@@ -84,7 +84,7 @@ def _skin_pieces(
     moving: Bool[np.ndarray, " v"],
     called_skin: Bool[np.ndarray, " v"],
 ) -> Bool[np.ndarray, " v"]:
-    """Vertices of the largest piece and of every further one that is large, seen, moving or called skin, and no ball."""
+    """Vertices of the largest piece and of each further one that is large, seen, no ball, and moving or called skin."""
     skin = np.zeros(len(neutral), dtype=bool)
     if len(triangles) == 0:
         return skin
@@ -92,7 +92,7 @@ def _skin_pieces(
     area = np.bincount(piece[triangles[:, 0]], triangle_areas(neutral, triangles), piece.max() + 1)
     for i in np.flatnonzero(area >= PIECE_AREA * area.max()):
         of_piece = piece == i
-        judged = np.median(seen[of_piece]) >= PIECE_SEEN and not _is_ball(neutral[of_piece])
+        judged = np.median(seen[of_piece]) >= PIECE_SEEN and not is_ball(neutral[of_piece])
         if i == area.argmax() or (judged and (moving | called_skin)[of_piece].any()):
             skin |= of_piece
     return skin
@@ -107,7 +107,7 @@ def _seamless_pieces(neutral: Float[np.ndarray, "v 3"], triangles: Int[np.ndarra
     return pieces(weld[triangles], len(neutral))[weld]
 
 
-def _is_ball(points: Float[np.ndarray, "v 3"]) -> bool:
+def is_ball(points: Float[np.ndarray, "v 3"]) -> bool:
     """Whether all points lie on one sphere: |x|^2 = 2 c . x + (r^2 - |c|^2), least squares in c and r."""
     x = points - points.mean(axis=0)
     solution = np.linalg.lstsq(np.c_[2 * x, np.ones(len(x))], (x**2).sum(axis=1), rcond=None)[0]

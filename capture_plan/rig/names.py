@@ -1,0 +1,97 @@
+"""What a blendshape's name tells: ARKit's name for it, the nearest FACS action unit, the side of the face.
+
+Names are hints. They say things to people and break ties; which blendshapes are partners, geometry decides.
+
+    arkit_name("L_eyeBlink")                 'eyeBlinkLeft'
+    arkit_name("CTRL_expressions_eyeBlinkL") 'eyeBlinkLeft'
+    facs_hint("eyeBlink_L")                  'AU45'
+    side_of("mouthSmile_L"), side_of("jawLeft"), side_of("eyeLookLeftL")   'left', None, 'left'
+"""
+
+import re
+import tomllib
+from functools import cache
+from importlib.resources import files
+from typing import Literal
+
+Side = Literal["left", "right"]
+
+WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+")
+SIDE_WORDS: dict[str, Side] = {
+    "l": "left", "lf": "left", "lt": "left", "lft": "left", "left": "left",
+    "r": "right", "rt": "right", "rgt": "right", "right": "right",
+    "ul": "left", "dl": "left", "ur": "right", "dr": "right",  # quadrants of the lips: mouthFunnelUL
+}  # fmt: skip
+MOVES_SIDEWAYS = frozenset(
+    "look gaze turn tilt lean shift move slide swing side sideways jaw mouth lips tongue head chin neck".split()
+)
+SOUNDS = frozenset("viseme phoneme phon vis v aa".split())  # viseme_R is the sound
+FACE_WORDS = frozenset("brow eye lid cheek nose jaw mouth lip lips tongue chin".split())
+
+
+def side_of(name: str) -> Side | None:
+    """The subject's side that a name tells; None where it has none or only says where something moves to."""
+    words = _words(name)
+    if len(words) < 2 or words[0] in SOUNDS:
+        return None
+    for place in (len(words) - 1, 0, *range(1, len(words) - 1)):
+        word = words[place]
+        if word in SIDE_WORDS and not _is_direction(words, place):
+            return SIDE_WORDS[word]
+    return None
+
+
+def arkit_name(name: str) -> str | None:
+    """ARKit's own spelling of a name, with Left or Right where it has a side; None where it is not one of the 52.
+
+    Some rigs split browInnerUp and cheekPuff: their halves are told as 'browInnerUpLeft', 'cheekPuffRight'.
+    """
+    known = _spellings()
+    words = _words(name)
+    for start in range(len(words)):
+        if found := known.get("".join(words[start:])):
+            return found
+        if words[start] in FACE_WORDS or words[start] in SIDE_WORDS:
+            return None  # a longer name that only ends like one of the 52: jawOpen_mouthSmileLeft
+    return None
+
+
+def facs_hint(name: str) -> str | None:
+    """The FACS action unit nearest to an ARKit blendshape, as 'AU45'; a hint, not an identity."""
+    found = arkit_name(name)
+    if found is None:
+        return None
+    table = _table()
+    entry = table.get(found) or table[found.removesuffix("Left").removesuffix("Right")]
+    return entry.get("unit")
+
+
+@cache
+def _table() -> dict[str, dict[str, str]]:
+    return tomllib.loads(files(__package__).joinpath("data", "arkit.toml").read_text(encoding="utf-8"))
+
+
+@cache
+def _spellings() -> dict[str, str]:
+    """Every accepted spelling in small letters without separators, and what ARKit calls it."""
+    known: dict[str, str] = {}
+    for base, entry in _table().items():
+        if entry["sides"] != "both":
+            known[base.lower()] = base
+        if entry["sides"] != "direction":
+            for word, side in SIDE_WORDS.items():
+                known[base.lower() + word] = known[word + base.lower()] = base + side.capitalize()
+    return known
+
+
+def _words(name: str) -> list[str]:
+    """Words of a name in small letters, split at separators, capitals and digits."""
+    return [word.lower() for word in WORD.findall(name)]
+
+
+def _is_direction(words: list[str], place: int) -> bool:
+    """Whether 'left' at this place says where something moves: at the end, after what moves (jawLeft, eyeLookLeftL)."""
+    if words[place] not in ("left", "right") or place == 0:
+        return False
+    rest = words[place + 1 :]
+    return words[place - 1] in MOVES_SIDEWAYS and all(word in SIDE_WORDS or word.isdigit() for word in rest)

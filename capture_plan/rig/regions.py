@@ -1,0 +1,144 @@
+"""Names for places on a face that a make-up artist would say: left brow, nose, right mouth corner.
+
+Data       anchors   eyes, mouth, nose tip, chin, ears; u their unit, the distance between the pupils
+Letters    x, y, z   place of a vertex from the midline, the eye line and the eyes, in units of u; |x| is meant
+           s         height between mouth (0) and eye line (1), going on above and below
+Rule       lids and lips are told into upper and lower by the shorter way along the skin, since closed lips touch;
+           everything else by lines between anchors, the first region that fits in the order of REGIONS
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import KDTree
+
+from capture_plan.mesh import surface_graph
+from capture_plan.rig.anchors import Anchors, face_anchors
+from capture_plan.rig.record import Rig
+
+REGIONS = (
+    "ear",
+    "mouth corner",
+    "nose",
+    "upper eyelid",
+    "lower eyelid",
+    "upper lip",
+    "lower lip",
+    "neck",
+    "chin",
+    "brow",
+    "jaw",
+    "temple",
+    "cheek",
+    "forehead",
+    "scalp",
+)
+MIDDLE = 0.06  # of u: 4 mm to either side of the midline have no side
+NO_REGION = -1
+
+
+@dataclass(frozen=True, eq=False)
+class FaceRegions:
+    """`names[of_vertex[v]]` is the region of vertex v, -1 where v is no skin; `side[v]` is 1 left, 0 middle, -1 right."""
+
+    names: tuple[str, ...]
+    of_vertex: Int[np.ndarray, " v"]
+    side: Int[np.ndarray, " v"]
+    anchors: Anchors
+
+    def label(self, vertex: int) -> str:
+        """What to call the place of a vertex: 'left brow', 'nose'; 'not skin' where it is none."""
+        region = int(self.of_vertex[vertex])
+        return "not skin" if region == NO_REGION else region_label(self.names[region], int(self.side[vertex]))
+
+
+def region_label(region: str, side: int) -> str:
+    """Plain words for a region on a side (1 the subject's left, 0 the middle, -1 the right)."""
+    return {1: "left ", 0: "", -1: "right "}[side] + region
+
+
+def face_regions(rig: Rig) -> FaceRegions:
+    """The region and the side of every skin vertex of any rig, named or not."""
+    anchors = face_anchors(rig)
+    u = anchors.pupils
+    at = np.flatnonzero(rig.skin)
+    graph = surface_graph(rig.neutral, rig.triangles[rig.skin[rig.triangles].all(axis=1)])
+    fits = _fits(rig.neutral, graph, at, anchors)
+    of_vertex = np.full(len(rig.neutral), NO_REGION)
+    of_vertex[at] = np.stack([fits[name] for name in REGIONS]).argmax(axis=0)
+    x = rig.neutral[:, 0] - anchors.midline
+    return FaceRegions(REGIONS, of_vertex, np.where(np.abs(x) <= MIDDLE * u, 0, np.sign(x)).astype(int), anchors)
+
+
+def _fits(
+    neutral: Float[np.ndarray, "v 3"], graph: csr_array, at: Int[np.ndarray, " n"], anchors: Anchors
+) -> dict[str, Bool[np.ndarray, " n"]]:
+    """For each region, which of the skin vertices `at` lie inside its lines; the scalp takes what is left."""
+    u, points = anchors.pupils, neutral[at]
+    eyes = (anchors.eye_left + anchors.eye_right) / 2
+    x = np.abs(points[:, 0] - anchors.midline) / u
+    y, z = (points[:, 1] - eyes[1]) / u, (points[:, 2] - eyes[2]) / u
+    drop = (eyes[1] - anchors.mouth[1]) / u
+    s = y / drop + 1
+    half_mouth = np.abs(np.array([anchors.corner_left[0], anchors.corner_right[0]]) - anchors.midline).mean() / u
+    tip = (anchors.nose_tip[1] - anchors.mouth[1]) / u / drop
+    nose_base = 0.6 * tip  # the base of the nose lies lower than its tip
+    ear = (np.array([anchors.ear_left, anchors.ear_right])[:, 1:].mean(axis=0) - eyes[1:]) / u
+    has_ears = "ears" in anchors.found
+    chin = (anchors.chin[1:] - eyes[1:]) / u
+
+    to_eye, upper_lid = _ring(neutral, graph, at, anchors.lids, np.stack([anchors.eye_left, anchors.eye_right]))
+    mouth = np.stack([anchors.mouth, anchors.corner_left, anchors.corner_right])
+    _, upper_lip = _ring(neutral, graph, at, anchors.lips, mouth)
+    to_eye, z_ear = to_eye / u, ear[1]
+    front = z > z_ear + 0.45
+    corners = KDTree(np.stack([anchors.corner_left, anchors.corner_right])).query(points)[0] / u
+
+    # side view: the line under jaw and skull, from the chin over the angle of the jaw to the nape
+    angle = (z_ear + 0.15, -drop * 1.05)
+    nape = np.interp(z, [z_ear - 1.2, angle[0], chin[1]], [ear[0] - 0.75, angle[1], chin[0] - 0.02])
+    lid = to_eye < 0.17
+    nose_half = np.interp(s, [nose_base, tip, 0.95, 1.15], [0.30, 0.30, 0.19, 0.19])
+    jaw_line = np.interp(z, [z_ear + 0.2, z_ear + 1.2], [-drop * 0.55, -drop * 1.1])
+    return {
+        "ear": (np.hypot((y - ear[0] + 0.12) / 0.6, (z - z_ear - 0.1) / 0.36) < 1) & (x > 0.8) & has_ears,
+        "mouth corner": corners < 0.16,
+        "nose": front & (x < nose_half) & (s > nose_base) & (s < 1.12),
+        "upper eyelid": lid & upper_lid,
+        "lower eyelid": lid,
+        "upper lip": front & (x < half_mouth + 0.05) & (s < nose_base + 0.06) & (s > -0.5) & upper_lip,
+        "lower lip": front & (x < half_mouth + 0.05) & (s > -0.24) & (s < 0.4) & ~upper_lip,
+        "neck": y < nape,
+        "chin": front & (x < 0.42) & (s < 0),
+        "brow": front & (y > 0.1) & (y < 0.52) & (x < 0.95),
+        "jaw": front & (y < jaw_line),
+        "temple": (z > z_ear + 0.2) & (y > -0.08) & (y < 0.95) & (x > 0.8),
+        "cheek": (z > z_ear + 0.2) & (y < 0.1),
+        "forehead": front & (y < 1.2),
+        "scalp": np.ones(len(at), dtype=bool),
+    }
+
+
+def _ring(
+    neutral: Float[np.ndarray, "v 3"],
+    graph: csr_array,
+    at: Int[np.ndarray, " n"],
+    border: Int[np.ndarray, " b"],
+    centres: Float[np.ndarray, "c 3"],
+) -> tuple[Float[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
+    """Distance of the vertices `at` to an opening of the skin (its border, else its centres), and who is above it."""
+    edge = neutral[border] if len(border) else centres
+    away = KDTree(edge).query(neutral[at])[0]
+    centre = centres[KDTree(centres).query(neutral[at])[1]]
+    reach = 0.35 * np.linalg.norm(centres[0] - centres[1])
+    offset = neutral[at] - centre
+    above, below = (
+        at[(sign * offset[:, 1] > reach / 2) & (np.abs(offset) < reach * 2).all(axis=1)] for sign in (1, -1)
+    )
+    if len(border) == 0 or len(above) == 0 or len(below) == 0:
+        return away, offset[:, 1] > 0
+    up, down = (dijkstra(graph, directed=False, indices=side, min_only=True)[at] for side in (above, below))
+    return away, up < down
