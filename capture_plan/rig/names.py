@@ -20,24 +20,27 @@ WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+")
 SIDE_WORDS: dict[str, Side] = {
     "l": "left", "lf": "left", "lt": "left", "lft": "left", "left": "left",
     "r": "right", "rt": "right", "rgt": "right", "right": "right",
-    "ul": "left", "dl": "left", "ur": "right", "dr": "right",  # quadrants of the lips: mouthFunnelUL
 }  # fmt: skip
-MOVES_SIDEWAYS = frozenset(
-    "look gaze turn tilt lean shift move slide swing side sideways jaw mouth lips tongue head chin neck".split()
+QUADRANTS: dict[str, Side] = {"ul": "left", "dl": "left", "ur": "right", "dr": "right"}  # of the lips: mouthFunnelUL
+MOVES_SIDEWAYS = re.compile(
+    "look|gaze|turn|tilt|lean|shift|move|slide|swing|side(ways)?|jaw|mouth|lips|tongue|head|chin|neck"
 )
-SOUNDS = frozenset("viseme phoneme phon vis v aa".split())  # viseme_R is the sound
-FACE_WORDS = frozenset("brow eye lid cheek nose jaw mouth lip lips tongue chin".split())
+SOUND = re.compile("viseme|phoneme|phon|vis|v")  # viseme_R is the sound
+FACE_WORD = re.compile("brow|eye|lid|cheek|nose|jaw|mouth|lips?|tongue|chin")
 
 
 def side_of(name: str) -> Side | None:
     """The subject's side that a name tells; None where it has none or only says where something moves to."""
+    known = arkit_name(name)
+    if known and known not in _table():
+        return "left" if known.endswith("Left") else "right"
     words = _words(name)
-    if len(words) < 2 or words[0] in SOUNDS:
+    if len(words) < 2 or SOUND.fullmatch(words[0]):
         return None
+    sides = SIDE_WORDS | QUADRANTS
     for place in (len(words) - 1, 0, *range(1, len(words) - 1)):
-        word = words[place]
-        if word in SIDE_WORDS and not _is_direction(words, place):
-            return SIDE_WORDS[word]
+        if words[place] in sides and not _is_direction(words, place):
+            return sides[words[place]]
     return None
 
 
@@ -48,10 +51,12 @@ def arkit_name(name: str) -> str | None:
     """
     known = _spellings()
     words = _words(name)
+    while words and words[-1].isdigit():  # jawOpen.001
+        words.pop()
     for start in range(len(words)):
         if found := known.get("".join(words[start:])):
             return found
-        if words[start] in FACE_WORDS or words[start] in SIDE_WORDS:
+        if FACE_WORD.fullmatch(words[start]) or words[start] in SIDE_WORDS:
             return None  # a longer name that only ends like one of the 52: jawOpen_mouthSmileLeft
     return None
 
@@ -68,7 +73,7 @@ def facs_hint(name: str) -> str | None:
 
 @cache
 def _table() -> dict[str, dict[str, str]]:
-    return tomllib.loads(files(__package__).joinpath("data", "arkit.toml").read_text(encoding="utf-8"))
+    return tomllib.loads(files("capture_plan.rig").joinpath("data", "arkit.toml").read_text(encoding="utf-8"))
 
 
 @cache
@@ -94,4 +99,6 @@ def _is_direction(words: list[str], place: int) -> bool:
     if words[place] not in ("left", "right") or place == 0:
         return False
     rest = words[place + 1 :]
-    return words[place - 1] in MOVES_SIDEWAYS and all(word in SIDE_WORDS or word.isdigit() for word in rest)
+    return bool(MOVES_SIDEWAYS.fullmatch(words[place - 1])) and all(
+        word in SIDE_WORDS or word.isdigit() for word in rest
+    )

@@ -42,7 +42,7 @@ NO_REGION = -1
 
 @dataclass(frozen=True, eq=False)
 class FaceRegions:
-    """`names[of_vertex[v]]` is the region of vertex v, -1 where v is no skin; `side[v]` is 1 left, 0 middle, -1 right."""
+    """`names[of_vertex[v]]` is the region of vertex v, -1 no skin; `side[v]` is 1 left, 0 middle, -1 right."""
 
     names: tuple[str, ...]
     of_vertex: Int[np.ndarray, " v"]
