@@ -10,42 +10,33 @@ Order    Given J: the first expression is the heaviest after which the rest fits
          A cut never removes an S that works, so the first S that works is the heaviest.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Bool, Float, Int
 
 from capture_plan.expressions.colouring import colour, greedy, largest_clique
 from capture_plan.expressions.conflicts import conflict_graph, core
 from capture_plan.expressions.cpsat import UndecidedError
-from capture_plan.expressions.sequential import Weigh, heaviest
+from capture_plan.expressions.sequential import Heaviest, Order, Weigh, heaviest
 
 CUTS = 200  # per expression; real rigs need fewer than 20
 
 
-@dataclass(frozen=True)
-class Minimum:
-    """Items of every expression in order; `bound` on their number; whether the order was proved best."""
-
-    expressions: list[Int[np.ndarray, " i"]]
-    bound: int
-    order_proven: bool
-
-
-def minimum(sets: Bool[np.ndarray, "g n"], weigh: Weigh) -> Minimum:
-    """The fewest expressions for items that meet in `sets`; `weigh(packed)` gives the importance of each item."""
+def minimum(sets: Bool[np.ndarray, "g n"], weigh: Weigh) -> tuple[Order, int]:
+    """The fewest expressions for items that meet in `sets`, and the proven bound on their number."""
     colours, bound = fewest_colours(sets)
     j = int(colours.max()) + 1
     left = np.ones(len(sets), dtype=bool)
     expressions, proven = [], True
     for e in range(j):
         try:
-            expression, colours = _next_expression(sets, weigh, left, j - e - 1)
+            found, colours = _next_expression(sets, weigh(~left), left, j - e - 1)
         except UndecidedError:
-            expression, proven = _heaviest_colour(sets, weigh, left, colours), False
-        left[expression] = False
-        expressions.append(expression)
-    return Minimum([e for e in expressions if len(e)], bound, proven)
+            found = Heaviest(_heaviest_colour(sets, weigh(~left), left, colours), proven=False)
+            colours[found.items] = -1
+        left[found.items] = False
+        expressions.append(found.items)
+        proven &= found.proven
+    return Order(tuple(expressions), proven), bound
 
 
 def fewest_colours(sets: Bool[np.ndarray, "g n"]) -> tuple[Int[np.ndarray, " g"], int]:
@@ -64,22 +55,20 @@ def fewest_colours(sets: Bool[np.ndarray, "g n"]) -> tuple[Int[np.ndarray, " g"]
 
 
 def _next_expression(
-    sets: Bool[np.ndarray, "g n"], weigh: Weigh, left: Bool[np.ndarray, " g"], j: int
-) -> tuple[Int[np.ndarray, " i"], Int[np.ndarray, " g"]]:
+    sets: Bool[np.ndarray, "g n"], weights: Float[np.ndarray, " g"], left: Bool[np.ndarray, " g"], j: int
+) -> tuple[Heaviest, Int[np.ndarray, " g"]]:
     """The heaviest expression after which what is left has a colouring with `j` colours, and that colouring."""
-    weights = weigh(~left)
     depth = (sets & left[:, None]).sum(axis=0)
     cuts = [np.flatnonzero(column & left) for column in sets.T[depth > j]]
     for _ in range(CUTS):
-        expression = heaviest(sets, weights, left, cuts)
-        assert expression is not None  # the colour of a colouring with one more colour works
+        found = heaviest(sets, weights, left, cuts)
         rest = left.copy()
-        rest[expression] = False
+        rest[found.items] = False
         colours = colour(sets[rest], j)
         if colours is not None:
             spread = np.full(len(sets), -1)
             spread[rest] = colours
-            return expression, spread
+            return found, spread
         cuts.append(_obstruction(sets, rest, j))
     raise UndecidedError
 
@@ -94,14 +83,15 @@ def _obstruction(sets: Bool[np.ndarray, "g n"], rest: Bool[np.ndarray, " g"], j:
 
 
 def _heaviest_colour(
-    sets: Bool[np.ndarray, "g n"], weigh: Weigh, left: Bool[np.ndarray, " g"], colours: Int[np.ndarray, " g"]
+    sets: Bool[np.ndarray, "g n"],
+    weights: Float[np.ndarray, " g"],
+    left: Bool[np.ndarray, " g"],
+    colours: Int[np.ndarray, " g"],
 ) -> Int[np.ndarray, " i"]:
     """The heaviest colour of a known colouring, with whatever else of `left` fits beside it."""
-    weights = weigh(~left)
-    totals = np.bincount(colours[left], weights=weights[left])
-    chosen = list(np.flatnonzero(left & (colours == np.argmax(totals))))
     graph = conflict_graph(sets)
-    for i in np.flatnonzero(left)[np.argsort(-weights[left], kind="stable")]:
-        if i not in chosen and not graph[i, chosen].any():
-            chosen.append(i)
-    return np.array(sorted(chosen))
+    chosen = left & (colours == np.argmax(np.bincount(colours[left], weights=weights[left])))
+    for i in np.argsort(-weights, kind="stable"):
+        if left[i] and not graph[i, chosen].any():
+            chosen[i] = True
+    return np.flatnonzero(chosen)

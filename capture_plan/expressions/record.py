@@ -22,9 +22,12 @@ class Packing(Struct, frozen=True, forbid_unknown_fields=True):
     """Expressions in the order of shooting, and what was proved about their number.
 
     `bound` is a proven lower limit on the number of expressions under the same pairs; `clique` names blendshapes no two
-    of which fit into one expression, so that anybody can check a limit without a solver. `pairs` are left/right
-    partners that are performed together; `relaxed` those pairs that had to be split; `left_out` what a limit on the
-    number of expressions left unscanned.
+    of which fit into one expression, so that anybody can check a limit without a solver; a partner in it stands for
+    its pair, whose active set is the union of both. `pairs` are left/right partners that are performed together;
+    `relaxed` those pairs that had to be split. `objective` counts the whole list: a limit shows its first expressions
+    only and names the blendshapes that it leaves unscanned in `left_out`. `order_proven` says that each expression is
+    proved the most important one possible after those before it: of all, or (`minimum`) of those that keep the list
+    shortest.
     """
 
     method: str
@@ -32,6 +35,7 @@ class Packing(Struct, frozen=True, forbid_unknown_fields=True):
     objective: int
     bound: int
     proven_optimal: bool
+    order_proven: bool
     clique: tuple[str, ...]
     pairs: tuple[tuple[str, str], ...]
     relaxed: tuple[tuple[str, str], ...]

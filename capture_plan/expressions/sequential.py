@@ -9,6 +9,7 @@ The heaviest expression comes first, yet their number need not be the least.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -20,19 +21,32 @@ Weigh = Callable[[Bool[np.ndarray, " g"]], Float[np.ndarray, " g"]]
 UNIT = 1_000_000  # importance is compared to a millionth: CP-SAT counts in integers
 
 
-def sequential(sets: Bool[np.ndarray, "g n"], weigh: Weigh) -> list[Int[np.ndarray, " i"]]:
-    """Items of every expression, in order; `weigh(packed)` gives the importance once `packed` items are done.
+@dataclass(frozen=True)
+class Order:
+    """Items of every expression in order, and whether each was proved the heaviest that its rule allows."""
 
-    Raises UndecidedError where a round cannot be solved to optimality within the work limit.
-    """
+    expressions: tuple[Int[np.ndarray, " i"], ...]
+    proven: bool
+
+
+def sequential(sets: Bool[np.ndarray, "g n"], weigh: Weigh) -> Order:
+    """The heaviest expressions one after the other; `weigh(packed)` is the importance once `packed` items are done."""
     left = np.ones(len(sets), dtype=bool)
-    expressions = []
+    expressions, proven = [], True
     while left.any():
-        expression = heaviest(sets, weigh(~left), left)
-        assert expression is not None  # each item fits alone
-        left[expression] = False
-        expressions.append(expression)
-    return expressions
+        found = heaviest(sets, weigh(~left), left)
+        left[found.items] = False
+        expressions.append(found.items)
+        proven &= found.proven
+    return Order(tuple(expressions), proven)
+
+
+@dataclass(frozen=True)
+class Heaviest:
+    """Items that fit together, and whether no heavier ones do."""
+
+    items: Int[np.ndarray, " i"]
+    proven: bool
 
 
 def heaviest(
@@ -40,22 +54,21 @@ def heaviest(
     weights: Float[np.ndarray, " g"],
     left: Bool[np.ndarray, " g"],
     must_hit: Sequence[Int[np.ndarray, " h"]] = (),
-) -> Int[np.ndarray, " i"] | None:
-    """The items among `left` that fit together and weigh most, or None where nothing hits all of `must_hit`.
+) -> Heaviest:
+    """The items among `left` that fit together, hit all of `must_hit` and weigh most.
 
-    Raises UndecidedError at the work limit.
+    Raises UndecidedError where the work limit is reached without any.
     """
+    items = np.flatnonzero(left)
     model = cp_model.CpModel()
-    w = {i: model.new_bool_var("") for i in np.flatnonzero(left)}
+    w = {i: model.new_bool_var("") for i in items}
     rows = np.unique(sets[left], axis=1).T
     for row in rows[rows.sum(axis=1) > 1]:
-        model.add_at_most_one(w[i] for i in np.flatnonzero(left)[row])
+        model.add_at_most_one(w[i] for i in items[row])
     for group in must_hit:
         model.add_at_least_one(w[i] for i in group)
-    model.maximize(sum(max(1, round(UNIT * weights[i])) * w[i] for i in w))
+    model.maximize(sum(max(1, round(UNIT * weights[i])) * w[i] for i in items))
     solver, status = solve(model)
-    if status == cp_model.INFEASIBLE:
-        return None
-    if status != cp_model.OPTIMAL:
+    if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
         raise UndecidedError
-    return np.array([i for i in w if solver.boolean_value(w[i])])
+    return Heaviest(np.array([i for i in items if solver.boolean_value(w[i])]), status == cp_model.OPTIMAL)
