@@ -38,7 +38,8 @@ class Bound(Struct, frozen=True, forbid_unknown_fields=True):
     """A lower bound on the number of landmarks that anybody can check without a solver.
 
     `weights[k]` is a dual price of blendshape k: no vertex sees blendshapes of more than 1 in total, and no mirrored
-    pair of vertices of more than 2, so at least `ceil(sum of weights)` landmarks are needed (linear-programming duality).
+    pair of vertices of more than 2, so that at least `ceil(sum of weights)` landmarks are needed (duality of linear
+    programs).
     """
 
     blendshapes: tuple[str, ...]
@@ -63,9 +64,11 @@ class Worth(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Program(Struct, frozen=True, forbid_unknown_fields=True):
-    """One integer program that was solved: its cost, the best proven lower limit of it, and the landmarks it chose."""
+    """One integer program that was solved: how many landmarks it chose for which blendshapes, what they cost, and the
+    best proven lower limit of that cost."""
 
     landmarks: int
+    blendshapes: tuple[str, ...]
     objective: float
     bound: float
     proven_optimal: bool

@@ -8,6 +8,7 @@ from capture_plan.plan.settings import Settings
 from capture_plan.rig.audit import Audit
 
 FORMAT_VERSION = 1
+SAMPLE = "sample"
 
 
 class RigReference(Struct, frozen=True, forbid_unknown_fields=True):

@@ -17,7 +17,7 @@ from capture_plan.layout.settings import LayoutSettings
 
 
 class Settings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """`cameras` is a preset or a camera file, nothing where they are unknown; `target` a file with the actor's neutral."""
+    """`cameras`: a preset or a camera file, nothing where they are unknown; `target`: a file of the actor's neutral."""
 
     landmarks: LayoutSettings = field(default_factory=LayoutSettings)
     expressions: PackingSettings = field(default_factory=PackingSettings)

@@ -1,0 +1,89 @@
+"""The face as landmarks are chosen from it: which skin moves, how well it is seen, where landmarks may stand."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from capture_plan.errors import InfeasibleError
+from capture_plan.layout.settings import LayoutSettings
+from capture_plan.layout.sites import Sites, mirrored_sites, moving, relative_displacement, single_sites
+from capture_plan.layout.worth import Observation
+from capture_plan.mesh.mirror import mirror_map
+from capture_plan.rig import Rig
+from capture_plan.visibility import Camera, camera_visibility, global_visibility
+
+
+@dataclass(frozen=True, eq=False)
+class Face:
+    """What landmarks are chosen from: `used` blendshapes of a rig, and how well each vertex is seen (0 to 1)."""
+
+    rig: Rig
+    used: tuple[str, ...]
+    visibility: Float[np.ndarray, " v"]
+
+    @property
+    def rows(self) -> list[int]:
+        """Indices of the used blendshapes in the rig."""
+        return [self.rig.names.index(name) for name in self.used]
+
+    @property
+    def displacement(self) -> Float[np.ndarray, "k v"]:
+        """Length of every used delta on the skin, 0 elsewhere, millimetres."""
+        return np.where(self.rig.skin, self.rig.displacement[self.rows], 0)
+
+    @property
+    def moving_skin(self) -> Bool[np.ndarray, " v"]:
+        """Skin that some used blendshape moves."""
+        return self.rig.skin & moving(self.displacement)
+
+    def allowed(self, settings: LayoutSettings) -> Bool[np.ndarray, " v"]:
+        """Skin that moves and is seen well enough in every expression.
+
+        Raises:
+            InfeasibleError: there is none.
+        """
+        allowed = self.moving_skin & (self.visibility > 0) & (self.visibility >= settings.min_visibility)
+        if not allowed.any():
+            raise InfeasibleError(
+                f"no moving skin is seen from {settings.min_visibility:.0%} of the directions: lower min_visibility"
+            )
+        return allowed
+
+    def reach(self, settings: LayoutSettings) -> Float[np.ndarray, "k v"]:
+        """r[k, v] among the vertices that may carry a landmark, 0 elsewhere and where the movement drowns in noise.
+
+        The largest displacement is that of the seen skin: where a lip rolls out of sight, the skin beside it counts.
+        """
+        seen = np.where(self.allowed(settings), self.displacement, 0)
+        return relative_displacement(np.where(seen.max(axis=1, keepdims=True) > settings.noise_mm, seen, 0))
+
+    def sites(self, settings: LayoutSettings) -> Sites:
+        """Where landmarks may stand under these settings."""
+        allowed, reach = self.allowed(settings), self.reach(settings)
+        if not settings.symmetric:
+            return single_sites(reach, self.visibility, allowed)
+        return mirrored_sites(
+            reach,
+            self.visibility,
+            allowed,
+            neutral=self.rig.neutral,
+            mirror=mirror_map(self.rig.neutral),
+            spacing_mm=settings.spacing_mm if settings.method != "cover" else 0.0,
+        )
+
+    def observation(self, noise_mm: float) -> Observation:
+        """The face as a measuring problem."""
+        return Observation(self.rig.deltas[self.rows], self.moving_skin, noise_mm)
+
+
+def see_face(rig: Rig, used: tuple[str, ...], cameras: tuple[Camera, ...] = ()) -> Face:
+    """Visibility of every skin vertex in every expression, from anywhere or, where they are known, from the cameras."""
+    face = Face(rig, used, np.zeros(len(rig.neutral)))
+    at, deltas = np.flatnonzero(face.moving_skin), rig.deltas[face.rows]
+    visibility = np.zeros(len(rig.neutral))
+    if cameras:
+        visibility[at] = camera_visibility(rig.neutral, deltas, rig.triangles, at, cameras)
+    else:
+        visibility[at] = global_visibility(rig.neutral, deltas, rig.triangles, at)
+    return Face(rig, used, visibility)

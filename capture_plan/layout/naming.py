@@ -1,0 +1,59 @@
+"""Landmarks as people on set speak of them: numbered from the top down, named by place."""
+
+from collections import Counter
+
+import numpy as np
+from jaxtyping import Int
+
+from capture_plan.layout.face import Face
+from capture_plan.layout.quality import importance_weights
+from capture_plan.layout.record import Landmark, Role, Side
+from capture_plan.layout.settings import LayoutSettings
+from capture_plan.rig.regions import face_regions
+
+SIDES: dict[int, Side] = {1: "left", 0: "middle", -1: "right"}
+ROLES: dict[int | None, Role] = {0: "primary", None: "repair"}
+
+
+def name_landmarks(
+    face: Face, settings: LayoutSettings, vertices: Int[np.ndarray, " m"], rounds: list[int | None]
+) -> tuple[Landmark, ...]:
+    """A record for each of `vertices`, in their order; `rounds[m]` is the program that chose it."""
+    rig, visibility = face.rig, face.visibility[vertices]
+    reach = face.reach(settings)[:, vertices]
+    w = importance_weights(reach, visibility, settings.alpha)
+    covers = reach >= settings.epsilon
+    regions = face_regions(rig)
+    labels = _count_up([regions.label(vertex) for vertex in vertices.tolist()])
+    landmarks = []
+    for m, vertex in enumerate(vertices.tolist()):
+        triangle = int(np.flatnonzero((rig.triangles == vertex).any(axis=1))[0])
+        landmarks.append(
+            Landmark(
+                name=f"M{m + 1:02d}",
+                label=labels[m],
+                region=regions.names[regions.of_vertex[vertex]],
+                side=SIDES[int(regions.side[vertex])],
+                role=ROLES.get(rounds[m], "backup"),
+                vertex=vertex,
+                source_vertex=int(rig.source_index[vertex]),
+                position=tuple(np.round(rig.neutral[vertex], 3).tolist()),
+                triangle=triangle,
+                barycentric=tuple((rig.triangles[triangle] == vertex).astype(float).tolist()),
+                blendshapes=tuple(face.used[k] for k in np.flatnonzero(covers[:, m])),
+                quality=round(float(w[covers[:, m], m].mean()) if covers[:, m].any() else 2.0, 4),
+                visibility=round(float(visibility[m]), 4),
+                round=rounds[m],
+            )
+        )
+    return tuple(landmarks)
+
+
+def _count_up(labels: list[str]) -> list[str]:
+    """'left brow' stays where it is the only one and becomes 'left brow 1', 'left brow 2' where it is not."""
+    total, seen = Counter(labels), Counter()
+    numbered = []
+    for label in labels:
+        seen[label] += 1
+        numbered.append(f"{label} {seen[label]}" if total[label] > 1 else label)
+    return numbered

@@ -1,0 +1,206 @@
+"""Check a plan: recompute every claim from the rig, by code that knows no solver.
+
+Each claim is one function that says what was found; it holds or it does not. A proof that only the solver has (that no
+cover has fewer landmarks than `minimum`, that no shorter list of expressions exists) is checked as far as its
+certificate goes: the dual prices of the set cover, the clique of blendshapes no two of which fit together.
+"""
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool
+
+from capture_plan.expressions.active import active_sets
+from capture_plan.layout.face import Face, see_face
+from capture_plan.layout.quality import importance_weights, mean_quality, total_quality
+from capture_plan.layout.sites import Sites
+from capture_plan.mesh import geodesic_distance, surface_graph
+from capture_plan.mesh.mirror import mirror_map
+from capture_plan.plan.record import Plan
+from capture_plan.rig import Rig
+from capture_plan.visibility import cameras_for
+
+TOLERANCE = 2e-4  # numbers in a plan carry four decimals
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One thing that a plan says, whether it holds, and what was found."""
+
+    what: str
+    holds: bool
+    found: str
+
+
+def check_plan(plan: Plan, rig: Rig) -> tuple[Claim, ...]:
+    """Every claim of the plan, recomputed on the rig it was made for."""
+    cameras = cameras_for(plan.settings.cameras, rig.neutral, rig.skin) if plan.settings.cameras else ()
+    face = see_face(rig, plan.audit.used, cameras)
+    return (
+        *landmark_claims(plan, rig, face),
+        *bound_claims(plan, face),
+        *worth_claims(plan, face),
+        *expression_claims(plan, rig),
+    )
+
+
+def landmark_claims(plan: Plan, rig: Rig, face: Face) -> list[Claim]:
+    """Places, coverage, symmetry, spacing and the cost of every program."""
+    settings, landmarks = plan.settings.landmarks, plan.layout.landmarks
+    vertices = np.array([m.vertex for m in landmarks])
+    corners = rig.neutral[rig.triangles[[m.triangle for m in landmarks]]]
+    rebuilt = np.einsum("mc,mcx->mx", np.array([m.barycentric for m in landmarks]), corners)
+    off = np.abs(rebuilt - [m.position for m in landmarks]).max()
+    covers = face.reach(settings)[:, vertices] >= settings.epsilon
+    listed = np.array([[name in m.blendshapes for m in landmarks] for name in face.used])
+    missed = [name for name, row in zip(face.used, covers, strict=True) if not row.any()]
+    claims = [
+        Claim("every landmark lies on the skin", bool(rig.skin[vertices].all()), f"{len(vertices)} landmarks"),
+        Claim("positions agree with triangles and barycentric coordinates", off < 2e-3, f"{off:.4f} mm apart at most"),
+        Claim("landmarks list what moves them", bool((covers == listed).all()), f"{covers.sum()} entries"),
+        Claim(
+            "every blendshape has a landmark, but for those listed as uncovered",
+            set(missed) == set(plan.layout.uncovered),
+            f"{len(face.used) - len(missed)} of {len(face.used)} covered",
+        ),
+    ]
+    if settings.symmetric:
+        alone = set(vertices.tolist()) - set(mirror_map(rig.neutral)[vertices].tolist())
+        claims.append(Claim("the layout is symmetric", not alone, f"{len(alone)} landmarks without a mirror image"))
+    if settings.method != "cover":
+        skin = rig.triangles[rig.skin[rig.triangles].all(axis=1)]
+        distance = geodesic_distance(surface_graph(rig.neutral, skin), vertices)[:, vertices]
+        np.fill_diagonal(distance, np.inf)
+        claims.append(
+            Claim(
+                f"landmarks stand at least {settings.spacing_mm:g} mm apart on the skin",
+                bool(distance.min() >= settings.spacing_mm - 1e-6),
+                f"nearest two {distance.min():.1f} mm apart",
+            )
+        )
+    sites = face.sites(settings)
+    for number, program in enumerate(plan.layout.programs):
+        cost = program_cost(plan, sites, number)
+        claims.append(
+            Claim(
+                f"program {number + 1} costs what it says, and no less than its bound",
+                abs(cost - program.objective) < TOLERANCE * len(landmarks) and cost >= program.bound - 1e-2,
+                f"{cost:.4f} for {program.landmarks} landmarks",
+            )
+        )
+    return claims
+
+
+def program_cost(plan: Plan, sites: Sites, number: int) -> float:
+    """The objective of one program, recomputed for the sites that it chose and the blendshapes it had to cover."""
+    settings = plan.settings.landmarks
+    mine = [m.vertex for m in plan.layout.landmarks if m.round == number]
+    chosen = np.flatnonzero(np.isin(sites.vertices[:, 0], mine) & np.isin(sites.vertices[:, 1], mine))
+    if settings.weights == "count":
+        return float(sites.size[chosen].sum())
+    rows = [plan.audit.used.index(name) for name in plan.layout.programs[number].blendshapes]
+    covers = sites.covers(settings.epsilon)[rows][:, chosen]
+    w = importance_weights(sites.reach, sites.visibility, settings.alpha)[rows][:, chosen]
+    cost = total_quality(covers, w) if settings.weights == "paper" else sites.size[chosen] * mean_quality(covers, w)
+    return float(cost.sum())
+
+
+def bound_claims(plan: Plan, face: Face) -> list[Claim]:
+    """The dual prices keep every site's limit and add up to the bound."""
+    layout, settings = plan.layout, plan.settings.landmarks
+    sites = face.sites(settings)
+    prices = np.zeros(len(face.used))
+    prices[[face.used.index(name) for name in layout.certificate.blendshapes]] = layout.certificate.weights
+    paid = prices @ sites.covers(settings.epsilon)
+    bound = int(np.ceil(prices.sum() - 1e-9))
+    return [
+        Claim(
+            f"any cover needs at least {layout.certificate.landmarks} landmarks (dual prices)",
+            bool((paid <= sites.size + 1e-9).all() and (prices >= 0).all() and bound == layout.certificate.landmarks),
+            f"prices add up to {prices.sum():.3f}; the solver's own bound is {layout.minimum}",
+        ),
+        Claim(
+            "the bounds and the layout agree",
+            layout.certificate.landmarks <= layout.minimum <= len(layout.landmarks) or bool(layout.uncovered),
+            f"{layout.certificate.landmarks} <= {layout.minimum} <= {len(layout.landmarks)} landmarks",
+        ),
+    ]
+
+
+def worth_claims(plan: Plan, face: Face) -> list[Claim]:
+    """Rank, condition and predicted error of the landmarks."""
+    said = plan.layout.worth
+    found = face.observation(plan.settings.landmarks.noise_mm).worth(
+        np.array([m.vertex for m in plan.layout.landmarks])
+    )
+    return [
+        Claim(
+            f"rank {said.rank} of {said.full_rank}",
+            (found.rank, found.full_rank) == (said.rank, said.full_rank),
+            f"{found.rank} of {found.full_rank}",
+        ),
+        Claim(
+            f"predicted error {said.error_mm:.3f} mm under {said.noise_mm:g} mm of noise",
+            abs(found.error_mm - said.error_mm) < TOLERANCE
+            and bool(np.isclose(found.condition, said.condition, rtol=1e-2)),
+            f"{found.error_mm:.3f} mm, condition {found.condition:.0f}",
+        ),
+    ]
+
+
+def expression_claims(plan: Plan, rig: Rig) -> list[Claim]:
+    """Every blendshape once, no overlap but inside pairs, running shares, and the clique."""
+    packing, used = plan.packing, plan.audit.used
+    active = active_sets(rig, used, plan.settings.expressions.mu)
+    row = {name: k for k, name in enumerate(used)}
+    count = Counter(name for e in packing.expressions for name in e.blendshapes) + Counter(packing.left_out)
+    partner = {frozenset(pair) for pair in packing.pairs}
+    overlaps = [
+        (e.name, a, b)
+        for e in packing.expressions
+        for i, a in enumerate(e.blendshapes)
+        for b in e.blendshapes[:i]
+        if frozenset((a, b)) not in partner and (active[row[a]] & active[row[b]]).any()
+    ]
+    performed = [set(e.blendshapes) for e in packing.expressions]
+    split = [p for p in packing.pairs if any(len(set(p) & e) == 1 for e in performed) and p not in packing.relaxed]
+    running = np.cumsum([e.gain for e in packing.expressions])
+    clique = [row[name] for name in packing.clique]
+    return [
+        Claim(
+            "every blendshape is performed once or listed as left out",
+            count == Counter(used),
+            f"{len(used)} blendshapes",
+        ),
+        Claim("no two blendshapes of an expression overlap", not overlaps, f"{len(overlaps)} overlaps"),
+        Claim("partners are performed together", not split, f"{len(packing.pairs)} pairs, {len(split)} split unsaid"),
+        Claim(
+            "covered importance adds up",
+            bool(np.allclose(running, [e.covered for e in packing.expressions], atol=1e-3)),
+            f"{running[-1]:.1%} after the last expression",
+        ),
+        Claim(
+            f"no list has fewer than {len(packing.clique)} expressions (no two of {len(packing.clique)} fit together)",
+            _exclude_each_other(active, clique, packing.pairs, used),
+            f"the solver's own bound is {packing.bound}, the list has {packing.objective}",
+        ),
+        Claim(
+            "the list is no shorter than its bound",
+            len(packing.clique) <= packing.bound <= packing.objective == len(packing.expressions)
+            or bool(packing.left_out),
+            f"{len(packing.clique)} <= {packing.bound} <= {packing.objective} expressions",
+        ),
+    ]
+
+
+def _exclude_each_other(
+    active: Bool[np.ndarray, "k v"], clique: list[int], pairs: tuple[tuple[str, str], ...], used: tuple[str, ...]
+) -> bool:
+    """No two of the clique fit into one expression, each taken together with its partner."""
+    union = active.copy()
+    for left, right in pairs:
+        if left in used and right in used:
+            both = [used.index(left), used.index(right)]
+            union[both] = active[both].any(axis=0)
+    return all((union[i] & union[j]).any() for n, i in enumerate(clique) for j in clique[:n])

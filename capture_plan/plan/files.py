@@ -1,0 +1,110 @@
+"""`plan.json`: written whole or not at all, read back to an equal `Plan`, described by a JSON schema."""
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from capture_plan.errors import PlanError
+from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference
+from capture_plan.plan.settings import Settings
+from capture_plan.rig import Rig, sample_rig
+from capture_plan.rig.read import read_rig
+
+
+def plan_bytes(plan: Plan) -> bytes:
+    """The plan as indented JSON; equal plans give equal bytes."""
+    return msgspec.json.format(msgspec.json.encode(plan), indent=1) + b"\n"
+
+
+def write_plan(plan: Plan, path: Path) -> Path:
+    """Write `path` whole or not at all.
+
+    Raises:
+        PlanError: the place cannot be written.
+    """
+    write_whole(path, plan_bytes(plan))
+    return path
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write beside `path`, then rename, so that nobody ever sees half a file."""
+    part = path.with_name(f".{path.name}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part.write_bytes(content)
+        part.replace(path)
+    except OSError as error:
+        part.unlink(missing_ok=True) if part.parent.is_dir() else None
+        raise PlanError(f"{path} cannot be written ({error.strerror}): choose another place with -o") from None
+
+
+def read_plan(path: Path) -> Plan:
+    """The plan in `path`.
+
+    Raises:
+        PlanError: missing, not a plan, of another format, or with a value that no plan may have.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise PlanError(f"{path} cannot be read ({error.strerror}): give the plan.json that `plan` wrote") from None
+    try:
+        found = msgspec.json.decode(content, type=dict[str, Any]).get("format")
+        if found != FORMAT_VERSION:
+            raise PlanError(f"{path} has format {found!r}, expected {FORMAT_VERSION}: make the plan again")
+        return msgspec.json.decode(content, type=Plan)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise PlanError(f"{path} is not a plan ({error}): make it again with `capture-plan plan`") from None
+
+
+def read_settings(path: Path) -> Settings:
+    """Settings from a TOML file as described in `plan.settings`.
+
+    Raises:
+        PlanError: missing, not TOML, an unknown name or a value out of range.
+    """
+    try:
+        return msgspec.toml.decode(path.read_bytes(), type=Settings)
+    except OSError as error:
+        raise PlanError(f"{path} cannot be read ({error.strerror}): give a TOML file of settings") from None
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise PlanError(f"{path}: {error}: see `capture-plan plan --help` for what can be set") from None
+
+
+def plan_schema() -> bytes:
+    """The JSON schema of `plan.json`."""
+    return json.dumps(msgspec.json.schema(Plan), indent=1).encode() + b"\n"
+
+
+def relative_reference(rig_path: Path, plan_path: Path) -> str:
+    """`rig_path` as seen from the folder of the plan, with forward slashes; absolute where there is no relative way."""
+    try:
+        return Path(os.path.relpath(rig_path.resolve(), plan_path.resolve().parent)).as_posix()
+    except ValueError:  # another drive
+        return rig_path.resolve().as_posix()
+
+
+def rig_of(plan: Plan, plan_path: Path, *, rig_path: Path | None = None) -> Rig:
+    """Read the rig that a plan belongs to, from where the plan says or from `rig_path`.
+
+    Raises:
+        RigError: the rig cannot be read.
+        PlanError: it is not the rig the plan was made for.
+    """
+    rig = open_rig(plan.rig, rig_path or plan_path.parent / plan.rig.path)
+    if rig.fingerprint != plan.rig.fingerprint:
+        raise PlanError(
+            f"the rig has changed since {plan_path} was made (fingerprint {rig.fingerprint}, the plan's is "
+            f"{plan.rig.fingerprint}): make the plan again, or give the old rig with --rig"
+        )
+    return rig
+
+
+def open_rig(reference: RigReference, path: Path) -> Rig:
+    """The rig at `path`, read as the reference says; the bundled one where the reference is to the sample."""
+    if reference.path == SAMPLE:
+        return sample_rig()
+    return read_rig(path, unit_mm=reference.unit_mm, up=reference.up, facing=reference.facing, skin=reference.skin)

@@ -1,0 +1,50 @@
+"""From a rig to a plan: audit, landmarks, expressions."""
+
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from capture_plan.errors import RigError
+from capture_plan.expressions import pack
+from capture_plan.layout.design import design_layout
+from capture_plan.layout.face import see_face
+from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference
+from capture_plan.plan.settings import Settings
+from capture_plan.rig import Rig
+from capture_plan.rig.audit import audit
+from capture_plan.rig.read import read_neutral
+from capture_plan.visibility import cameras_for
+
+DECIDING = ("capture-plan", "numpy", "scipy", "embreex", "ortools")  # packages that a plan's numbers depend on
+
+
+def make_plan(rig: Rig, settings: Settings | None = None, *, reference: RigReference | None = None) -> Plan:
+    """Plan a session for `rig`. `reference` says where the rig was read from, for the plan file.
+
+    Raises:
+        RigError: the rig has no blendshape that can be planned for, or the camera or target file is unusable.
+        InfeasibleError: no plan satisfies the settings.
+    """
+    settings = settings or Settings()
+    report = audit(rig)
+    if not report.used:
+        raise RigError(f"{rig.name}: no blendshape moves the face skin: export deltas that do, or name the skin")
+    cameras = cameras_for(settings.cameras, rig.neutral, rig.skin) if settings.cameras else ()
+    layout = design_layout(see_face(rig, report.used, cameras), settings.landmarks)
+    packing = pack(rig, report.used, settings.expressions, target=read_target(rig, settings.target))
+    return Plan(
+        format=FORMAT_VERSION,
+        rig=reference or RigReference(rig.name, SAMPLE, rig.fingerprint, len(rig.neutral)),
+        settings=settings,
+        audit=report,
+        layout=layout,
+        packing=packing,
+        versions={name: version(name) for name in DECIDING},
+    )
+
+
+def read_target(rig: Rig, path: str | None) -> Float[np.ndarray, "v 3"] | None:
+    """The actor's neutral from a mesh file with the rig's vertices, in the rig's frame; nothing where none is given."""
+    return read_neutral(Path(path), like=rig) if path else None
