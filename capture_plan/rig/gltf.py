@@ -1,11 +1,11 @@
 """Rigs as plain glTF 2.0: a `.glb`, or a `.gltf` with its buffers beside it, with named morph targets.
 
-Every mesh of the scene, placed by its nodes (or by its skin's joints), becomes a part; blendshapes of equal name are one.
+Every mesh of the scene, placed by its nodes (or its skin's joints), becomes a part; blendshapes of equal name are one.
 glTF splits a vertex where texture or shading breaks; vertices of a mesh that share their place and all their motion are
 welded again. A vertex is called by its number in the file, all primitives counted in a row.
 Own code of JSON and NumPy, because trimesh drops morph targets and pygltflib leaves accessors, sparse ones too, undone.
 
-Letters: v vertices, f triangles, k blendshapes, j joints. Sections are those of the glTF 2.0 specification (Khronos 2021).
+Letters: v vertices, f triangles, k blendshapes, j joints. Sections are those of the glTF 2.0 specification.
 """
 
 import base64
@@ -205,10 +205,10 @@ def read_mesh(gltf: Gltf, index: int, worlds: dict[int, np.ndarray]) -> Piece:
             blocks[block] = count
             count += len(positions)
             vertices.append(np.einsum("vij,vj->vi", M[:, :3, :3], positions) + M[:, :3, 3])
-            motion = np.zeros((len(names), *positions.shape))
-            for delta, target in zip(motion, targets, strict=True):
+            motion = np.zeros((len(names), len(positions), 3))
+            for k, target in enumerate(targets):
                 if "POSITION" in target:
-                    delta[:] = np.einsum("vij,vj->vi", M[:, :3, :3], gltf.accessor(target["POSITION"]))
+                    motion[k] = np.einsum("vij,vj->vi", M[:, :3, :3], gltf.accessor(target["POSITION"]))
             deltas.append(motion)
         triangles = primitive_triangles(gltf, primitive, len(positions))
         if len(M) and np.linalg.det(M[0, :3, :3]) < 0:  # a mirrored node turns its triangles over

@@ -15,15 +15,14 @@ from pathlib import Path
 import numpy as np
 
 from capture_plan.errors import RigError
-from capture_plan.rig.raw import RawRig, vertex_parts
+from capture_plan.rig.raw import UNITS_MM, RawRig, vertex_parts
 
-UNITS_MM = {"mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
 NEEDED = {"vertices": 2, "faces": 2, "deltas": 3, "names": 1}  # dimensions
 PART_KEYS = ("part", "parts", "material", "group")
 
 
 def read_npz(path: Path) -> RawRig:
-    """The rig in the archive at `path`; the axes are unknown. RigError when an array is missing or has another shape."""
+    """The rig in the archive at `path`; its axes are unknown. RigError when an array is missing or misshapen."""
     arrays = load(path)
     for key, dimensions in NEEDED.items():
         if key not in arrays:

@@ -49,7 +49,7 @@ def read_obj_folder(folder: Path) -> RawRig:
     if len(faces.sizes) == 0:
         raise RigError(f"{neutral_path.name} has vertices but no faces ('f' lines): export the neutral with its faces")
     deltas = np.empty((len(shapes), *neutral.shape), dtype=np.float32)
-    for delta, path in zip(deltas, track(shapes, "Reading blendshapes"), strict=True):
+    for k, path in enumerate(track(shapes, "Reading blendshapes")):
         data = load(path)
         vertices = parse_vertices(data, path)
         if len(vertices) != len(neutral):
@@ -60,7 +60,7 @@ def read_obj_folder(folder: Path) -> RawRig:
         text = join_faces(data)
         if text != face_text or b"-" in text:  # negative numbers mean different vertices in different places
             check_same_faces(faces, neutral_path, parse_faces(data, path), path)
-        delta[:] = vertices - neutral
+        deltas[k] = vertices - neutral
     labels = np.repeat(faces.labels, faces.sizes - 2)
     triangles = fan(faces.corners, faces.sizes)
     parts, part_names = vertex_parts(triangles, labels, faces.part_names, len(neutral))
@@ -94,7 +94,8 @@ def find_neutral(folder: Path, paths: list[Path]) -> Path:
             if len(found) > 1:
                 listed = " and ".join(p.name for p in found[:3])
                 raise RigError(
-                    f"{folder.name}: {len(found)} files could be the neutral, {listed}: rename the right one neutral.obj"
+                    f"{folder.name}: {len(found)} files could be the neutral, {listed}: "
+                    "rename the right one to neutral.obj"
                 )
             if found:
                 return found[0]

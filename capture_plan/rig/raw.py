@@ -12,11 +12,12 @@ from capture_plan.errors import RigError
 from capture_plan.rig.record import check_blendshapes
 
 NO_PART = "(no faces)"
+UNITS_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "dm": 100.0, "in": 25.4, "ft": 304.8}  # the usual ones first
 
 
 @dataclass(frozen=True, eq=False)
 class RawRig:
-    """Arrays as in `Rig`, lengths in the file's unit. `unit_mm`, `up`, `facing` are what the format promises, if anything."""
+    """Arrays as in `Rig`, lengths in the file's unit; `unit_mm`, `up`, `facing` are what the format promises, if it does."""
 
     name: str
     neutral: Float[np.ndarray, "v 3"]

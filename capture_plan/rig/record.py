@@ -19,8 +19,8 @@ class Rig:
 
     Lengths are in millimetres; +y is up, the face looks along +z, the subject's left is +x.
     Arrays are read-only. `parts[v]` indexes `part_names`; `source_index[v]` is the vertex number in the artist's file,
-    counted from 0. One unit of that file is `unit_mm` long; `up` and `facing` are its signed axes ("+y", "-z"); how each
-    of the three was found stands beside it, and `note` says in a sentence what a person should know about it.
+    counted from 0. One unit of that file is `unit_mm` long; `up` and `facing` are its signed axes ("+y", "-z"); how
+    each of the three was found stands beside it, and `note` says in a sentence what a person should know about it.
     """
 
     name: str

@@ -1,0 +1,134 @@
+"""Reading a rig: the reader for its format, then one unit, one pose of the axes, and the face skin.
+
+Formats    a folder of OBJ files (`obj.py`), `.npz` (`npz.py`), `.glb` and `.gltf` (`gltf.py`)
+Result     millimetres, +y up, facing +z, the subject's left +x; the origin and the vertex order stay the file's
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool
+
+from capture_plan.errors import RigError
+from capture_plan.rig.gltf import read_gltf
+from capture_plan.rig.npz import read_npz
+from capture_plan.rig.obj import is_obj, read_obj_folder
+from capture_plan.rig.orient import axes_matrix, find_frame
+from capture_plan.rig.raw import RawRig
+from capture_plan.rig.record import Rig
+from capture_plan.rig.skin import find_skin
+
+READERS = {".npz": read_npz, ".glb": read_gltf, ".gltf": read_gltf}
+FORMATS = "a folder of OBJ files, .npz, .glb or .gltf"
+
+
+def read_rig(
+    path: str | Path,
+    *,
+    unit_mm: float | None = None,
+    up: str | None = None,
+    facing: str | None = None,
+    skin: str | None = None,
+) -> Rig:
+    """The rig at `path`, in millimetres, +y up, facing +z.
+
+    `unit_mm` is how long one unit of the file is; `up` and `facing` are signed axes of the file ("+y", "-z"); what is
+    not given is taken from the format or found from the shape. `skin` says where markers may go: the names of parts,
+    separated by commas ("M_Face,M_BackHead"), or a text file of vertex numbers of the artist's file, counted from 0,
+    with ranges ("0-6705 7002"). RigError in one line when there is no usable rig.
+    """
+    raw = read_raw(Path(path))
+    frame = find_frame(raw, unit_mm=unit_mm, up=up, facing=facing)
+    R = frame.unit_mm * axes_matrix(frame.up, frame.facing)
+    neutral, deltas = raw.neutral @ R.T, (raw.deltas @ R.T).astype(np.float32)
+    if skin is None:
+        skin_vertices = find_skin(neutral, raw.triangles, deltas, raw.parts, raw.part_names)
+    else:
+        skin_vertices = given_skin(skin, raw)
+    return Rig(
+        name=raw.name,
+        neutral=neutral,
+        triangles=raw.triangles,
+        deltas=deltas,
+        names=raw.names,
+        skin=skin_vertices,
+        parts=raw.parts,
+        part_names=raw.part_names,
+        source_index=raw.source_index,
+        unit_mm=frame.unit_mm,
+        up=frame.up,
+        facing=frame.facing,
+        unit_found=frame.unit_found,
+        up_found=frame.up_found,
+        facing_found=frame.facing_found,
+        note=frame.note,
+    )
+
+
+def read_raw(path: Path) -> RawRig:
+    """The rig at `path` as its file has it."""
+    try:
+        if path.is_dir():
+            return read_obj_folder(check_folder(path))
+        if not path.exists():
+            raise RigError(f"{path} does not exist: give {FORMATS}")
+        if path.suffix.lower() == ".obj":
+            raise RigError(
+                f"{path.name} is a single mesh: give the folder that holds the neutral and one OBJ file per blendshape"
+            )
+        if path.suffix.lower() not in READERS:
+            raise RigError(f"{path.name} is not a format that is read here: give {FORMATS}")
+        if path.stat().st_size == 0:
+            raise RigError(f"{path.name} is empty: export it again")
+        return READERS[path.suffix.lower()](path)
+    except OSError as error:
+        raise RigError(
+            f"{path.name} cannot be read ({error.strerror or error}): check the file and its permissions"
+        ) from error
+
+
+def check_folder(folder: Path) -> Path:
+    """The folder itself. RigError that says where the rig may be when there is no OBJ file in it."""
+    inside = sorted(folder.iterdir())
+    if any(is_obj(path) for path in inside):
+        return folder
+    if not inside:
+        raise RigError(f"the folder {folder.name} is empty: give {FORMATS}")
+    better = [path for path in inside if path.suffix.lower() in READERS]
+    better += [path for path in inside if path.is_dir() and any(is_obj(inner) for inner in sorted(path.iterdir()))]
+    advice = f"give {' or '.join(path.name for path in better[:3])} inside it" if better else f"give {FORMATS}"
+    raise RigError(f"the folder {folder.name} holds no OBJ files: {advice}")
+
+
+def given_skin(skin: str, raw: RawRig) -> Bool[np.ndarray, " v"]:
+    """The skin that a person named: a text file of the artist's vertex numbers, or parts separated by commas."""
+    if Path(skin).is_file():
+        chosen = np.isin(raw.source_index, vertex_numbers(Path(skin)))
+        if not chosen.any():
+            raise RigError(f"{Path(skin).name} names no vertex of {raw.name}: give vertex numbers counted from 0")
+        return chosen
+    names = [name.strip() for name in skin.split(",")]
+    for name in names:
+        if name not in raw.part_names:
+            raise RigError(
+                f"'{name}' is neither a file nor a part of {raw.name}: its parts are {', '.join(raw.part_names)}"
+            )
+    return np.isin(raw.parts, [raw.part_names.index(name) for name in names])
+
+
+def vertex_numbers(path: Path) -> np.ndarray:
+    """The numbers in a text file, separated by spaces, commas or line ends; 3-7 is a range, # starts a comment."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise RigError(f"{path.name} is not text: give vertex numbers such as 0-6705 7002") from error
+    numbers: list[range] = []
+    for word in re.split(r"[\s,;\[\]]+", re.sub(r"#[^\n]*", "", text)):
+        if not word:
+            continue
+        match = re.fullmatch(r"(\d+)(?:-(\d+))?", word)
+        if not match:
+            raise RigError(f"{path.name}: '{word}' is no vertex number: give numbers such as 0-6705 7002")
+        numbers.append(range(int(match[1]), int(match[2] or match[1]) + 1))
+    return np.concatenate([np.asarray(part) for part in numbers] or [np.zeros(0)])
