@@ -1,0 +1,246 @@
+"""What the plan page says: every figure with its unit, every sentence plain, proofs only where something was proved.
+
+All texts come from a `Plan` alone; nothing here is HTML.
+"""
+
+from typing import Any, NamedTuple
+
+from capture_plan.layout.record import Landmark, Worth
+from capture_plan.plan.record import Plan
+from capture_plan.report.proofs import minimum_proof, packing_proof, proofs
+from capture_plan.report.words import count, millimetres, percent
+from capture_plan.sheets.style import Look, outline, region_looks
+
+ENOUGH = 0.8  # share of the importance after which a session may stop: four fifths, the usual knee of these curves
+CHART_WIDTH, CHART_HEIGHT, CHART_GAP = 1000.0, 130.0, 0.22
+ROLE_TEXT = {
+    "primary": "",
+    "backup": "second view of its blendshapes",
+    "repair": "added so that blendshapes can be told apart",
+}
+SIDES = {"left": "on the left", "right": "on the right", "middle": "on the midline"}
+KINDS = {
+    "static": "Does not move",
+    "noise": "Only noise",
+    "duplicate": "Duplicate",
+    "dependent": "Mix of others",
+    "non-face": "Not on the face",
+    "partner": "Partner missing",
+    "corrective": "Corrective",
+    "geometry": "Mesh",
+}
+
+
+class Tile(NamedTuple):
+    """A headline figure; `proof` is empty where nothing was proved."""
+
+    name: str
+    figure: str
+    unit: str
+    note: str
+    proof: str = ""
+
+
+def contents(plan: Plan) -> dict[str, Any]:
+    """Everything that `page.html.jinja` shows, pictures and 3D head apart."""
+    layout, packing, audit = plan.layout, plan.packing, plan.audit
+    return {
+        "title": plan.rig.name,
+        "lead": f"{count(len(layout.landmarks), 'marker')} and {count(len(packing.expressions), 'expression')} "
+        f"for {count(len(audit.used), 'blendshape')}.",
+        "tiles": tiles(plan),
+        "regions": {region: glyph(look) for region, look in region_looks(layout.landmarks).items()},
+        "marker_intro": marker_intro(layout.landmarks),
+        "uncovered": layout.uncovered,
+        "stop": stop_line(plan),
+        "chart": chart(plan),
+        "unscanned": packing.left_out,
+        "relaxed": [" and ".join(pair) for pair in packing.relaxed],
+        "worth_intro": f"What the markers tell about the face when each is measured with noise of "
+        f"{layout.worth.noise_mm:g} mm: how many mixes of blendshapes can be told apart, and how far the solved skin "
+        "would be off. Shorter bars are better.",
+        "compare": compare(plan),
+        "proofs": proofs(plan),
+        "rig_facts": rig_facts(plan),
+        "left_out": [finding for finding in findings(plan) if finding["left_out"]],
+        "findings": [finding for finding in findings(plan) if not finding["left_out"]],
+        "settings": settings(plan),
+        "versions": ", ".join(f"{name} {number}" for name, number in plan.versions.items()),
+        "fingerprint": plan.rig.fingerprint,
+    }
+
+
+def tiles(plan: Plan) -> list[Tile]:
+    """The four figures a supervisor asks for first."""
+    layout, packing, worth = plan.layout, plan.packing, plan.layout.worth
+    sides = [landmark.side for landmark in layout.landmarks]
+    covered = packing.expressions[-1].covered if packing.expressions else 0
+    solved = "all that this rig can tell apart" if worth.rank == worth.full_rank else "the others stay unknown"
+    return [
+        Tile(
+            "Markers",
+            str(len(layout.landmarks)),
+            "",
+            ", ".join(f"{sides.count(side)} {where}" for side, where in SIDES.items()),
+            minimum_proof(plan),
+        ),
+        Tile(
+            "Expressions",
+            str(len(packing.expressions)),
+            "",
+            f"show {percent(covered)} of the importance of all blendshapes",
+            packing_proof(plan),
+        ),
+        Tile("Told apart", str(worth.rank), f"of {worth.full_rank}", f"blendshape mixes: {solved}"),
+        Tile(
+            "Predicted error",
+            f"{worth.error_mm:.2f}",
+            "mm",
+            f"of the skin, root mean square, under {worth.noise_mm:g} mm of noise per marker",
+        ),
+    ]
+
+
+def marker_intro(landmarks: tuple[Landmark, ...]) -> str:
+    repairs = sum(landmark.role == "repair" for landmark in landmarks)
+    text = "Choose a row to turn the head to its marker."
+    return (
+        text if not repairs else f"{text} {count(repairs, 'marker')} were added so that blendshapes can be told apart."
+    )
+
+
+def marker_facts(landmark: Landmark) -> list[tuple[str, str]]:
+    """Term and value of everything the card of a marker shows."""
+    why = ROLE_TEXT.get(landmark.role, "")
+    facts = [
+        ("Side", landmark.side),
+        ("Seen", f"from {percent(landmark.visibility)} of directions"),
+        ("Vertex", f"{landmark.source_vertex:,}"),
+    ]
+    return [*facts, ("Why", why)] if why else facts
+
+
+def glyph(look: Look) -> dict[str, str]:
+    """The sign of a region as on the printed sheets: a colour, and an outline for a box from -1.5 to 1.5."""
+    return {"colour": look.colour, "points": " ".join(f"{x:.2f},{y:.2f}" for x, y in outline(look.shape))}
+
+
+def marker_rows(landmarks: tuple[Landmark, ...]) -> list[dict[str, Any]]:
+    looks = region_looks(landmarks)
+    return [
+        {
+            "name": landmark.name,
+            "label": landmark.label,
+            "side": landmark.side,
+            "why": ROLE_TEXT.get(landmark.role, ""),
+            "glyph": glyph(looks[landmark.region]),
+            "blendshapes": landmark.blendshapes,
+            "seen": percent(landmark.visibility),
+            "vertex": f"{landmark.source_vertex:,}",
+        }
+        for landmark in landmarks
+    ]
+
+
+def stop_line(plan: Plan) -> str:
+    """After which expression a session may stop; empty where only the last one would do."""
+    expressions = plan.packing.expressions
+    for number, expression in enumerate(expressions, start=1):
+        if expression.covered >= ENOUGH and number < len(expressions):
+            return f"stop after expression {number}: {percent(expression.covered)} of the importance is then covered."
+    return ""
+
+
+def chart(plan: Plan) -> dict[str, Any]:
+    """Bars of the importance covered after each expression, in the units of the drawing."""
+    expressions = plan.packing.expressions
+    pitch = CHART_WIDTH / max(len(expressions), 1)
+    covered = [min(1.0, expression.covered) for expression in expressions]
+    bars = [
+        {
+            "x": round((i + CHART_GAP / 2) * pitch, 1),
+            "y": round(CHART_HEIGHT * (1 - share), 1),
+            "width": round((1 - CHART_GAP) * pitch, 1),
+            "height": round(CHART_HEIGHT * share, 1),
+            "enough": share < ENOUGH or i == next((j for j, s in enumerate(covered) if s >= ENOUGH), 0),
+        }
+        for i, share in enumerate(covered)
+    ]
+    said = ", ".join(f"{i}: {percent(share)}" for i, share in enumerate(covered, start=1))
+    return {
+        "bars": bars,
+        "line": CHART_HEIGHT * (1 - ENOUGH),
+        "enough": percent(ENOUGH),
+        "alt": f"Covered after expression {said}",
+    }
+
+
+def compare(plan: Plan) -> list[dict[str, Any]]:
+    """This plan's layout above the others of the same face; bars share one scale that ends at the largest error."""
+    own = (f"This plan ({plan.layout.method})", plan.layout.worth, True)
+    rows = [own, *((name, worth, False) for name, worth in plan.layout.references.items())]
+    most = max(worth.error_mm for _, worth, _ in rows) or 1.0
+    return [compare_row(name, worth, is_own, worth.error_mm / most) for name, worth, is_own in rows]
+
+
+def compare_row(name: str, worth: Worth, own: bool, share: float) -> dict[str, Any]:
+    return {
+        "name": name,
+        "markers": worth.landmarks,
+        "rank": f"{worth.rank} of {worth.full_rank}",
+        "condition": f"{worth.condition:,.0f}",
+        "error": millimetres(worth.error_mm),
+        "share": share,
+        "own": own,
+    }
+
+
+def rig_facts(plan: Plan) -> list[tuple[str, str]]:
+    audit = plan.audit
+    facts = [
+        ("Vertices", f"{audit.vertices:,}, of which {audit.skin_vertices:,} face skin"),
+        ("Triangles", f"{audit.triangles:,}"),
+        ("Blendshapes", f"{audit.blendshapes}, of which {len(audit.used)} planned for"),
+        ("Can be told apart at all", f"{audit.rank} mixes"),
+        ("Unit read as", f"{audit.unit_mm:g} mm"),
+        ("Up and facing", f"{audit.up} and {audit.facing}"),
+        ("Fingerprint", plan.rig.fingerprint),
+    ]
+    if audit.interpupillary_mm is not None:
+        facts.insert(4, ("Between the pupils", f"{audit.interpupillary_mm:.1f} mm"))
+    return facts
+
+
+def findings(plan: Plan) -> list[dict[str, Any]]:
+    return [
+        {
+            "kind": KINDS[finding.kind],
+            "message": finding.message,
+            "advice": finding.advice,
+            "blendshapes": finding.blendshapes,
+            "left_out": finding.left_out,
+        }
+        for finding in plan.audit.findings
+    ]
+
+
+def settings(plan: Plan) -> list[tuple[str, str]]:
+    """What was decided for this plan, in words."""
+    landmarks, expressions = plan.settings.landmarks, plan.settings.expressions
+    switch = {True: "yes", False: "no"}
+    return [
+        ("Marker method", landmarks.method),
+        ("Marker weights", landmarks.weights),
+        ("Movement that counts (epsilon)", f"{percent(landmarks.epsilon)} of a blendshape's largest"),
+        ("Symmetric markers", switch[landmarks.symmetric]),
+        ("Least spacing on the skin", f"{landmarks.spacing_mm:g} mm"),
+        ("Markers per blendshape, at most", f"{landmarks.rounds} rounds"),
+        ("Noise of a marker", f"{landmarks.noise_mm:g} mm"),
+        ("Least visibility", percent(landmarks.min_visibility)),
+        ("Cameras", plan.settings.cameras or "not known: seen from all sides"),
+        ("Expression method", expressions.method),
+        ("Movement that clashes (mu)", f"{percent(expressions.mu)} of a blendshape's largest"),
+        ("Left and right together", switch[expressions.paired]),
+        ("Expressions, at most", str(expressions.limit or "no limit")),
+        ("Actor's neutral", plan.settings.target or "not given"),
+    ]

@@ -1,0 +1,170 @@
+"""The plan as one HTML file that needs no network, and the 3D head alone for notebooks.
+
+Everything travels inside: style, scripts, pictures, the head and the plan's data. Names from a rig pass through Jinja's
+escaping on their way into the page, through `script_json` on their way into a script, and as text nodes from there.
+"""
+
+import base64
+import io
+import json
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, Protocol
+
+import jinja2
+import numpy as np
+from jaxtyping import Float
+from markupsafe import Markup
+
+from capture_plan.plan.files import plan_bytes, write_whole
+from capture_plan.plan.record import Plan
+from capture_plan.report.contents import contents, marker_facts, marker_rows
+from capture_plan.report.head import opaque_triangles, packed_head, packed_landmarks
+from capture_plan.report.words import percent
+from capture_plan.rig import Rig
+from capture_plan.sheets import expression_pictures, marker_pictures
+from capture_plan.visibility import hemisphere_visibility
+
+ASSETS = files(__package__).joinpath("assets")
+SHADE_RAYS = 64  # smooth enough for the eye; the plan's own visibility uses more
+MARKER_PICTURE_PX, EXPRESSION_PICTURE_PX = 900, 420
+WEBP_QUALITY = 84
+# Inside a script element these could end it, open a comment, or break a line of JavaScript.
+UNSAFE = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026", "\u2028": "\\u2028", "\u2029": "\\u2029"}
+
+
+class Picture(Protocol):
+    """What the page needs of a Pillow image."""
+
+    @property
+    def size(self) -> tuple[int, int]: ...
+    def save(self, fp: io.BytesIO, format: str, **params: Any) -> None: ...
+
+
+def write_html(plan: Plan, rig: Rig, path: Path) -> Path:
+    """Write the plan as one HTML file, whole or not at all.
+
+    Raises:
+        PlanError: the place cannot be written.
+    """
+    write_whole(path, page_html(plan, rig).encode())
+    return path
+
+
+def page_html(plan: Plan, rig: Rig) -> str:
+    """The plan page: pictures, tables, the 3D head and the plan's data in one document."""
+    pictures = expression_pictures(plan, rig, height_px=EXPRESSION_PICTURE_PX)
+    expressions = [
+        {
+            "name": expression.name,
+            "sentence": expression.sentence,
+            "blendshapes": expression.blendshapes,
+            "covered": expression.covered,
+            "gain_text": percent(expression.gain),
+            "covered_text": percent(expression.covered),
+            "pictures": [
+                embedded(pictures[expression.name].front, f"{expression.name} from the front"),
+                embedded(pictures[expression.name].three_quarter, f"{expression.name} from three quarters"),
+                embedded(pictures[expression.name].heat, f"{expression.name}: where the skin moves"),
+            ],
+        }
+        for expression in plan.packing.expressions
+    ]
+    plates = [
+        {**embedded(picture, f"Markers, {view.lower()}"), "caption": view}
+        for view, picture in marker_pictures(plan, rig, height_px=MARKER_PICTURE_PX).items()
+    ]
+    return (
+        templates()
+        .get_template("page.html.jinja")
+        .render(
+            **contents(plan),
+            expressions=expressions,
+            markers=marker_rows(plan.layout.landmarks),
+            marker_pictures=plates,
+            head_json=script_json(json.dumps(viewer_data(rig, plan))),
+            plan_json=script_json(plan_bytes(plan).decode()),
+            css=asset("style.css"),
+            scripts=scripts("three.min.js", "head.js", "viewer.js", "panel.js", "page.js"),
+        )
+    )
+
+
+def viewer_html(rig: Rig, plan: Plan, *, expressions: bool = True) -> str:
+    """The 3D head alone as a document of its own, for an `iframe srcdoc`; with or without the expression stepper."""
+    return (
+        templates()
+        .get_template("standalone.html.jinja")
+        .render(
+            title=plan.rig.name,
+            expressions=plan.packing.expressions if expressions else (),
+            head_json=script_json(json.dumps(viewer_data(rig, plan))),
+            css=asset("style.css"),
+            scripts=scripts("three.min.js", "head.js", "viewer.js", "panel.js"),
+        )
+    )
+
+
+def viewer_data(rig: Rig, plan: Plan) -> dict[str, Any]:
+    """What `CapturePlan.start` reads: the head, its landmarks and its expressions."""
+    shown = dict.fromkeys(plan.audit.used)
+    shown |= dict.fromkeys(name for expression in plan.packing.expressions for name in expression.blendshapes)
+    names = tuple(shown)
+    number = {name: k for k, name in enumerate(names)}
+    landmarks = packed_landmarks(rig, plan.layout.landmarks)
+    for packed, landmark in zip(landmarks, plan.layout.landmarks, strict=True):
+        packed["facts"] = marker_facts(landmark)
+    return {
+        "head": packed_head(rig, names, openness(rig)),
+        "landmarks": landmarks,
+        "expressions": [
+            {
+                "name": expression.name,
+                "sentence": expression.sentence,
+                "blendshapes": expression.blendshapes,
+                "weights": [
+                    [number[name], w] for name, w in zip(expression.blendshapes, expression.weights, strict=True)
+                ],
+            }
+            for expression in plan.packing.expressions
+        ],
+    }
+
+
+def openness(rig: Rig) -> Float[np.ndarray, " v"]:
+    """Share of the hemisphere that each vertex sees (ambient occlusion); lashes and clear shells hide nothing."""
+    opaque = opaque_triangles(rig)
+    used = np.unique(opaque)
+    share = np.ones(len(rig.neutral))
+    share[used] = hemisphere_visibility(rig.neutral, opaque, used, rays=SHADE_RAYS)
+    return share
+
+
+def embedded(picture: Picture, alt: str) -> dict[str, Any]:
+    """A picture as a data URL with its size and what it shows."""
+    buffer = io.BytesIO()
+    picture.save(buffer, "WEBP", quality=WEBP_QUALITY, method=4)
+    width, height = picture.size
+    source = f"data:image/webp;base64,{base64.b64encode(buffer.getvalue()).decode()}"
+    return {"source": source, "alt": alt, "width": width, "height": height}
+
+
+def script_json(text: str) -> Markup:
+    """JSON as it may stand inside a script element: nothing in a name can end the element."""
+    for sign, escape in UNSAFE.items():
+        text = text.replace(sign, escape)
+    return Markup(text)
+
+
+def asset(name: str) -> Markup:
+    """A file of ours, as it is."""
+    return Markup(ASSETS.joinpath(name).read_text(encoding="utf-8"))
+
+
+def scripts(*names: str) -> Markup:
+    return Markup("\n").join(asset(name) for name in names)
+
+
+def templates() -> jinja2.Environment:
+    loader = jinja2.FunctionLoader(lambda name: ASSETS.joinpath(name).read_text(encoding="utf-8"))
+    return jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)

@@ -1,0 +1,50 @@
+"""What a plan has proved, in words; nothing is called proved, shortest or optimal that is not."""
+
+from capture_plan.plan.record import Plan
+from capture_plan.report.words import count
+
+
+def minimum_proof(plan: Plan) -> str:
+    """What is proved about the number of landmarks; empty where nothing is."""
+    programs = plan.layout.programs
+    if programs and programs[0].proven_optimal:
+        return f"Proved: fewer than {plan.layout.minimum} cannot show every blendshape even once"
+    if plan.layout.certificate.landmarks > 1:
+        return f"Proved: at least {plan.layout.certificate.landmarks} are needed"
+    return ""
+
+
+def packing_proof(plan: Plan) -> str:
+    """What is proved about the number of expressions; empty where nothing is."""
+    packing = plan.packing
+    whole = " for the whole list" if packing.left_out else ""
+    if packing.proven_optimal and packing.bound == packing.objective:
+        return f"Proved: fewer than {packing.bound} is impossible{whole}"
+    return f"Proved: at least {packing.bound} are needed{whole}" if packing.bound > 1 else ""
+
+
+def proofs(plan: Plan) -> list[str]:
+    """The proofs in whole sentences, with what anybody can check by hand."""
+    return [*landmark_proofs(plan), *expression_proofs(plan)]
+
+
+def landmark_proofs(plan: Plan) -> list[str]:
+    layout, certificate, said = plan.layout, plan.layout.certificate, []
+    if minimum := minimum_proof(plan):
+        priced = count(len(certificate.blendshapes), "blendshape")
+        check = f" Prices on {priced} show it for {certificate.landmarks} without a solver."
+        said.append(f"{minimum}.{check if certificate.blendshapes else ''}")
+    if layout.programs and all(program.proven_optimal for program in layout.programs):
+        said.append(f"{count(len(layout.programs), 'program')} chose markers, each solved to proven optimality.")
+    return said
+
+
+def expression_proofs(plan: Plan) -> list[str]:
+    packing, said = plan.packing, []
+    if proof := packing_proof(plan):
+        clique = f" No two of these fit into one expression: {', '.join(packing.clique)}."
+        said.append(f"{proof}.{clique if len(packing.clique) > 1 else ''}")
+    if packing.order_proven:
+        among = ", of those that keep the list shortest" if packing.method == "minimum" else ""
+        said.append(f"Each expression is proved the most important one possible after those before it{among}.")
+    return said

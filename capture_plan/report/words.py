@@ -1,0 +1,16 @@
+"""Numbers as people read them, each with its unit."""
+
+
+def count(n: int, what: str) -> str:
+    """'1 marker', '1,200 markers'."""
+    return f"{n:,} {what}" if n == 1 else f"{n:,} {what}s"
+
+
+def percent(share: float) -> str:
+    """A share from 0 to 1 in whole per cent."""
+    return f"{100 * share:.0f} %"
+
+
+def millimetres(length: float) -> str:
+    """Hundredths where they say something, whole millimetres beyond 10."""
+    return f"{length:.2f} mm" if length < 10 else f"{length:,.0f} mm"
