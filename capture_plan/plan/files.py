@@ -74,27 +74,57 @@ def read_settings(path: Path) -> Settings:
         raise PlanError(f"{path}: {error}: see `capture-plan plan --help` for what can be set") from None
 
 
+def change_settings(settings: Settings, changes: dict[str, Any]) -> Settings:
+    """`settings` with `changes`, a nested mapping as in a settings file.
+
+    Raises:
+        PlanError: an unknown name or a value out of range.
+    """
+    merged = msgspec.to_builtins(settings)
+    for name, value in changes.items():
+        merged[name] = merged[name] | value if isinstance(value, dict) else value
+    try:
+        return msgspec.convert(merged, Settings)
+    except msgspec.ValidationError as error:
+        raise PlanError(f"settings: {error}") from None
+
+
 def plan_schema() -> bytes:
     """The JSON schema of `plan.json`."""
     return json.dumps(msgspec.json.schema(Plan), indent=1).encode() + b"\n"
 
 
-def relative_reference(rig_path: Path, plan_path: Path) -> str:
-    """`rig_path` as seen from the folder of the plan, with forward slashes; absolute where there is no relative way."""
+def refer_to(
+    rig: Rig,
+    rig_path: str,
+    plan_path: Path,
+    *,
+    unit_mm: float | None = None,
+    up: str | None = None,
+    facing: str | None = None,
+    skin: str | None = None,
+) -> RigReference:
+    """How the plan at `plan_path` remembers its rig: relative to the plan, so that both can move together."""
+    path = rig_path if rig_path == SAMPLE else _relative(Path(rig_path), plan_path.parent)
+    return RigReference(rig.name, path, rig.fingerprint, len(rig.neutral), unit_mm, up, facing, skin)
+
+
+def _relative(path: Path, folder: Path) -> str:
+    """`path` as seen from `folder`, with forward slashes; absolute where there is no relative way."""
     try:
-        return Path(os.path.relpath(rig_path.resolve(), plan_path.resolve().parent)).as_posix()
+        return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
     except ValueError:  # another drive
-        return rig_path.resolve().as_posix()
+        return path.resolve().as_posix()
 
 
-def rig_of(plan: Plan, plan_path: Path, *, rig_path: Path | None = None) -> Rig:
+def rig_of(plan: Plan, plan_path: Path, *, rig_path: str | None = None) -> Rig:
     """Read the rig that a plan belongs to, from where the plan says or from `rig_path`.
 
     Raises:
         RigError: the rig cannot be read.
         PlanError: it is not the rig the plan was made for.
     """
-    rig = open_rig(plan.rig, rig_path or plan_path.parent / plan.rig.path)
+    rig = _open(plan.rig, rig_path or plan_path.parent / plan.rig.path)
     if rig.fingerprint != plan.rig.fingerprint:
         raise PlanError(
             f"the rig has changed since {plan_path} was made (fingerprint {rig.fingerprint}, the plan's is "
@@ -103,7 +133,7 @@ def rig_of(plan: Plan, plan_path: Path, *, rig_path: Path | None = None) -> Rig:
     return rig
 
 
-def open_rig(reference: RigReference, path: Path) -> Rig:
+def _open(reference: RigReference, path: str | Path) -> Rig:
     """The rig at `path`, read as the reference says; the bundled one where the reference is to the sample."""
     if reference.path == SAMPLE:
         return sample_rig()

@@ -7,13 +7,15 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_plan.errors import RigError
-from capture_plan.expressions import pack
+from capture_plan.expressions.pack import pack
+from capture_plan.expressions.record import Packing
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import see_face
+from capture_plan.layout.record import Layout
 from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
-from capture_plan.rig.audit import audit
+from capture_plan.rig.audit import Audit, audit
 from capture_plan.rig.read import read_neutral
 from capture_plan.visibility import cameras_for
 
@@ -34,6 +36,19 @@ def make_plan(rig: Rig, settings: Settings | None = None, *, reference: RigRefer
     cameras = cameras_for(settings.cameras, rig.neutral, rig.skin) if settings.cameras else ()
     layout = design_layout(see_face(rig, report.used, cameras), settings.landmarks)
     packing = pack(rig, report.used, settings.expressions, target=read_target(rig, settings.target))
+    return assemble_plan(rig, settings, report, layout, packing, reference=reference)
+
+
+def assemble_plan(
+    rig: Rig,
+    settings: Settings,
+    report: Audit,
+    layout: Layout,
+    packing: Packing,
+    *,
+    reference: RigReference | None = None,
+) -> Plan:
+    """A plan from its parts, for who computes them one at a time."""
     return Plan(
         format=FORMAT_VERSION,
         rig=reference or RigReference(rig.name, SAMPLE, rig.fingerprint, len(rig.neutral)),

@@ -1,0 +1,266 @@
+"""The command line: `capture-plan …`. Every subcommand is one call into the package and prints what it wrote.
+
+Exit codes: 0 done; 1 a check did not hold; 2 wrong usage or unusable input, said in one line with what to change.
+Data go to standard output only with --json, everything else to standard error. Heavy packages load when needed.
+"""
+
+import sys
+from collections.abc import Iterable
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+if TYPE_CHECKING:
+    from capture_plan.plan.settings import Settings
+    from capture_plan.rig import Rig
+
+app = typer.Typer(
+    help=(
+        "Plan a facial capture session from a blendshape rig: where to put how few markers, which expressions to scan, "
+        "and every page the set needs. RIG is a folder of OBJ files, a .glb, .gltf or .npz file, or the word 'sample'."
+    ),
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+
+RigPath = Annotated[str, typer.Argument(metavar="RIG", help="Folder of OBJ files, .glb, .gltf, .npz, or 'sample'.")]
+PlanPath = Annotated[Path, typer.Argument(metavar="PLAN", help="A plan.json that `plan` wrote.")]
+OtherRig = Annotated[str | None, typer.Option("--rig", help="Where the rig is now, if it moved.")]
+PlanFile = Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Plan file to write.")]
+Folder = Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder to write into.")]
+UnitMm = Annotated[float | None, typer.Option(help="Millimetres in one unit of the rig's file, if detection errs.")]
+Up = Annotated[str | None, typer.Option(help="Axis of the file that points up, e.g. +y or +z.")]
+Facing = Annotated[str | None, typer.Option(help="Axis of the file that the face looks along, e.g. +z or -y.")]
+Skin = Annotated[str | None, typer.Option(help="Skin: part names with commas, or a text file of vertex numbers.")]
+
+
+Paper = Literal["a4", "letter"]
+Method = Literal["studio", "adaptive", "cover"]
+Weights = Literal["lexicographic", "paper", "count"]
+Packer = Literal["minimum", "sequential"]
+
+
+class Export(StrEnum):
+    """What `export` can write."""
+
+    html = "html"
+    csv = "csv"
+    json = "json"
+
+
+@app.command()
+def demo(output: Folder = Path("capture-plan-demo"), paper: Paper = "a4") -> None:
+    """Plan the bundled sample head and write its plan, sheets and HTML page into DIR."""
+    from capture_plan.plan.files import write_plan
+    from capture_plan.plan.make import make_plan
+    from capture_plan.plan.summary import summary
+    from capture_plan.report import write_html
+    from capture_plan.rig import sample_rig
+    from capture_plan.sheets import write_sheets
+
+    rig = sample_rig()
+    plan = make_plan(rig)
+    say(summary(plan))
+    written = [write_plan(plan, output / "plan.json")]
+    written += write_sheets(plan, rig, output / "sheets", paper=paper)
+    written.append(write_html(plan, rig, output / "plan.html"))
+    say_written(written)
+
+
+@app.command()
+def audit(
+    rig: RigPath,
+    json: Annotated[bool, typer.Option("--json", help="Print the audit as JSON to standard output.")] = False,
+    unit_mm: UnitMm = None,
+    up: Up = None,
+    facing: Facing = None,
+    skin: Skin = None,
+) -> None:
+    """Say what is in a rig, what is wrong with it, and what a plan will leave out and why."""
+    import msgspec
+
+    from capture_plan.rig.audit import audit as audit_rig
+    from capture_plan.rig.audit import audit_text
+
+    report = audit_rig(open_rig(rig, unit_mm, up, facing, skin))
+    if json:
+        print(msgspec.json.format(msgspec.json.encode(report)).decode())
+    else:
+        say([audit_text(report)])
+
+
+@app.command()
+def plan(
+    rig: RigPath,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Plan file to write.")] = Path(
+        "plan.json"
+    ),
+    settings: Annotated[Path | None, typer.Option(help="TOML file of settings; options below win over it.")] = None,
+    method: Annotated[Method | None, typer.Option(help="How landmarks are chosen [studio].")] = None,
+    weights: Annotated[Weights | None, typer.Option(help="What a good landmark is [lexicographic].")] = None,
+    epsilon: Annotated[float | None, typer.Option(help="Share of a blendshape's largest movement [0.5].")] = None,
+    symmetric: Annotated[bool | None, typer.Option(help="Mirror every landmark [yes].")] = None,
+    spacing_mm: Annotated[float | None, typer.Option(help="Least distance on the skin, millimetres [8].")] = None,
+    noise_mm: Annotated[float | None, typer.Option(help="Noise of a measured landmark, millimetres [0.2].")] = None,
+    cameras: Annotated[str | None, typer.Option(help="Camera file (TOML), or frontal, or head-mounted-pair.")] = None,
+    expressions: Annotated[Packer | None, typer.Option(help="How expressions are packed [minimum].")] = None,
+    mu: Annotated[float | None, typer.Option(help="Share of movement that makes a vertex active [0.3].")] = None,
+    paired: Annotated[bool | None, typer.Option(help="Perform left and right together [yes].")] = None,
+    limit: Annotated[int | None, typer.Option(help="Most expressions there is time for.")] = None,
+    target: Annotated[str | None, typer.Option(help="Mesh of the actor's neutral with the rig's vertices.")] = None,
+    unit_mm: UnitMm = None,
+    up: Up = None,
+    facing: Facing = None,
+    skin: Skin = None,
+) -> None:
+    """Plan a session for RIG: landmarks and expressions, with what was proved and what error to expect."""
+    from capture_plan.plan.files import read_settings, refer_to, write_plan
+    from capture_plan.plan.make import make_plan
+    from capture_plan.plan.settings import Settings
+    from capture_plan.plan.summary import summary
+
+    chosen = override(
+        read_settings(settings) if settings else Settings(),
+        {"method": method, "weights": weights, "epsilon": epsilon, "symmetric": symmetric}
+        | {"spacing_mm": spacing_mm, "noise_mm": noise_mm},
+        {"method": expressions, "mu": mu, "paired": paired, "limit": limit},
+        {"cameras": cameras, "target": target},
+    )
+    found = open_rig(rig, unit_mm, up, facing, skin)
+    reference = refer_to(found, rig, output, unit_mm=unit_mm, up=up, facing=facing, skin=skin)
+    made = make_plan(found, chosen, reference=reference)
+    write_plan(made, output)
+    say(summary(made))
+    say_written([output])
+
+
+@app.command()
+def check(
+    plan: PlanPath,
+    rig: OtherRig = None,
+    json: Annotated[bool, typer.Option("--json", help="Print the claims as JSON to standard output.")] = False,
+) -> None:
+    """Recompute every claim of PLAN without a solver; exit 1 if one does not hold."""
+    import msgspec
+
+    from capture_plan.plan.check import check_plan
+    from capture_plan.plan.files import read_plan, rig_of
+
+    made = read_plan(plan)
+    claims = check_plan(made, rig_of(made, plan, rig_path=rig))
+    if json:
+        print(msgspec.json.format(msgspec.json.encode(claims)).decode())
+    say(f"{'holds ' if claim.holds else 'FAILS '} {claim.what}: {claim.found}" for claim in claims)
+    broken = sum(not claim.holds for claim in claims)
+    say([f"{len(claims) - broken} of {len(claims)} claims hold."])
+    if broken:
+        raise typer.Exit(1)
+
+
+@app.command()
+def render(
+    plan: PlanPath,
+    output: Folder = Path("sheets"),
+    rig: OtherRig = None,
+    paper: Paper = "a4",
+    dpi: Annotated[int, typer.Option(min=72, max=600, help="Resolution of the page pictures.")] = 300,
+) -> None:
+    """Draw the marker sheets and reference expressions of PLAN for print: one PDF at true scale, and PNG pages."""
+    from capture_plan.plan.files import read_plan, rig_of
+    from capture_plan.sheets import write_sheets
+
+    made = read_plan(plan)
+    say_written(write_sheets(made, rig_of(made, plan, rig_path=rig), output, paper=paper, dpi=dpi))
+
+
+@app.command()
+def export(
+    plan: PlanPath,
+    output: Folder = Path("export"),
+    only: Annotated[list[Export] | None, typer.Option(help="Write only this; may be given several times.")] = None,
+    rig: OtherRig = None,
+) -> None:
+    """Write PLAN for people and programs: an HTML page that needs no network, tables, and the plan with its schema."""
+    from capture_plan.exports import write_schema, write_tables
+    from capture_plan.plan.files import read_plan, rig_of, write_plan
+    from capture_plan.report import write_html
+
+    made, wanted = read_plan(plan), only or list(Export)
+    written: list[Path] = []
+    if Export.html in wanted:
+        written.append(write_html(made, rig_of(made, plan, rig_path=rig), output / "plan.html"))
+    if Export.csv in wanted:
+        written += write_tables(made, output)
+    if Export.json in wanted:
+        written += [write_plan(made, output / "plan.json"), write_schema(output / "plan.schema.json")]
+    say_written(written)
+
+
+@app.command()
+def notebook(
+    rig: RigPath = "sample",
+    edit: Annotated[bool, typer.Option("--edit", help="Open it for editing instead of as an app.")] = False,
+    headless: Annotated[bool, typer.Option("--headless", help="Start the server without a browser.")] = False,
+    port: Annotated[int | None, typer.Option(help="Port of the server.")] = None,
+) -> None:
+    """Open the session notebook on RIG: turn a knob, see the plan change."""
+    from capture_plan.notebook import open_notebook
+
+    raise typer.Exit(open_notebook(rig, edit=edit, headless=headless, port=port))
+
+
+def open_rig(path: str, unit_mm: float | None, up: str | None, facing: str | None, skin: str | None) -> "Rig":
+    """The rig that a person named, read with their corrections."""
+    from capture_plan.rig import sample_rig
+    from capture_plan.rig.read import read_rig
+
+    return sample_rig() if path == "sample" else read_rig(path, unit_mm=unit_mm, up=up, facing=facing, skin=skin)
+
+
+def override(settings: "Settings", landmarks: dict, expressions: dict, session: dict) -> "Settings":
+    """`settings` with every option that was given."""
+    from capture_plan.plan.files import change_settings
+
+    def given(options: dict) -> dict:
+        return {name: value for name, value in options.items() if value is not None}
+
+    return change_settings(
+        settings, given(session) | {"landmarks": given(landmarks), "expressions": given(expressions)}
+    )
+
+
+def say(lines: Iterable[str]) -> None:
+    """Messages for people, to standard error."""
+    for line in lines:
+        print(line, file=sys.stderr)
+
+
+def say_written(paths: Iterable[Path]) -> None:
+    """The paths that were written."""
+    say(f"wrote {path}" for path in paths)
+
+
+def main() -> None:
+    """Run the command line; every expected error is one line and exit code 2."""
+    from typer.exceptions import TyperException
+
+    from capture_plan.errors import CapturePlanError
+    from capture_plan.progress import show_progress
+    from capture_plan.terminal import report_to_terminal
+
+    try:
+        with show_progress(report_to_terminal):
+            sys.exit(app(standalone_mode=False, prog_name="capture-plan") or 0)
+    except TyperException as error:
+        reason = getattr(error, "format_message", lambda: str(error))()
+        line = reason if reason.startswith("Usage") else f"capture-plan: {' '.join(reason.split())} (see --help)"
+        print(line, file=sys.stderr)
+    except CapturePlanError as error:
+        print(f"capture-plan: {error}", file=sys.stderr)
+    except KeyboardInterrupt:
+        print("capture-plan: stopped; nothing half-written was left", file=sys.stderr)
+        sys.exit(130)
+    sys.exit(2)

@@ -1,0 +1,45 @@
+"""Tables that a spreadsheet, a slate operator or a script reads: `landmarks.csv`, `expressions.csv`."""
+
+import csv
+import io
+from collections.abc import Iterable
+from pathlib import Path
+
+from capture_plan.plan.files import plan_schema, write_whole
+from capture_plan.plan.record import Plan
+
+
+def write_tables(plan: Plan, folder: Path) -> list[Path]:
+    """One row a landmark (millimetres), one row an expression in the order of shooting."""
+    landmarks = [
+        [m.name, m.label, m.side, m.role, *m.position, m.vertex, m.source_vertex, " ".join(m.blendshapes)]
+        for m in plan.layout.landmarks
+    ]
+    header = ["name", "place", "side", "role", "x_mm", "y_mm", "z_mm", "vertex", "source_vertex", "blendshapes"]
+    expressions = [
+        [e.name, e.sentence, " ".join(e.blendshapes), round(100 * e.gain, 2), round(100 * e.covered, 2)]
+        for e in plan.packing.expressions
+    ]
+    shots = ["slate", "actor", "blendshapes", "gain_percent", "covered_percent"]
+    return [
+        _write(folder / "landmarks.csv", [header, *landmarks]),
+        _write(folder / "expressions.csv", [shots, *expressions]),
+    ]
+
+
+def write_schema(path: Path) -> Path:
+    """The JSON schema of `plan.json`."""
+    write_whole(path, plan_schema())
+    return path
+
+
+def _write(path: Path, rows: Iterable[list]) -> Path:
+    text = io.StringIO(newline="")
+    csv.writer(text).writerows([[_plain(cell) for cell in row] for row in rows])
+    write_whole(path, text.getvalue().encode("utf-8"))
+    return path
+
+
+def _plain(cell: object) -> object:
+    """A name that a spreadsheet would take for a formula, marked as text."""
+    return f"'{cell}" if isinstance(cell, str) and cell[:1] in "=+-@\t\r" else cell

@@ -1,0 +1,42 @@
+"""A plan in a few sentences, for the terminal, the title page and the first screen of a notebook."""
+
+from capture_plan.layout.record import Worth
+from capture_plan.plan.record import Plan
+
+
+def summary(plan: Plan) -> tuple[str, ...]:
+    """What a supervisor wants to know first, one sentence a line; every number with its unit."""
+    layout, packing, audit = plan.layout, plan.packing, plan.audit
+    lines = [
+        f"{plan.rig.name}: {len(audit.used)} of {audit.blendshapes} blendshapes planned for, "
+        f"{audit.skin_vertices:,} skin vertices.",
+        f"{worth_words(layout.worth)}.",
+        f"Proved: to see every blendshape at all takes at least {layout.minimum} landmarks.",
+        *(f"For comparison, {name}: {worth_words(worth)}." for name, worth in layout.references.items()),
+        f"{len(packing.expressions)} expressions, {proof_words(packing.proven_optimal, packing.bound)}; "
+        f"the first 5 cover {first_share(plan, 5):.0%} of the importance.",
+    ]
+    if layout.uncovered:
+        lines.append(f"No landmark can stand for {', '.join(layout.uncovered)}: capture these by another means.")
+    if packing.left_out:
+        lines.append(f"Left out by the limit on expressions: {', '.join(packing.left_out)}.")
+    return tuple(lines)
+
+
+def worth_words(worth: Worth) -> str:
+    """'34 landmarks, rank 51 of 51, predicted error 0.21 mm under 0.2 mm of noise'."""
+    return (
+        f"{worth.landmarks} landmarks, rank {worth.rank} of {worth.full_rank}, "
+        f"predicted error {worth.error_mm:.2f} mm under {worth.noise_mm:g} mm of noise"
+    )
+
+
+def proof_words(proven: bool, bound: int) -> str:
+    """What may be said of their number."""
+    return "proved the fewest" if proven else f"not proved the fewest (at least {bound})"
+
+
+def first_share(plan: Plan, count: int) -> float:
+    """Share of the importance that the first `count` expressions cover, 0 to 1."""
+    shots = plan.packing.expressions[:count]
+    return shots[-1].covered if shots else 0.0
