@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import connected_components
 from capture_plan.mesh import half_edges, pieces
 from capture_plan.mesh.mirror import mirror_plane
 from capture_plan.rig.record import Rig
-from capture_plan.rig.skin import is_ball
+from capture_plan.rig.skin import ball, is_ball
 
 EYE_SPREAD = 0.42  # pupil distance over the breadth of the moving face
 MOUTH_BELOW_EYES, MOUTH_WIDTH = 1.1, 0.8  # of the pupil distance
@@ -110,9 +110,9 @@ def eyeballs(rig: Rig) -> list[Bool[np.ndarray, " v"]]:
     """Pieces outside the skin that are balls or half balls, the largest first."""
     piece = pieces(rig.triangles, len(rig.neutral))
     outside = np.unique(piece[rig.triangles[:, 0]][~rig.skin[rig.triangles[:, 0]]])
-    balls = [piece == i for i in outside if (piece == i).sum() >= 12]
-    balls = [ball for ball in balls if not rig.skin[ball].any() and _is_compact_ball(rig.neutral[ball])]
-    return sorted(balls, key=lambda ball: -float(np.prod(np.ptp(rig.neutral[ball], axis=0))))
+    found = [piece == i for i in outside if (piece == i).sum() >= 12]
+    found = [eye for eye in found if not rig.skin[eye].any() and _is_compact_ball(rig.neutral[eye])]
+    return sorted(found, key=lambda eye: -float(np.prod(np.ptp(rig.neutral[eye], axis=0))))
 
 
 def _is_compact_ball(points: Float[np.ndarray, "v 3"]) -> bool:
@@ -128,7 +128,7 @@ def _eyes(
     if pair := _mirrored_pair(shapes, x0):
         (left, a), (right, b) = pair
         return np.stack([_middle(left), _middle(right)]), np.sort(np.r_[a, b]), ("eyes",)
-    shapes = [(rig.neutral[ball], np.flatnonzero(ball)) for ball in eyeballs(rig)]
+    shapes = [(rig.neutral[eye], np.flatnonzero(eye)) for eye in eyeballs(rig)]
     nothing = np.empty(0, dtype=np.int64)
     if pair := _mirrored_pair(shapes, x0):
         front = [np.r_[_middle(points)[:2], points[:, 2].max()] for points, _ in pair]
@@ -208,3 +208,12 @@ def _furthest(
     points: Float[np.ndarray, "v 3"], direction: tuple[float, float, float], otherwise: Float[np.ndarray, " 3"]
 ) -> Float[np.ndarray, " 3"]:
     return points[(points @ np.array(direction, dtype=float)).argmax()] if len(points) else otherwise
+
+
+def interpupillary(rig: Rig) -> float | None:
+    """Millimetres between the centres of the eyeballs, else of the lid openings; None where neither is found."""
+    x0 = mirror_plane(rig.neutral[rig.skin])
+    if pair := _mirrored_pair([(rig.neutral[eye], np.flatnonzero(eye)) for eye in eyeballs(rig)], x0):
+        return float(np.linalg.norm(ball(pair[0][0])[0] - ball(pair[1][0])[0]))
+    anchors = face_anchors(rig)
+    return anchors.pupils if "eyes" in anchors.found else None

@@ -107,12 +107,21 @@ def _seamless_pieces(neutral: Float[np.ndarray, "v 3"], triangles: Int[np.ndarra
     return pieces(weld[triangles], len(neutral))[weld]
 
 
-def is_ball(points: Float[np.ndarray, "v 3"]) -> bool:
-    """Whether all points lie on one sphere: |x|^2 = 2 c . x + (r^2 - |c|^2), least squares in c and r."""
-    x = points - points.mean(axis=0)
+def ball(points: Float[np.ndarray, "v 3"]) -> tuple[Float[np.ndarray, " 3"], float]:
+    """Centre of the sphere nearest to all points, and the scatter of their distances from it over its radius.
+
+    |x|^2 = 2 c . x + (r^2 - |c|^2), least squares in c and r.
+    """
+    middle = points.mean(axis=0)
+    x = points - middle
     solution = np.linalg.lstsq(np.c_[2 * x, np.ones(len(x))], (x**2).sum(axis=1), rcond=None)[0]
     radius = np.sqrt(max(solution[3] + (solution[:3] ** 2).sum(), 1e-12))
-    return bool(np.linalg.norm(x - solution[:3], axis=1).std() < ROUND * radius)
+    return middle + solution[:3], float(np.linalg.norm(x - solution[:3], axis=1).std() / radius)
+
+
+def is_ball(points: Float[np.ndarray, "v 3"]) -> bool:
+    """Whether all points lie on one sphere, as those of an eyeball do, bulge of the cornea included."""
+    return ball(points)[1] < ROUND
 
 
 def _inside(

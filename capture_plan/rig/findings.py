@@ -1,0 +1,222 @@
+"""What can be wrong with a rig's blendshapes and mesh, one function for each thing.
+
+Data     d[k]     deltas of the skin, millimetres;  a[k] = max_v |d[k, v]|;  o[k] the same over all that is no skin
+         c[i, j]  cosine <d[i], d[j]> / (|d[i]| |d[j]|)
+Left out        static     a[k] = o[k] = 0
+                non-face   a[k] < NOISE_MM <= o[k]
+                noise      0 < a[k] < NOISE_MM, and o[k] too
+                duplicate  c[i, k] = 1 for an earlier i
+Only reported   dependent  d[k] is a sum of earlier ones;  partner  no mirror image, or a poor one
+                corrective undoes part of a larger blendshape and folds the skin when used alone
+"""
+
+import re
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float, Int
+from msgspec import Struct
+
+from capture_plan.mesh import edges, half_edges, triangle_areas, vertex_normals
+from capture_plan.mesh.geometry import triangle_cross
+from capture_plan.mesh.mirror import mirror_error
+from capture_plan.rig.names import arkit_name, side_of
+from capture_plan.rig.pairs import UNLIKE, blendshape_pairs, unlikeness
+from capture_plan.rig.record import Rig
+
+NOISE_MM = 0.1  # half the 0.2 mm with which a marker is found; ICT-FaceKit's PupilDilate_R moves the skin by 0.05
+STILL_MM = 1e-4  # float32 coordinates of a head in millimetres are no finer
+SAME = 1e-4  # 1 - cosine; 1 % of the displacement differs
+DEPENDENT = 3e-3  # share of a blendshape that earlier ones leave unexplained; real ones leave over 0.04
+POOR_MIRROR = 0.25  # of the displacement: the left smile moves unlike the right one
+OPPOSITE, UNDOES, FOLDS = -0.8, 0.4, 2e-3  # cosine, share of what is undone, share of triangles turned inside out
+PUPILS_MM = (54, 74)  # human adults
+CORRECTIVE_WORD = re.compile(r"correct|(^|[^a-z])(corr|fix|combo)([^a-z]|$)", re.IGNORECASE)
+
+
+class Finding(Struct, frozen=True, forbid_unknown_fields=True):
+    """One thing found: what it is, what it does to the plan, and what to change.
+
+    `left_out` says whether its `blendshapes` take no part in the plan.
+    """
+
+    kind: Literal["static", "noise", "duplicate", "dependent", "non-face", "partner", "corrective", "geometry"]
+    blendshapes: tuple[str, ...]
+    message: str
+    advice: str
+    left_out: bool
+
+
+def motionless(rig: Rig) -> list[Finding]:
+    """Blendshapes that a marker cannot see: they move nothing, no skin, or less than the noise of a marker."""
+    largest = rig.displacement[:, rig.skin].max(axis=1)
+    other = np.where(rig.skin, 0, rig.displacement)
+    findings = []
+    for name, skin_mm, elsewhere in zip(rig.names, largest.tolist(), other, strict=True):
+        other_mm = float(elsewhere.max())
+        if skin_mm >= NOISE_MM:
+            continue
+        if max(skin_mm, other_mm) < STILL_MM:
+            message = f"{name} moves nothing: its shape is the neutral"
+            findings.append(Finding("static", (name,), message, "Export it again, or delete it from the rig.", True))
+        elif other_mm >= NOISE_MM:
+            skin_text = f"by {skin_mm:.2f} mm" if skin_mm >= STILL_MM else "not at all"
+            named = (
+                f"'{rig.part_names[rig.parts[elsewhere.argmax()]]}'" if len(rig.part_names) > 1 else "what is no skin"
+            )
+            message = f"{name} moves {named} by up to {other_mm:.1f} mm, the skin {skin_text}"
+            advice = "Capture it without markers, from a close-up or a scan, if the character needs it."
+            findings.append(Finding("non-face", (name,), message, advice, True))
+        else:
+            message = f"{name} moves the skin by {skin_mm:.2g} mm at most, less than a marker's noise ({NOISE_MM} mm)"
+            advice = "Make it stronger, or check the unit of the rig if every blendshape is that small."
+            findings.append(Finding("noise", (name,), message, advice, True))
+    return findings
+
+
+def duplicates(names: tuple[str, ...], deltas: Float[np.ndarray, "k n"]) -> list[Finding]:
+    """Blendshapes that move every vertex the same way as an earlier one, as strongly or not."""
+    length = np.linalg.norm(deltas, axis=1)
+    cosine = (deltas @ deltas.T) / np.outer(length, length)
+    findings, kept = [], []
+    for k, name in enumerate(names):
+        first = next((i for i in kept if cosine[i, k] >= 1 - SAME), None)
+        if first is None:
+            kept.append(k)
+            continue
+        strength = length[k] / length[first]
+        times = "" if abs(strength - 1) < 0.01 else f", {strength:.2f} times as strong"
+        message = f"{name} is the same movement as {names[first]}{times}: no capture can tell them apart"
+        advice = f"Delete one of the two; what is captured for {names[first]} serves both."
+        findings.append(Finding("duplicate", (name,), message, advice, True))
+    return findings
+
+
+def dependent(names: tuple[str, ...], deltas: Float[np.ndarray, "k n"]) -> list[Finding]:
+    """Blendshapes that are sums of earlier ones (Gram-Schmidt): their weights cannot be told apart from a face."""
+    unit = deltas / np.linalg.norm(deltas, axis=1, keepdims=True)
+    basis, members, findings = np.empty((0, deltas.shape[1])), [], []
+    for k, name in enumerate(names):
+        rest = unit[k] - (unit[k] @ basis.T) @ basis
+        rest -= (rest @ basis.T) @ basis
+        if np.linalg.norm(rest) > DEPENDENT:
+            basis, members = np.vstack([basis, rest / np.linalg.norm(rest)]), [*members, k]
+            continue
+        share = np.linalg.lstsq(deltas[members].T, deltas[k], rcond=None)[0]
+        parts = [i for i in np.abs(share).argsort()[::-1] if abs(share[i]) > 0.02]
+        total = " + ".join(f"{share[i]:.2f} {names[members[i]]}" for i in parts[:4]) + (" + ..." if parts[4:] else "")
+        message = f"{name} is the sum {total.replace('+ -', '- ')}: its weight cannot be told from theirs"
+        advice = "Remove it or one of its parts, or expect the solver to share the movement between them as it likes."
+        involved = (name, *(names[members[i]] for i in parts))
+        findings.append(Finding("dependent", involved, message, advice, False))
+    return findings
+
+
+def partners(rig: Rig, used: tuple[str, ...]) -> list[Finding]:
+    """Used blendshapes without a mirror image in the rig (their own included), and pairs that mirror poorly."""
+    unlike = unlikeness(rig)
+    index = {name: k for k, name in enumerate(rig.names)}
+    among = [index[name] for name in used]
+    pairs = blendshape_pairs(rig)
+    paired = {name for pair in pairs for name in pair}
+    findings = []
+    for name in used:
+        if name in paired:
+            continue
+        best = unlike[index[name], among].min()
+        side = side_of(name)
+        if best >= UNLIKE:
+            what = f"{name} has no partner on the other side" if side else f"{name} is lopsided and has no mirror image"
+            advice = "Add its mirror image to the rig, or leave it: it is planned on its own."
+            findings.append(Finding("partner", (name,), f"{what}: pairs and symmetric poses pass it by", advice, False))
+    for left, right in pairs:
+        differs = np.sqrt(2 * max(unlike[index[left], index[right]], 0))  # |d - D|^2 = unlike (|d|^2 + |D|^2)
+        if {left, right} <= set(used) and differs > POOR_MIRROR:
+            message = f"{left} and {right} differ by {100 * differs:.0f} % of their movement when mirrored"
+            advice = "Mirror the better one if this is not meant; both are planned as they are."
+            findings.append(Finding("partner", (left, right), message, advice, False))
+    return findings
+
+
+def correctives(rig: Rig, used: tuple[str, ...]) -> list[Finding]:
+    """Blendshapes that make sense only on top of another one, as ARKit's mouthClose on jawOpen, by shape or by name."""
+    at = [rig.names.index(name) for name in used]
+    deltas = rig.deltas[at][:, rig.skin].astype(float)
+    triangles = rig.triangles[rig.skin[rig.triangles].all(axis=1)]
+    findings = []
+    for i, name in enumerate(used):
+        length = np.linalg.norm(deltas[i], axis=1)
+        moved = length >= 0.1 * length.max()
+        mine, theirs = deltas[i, moved].ravel(), deltas[:, moved].reshape(len(used), -1)
+        size = np.linalg.norm(theirs, axis=1)
+        cosine = theirs @ mine / np.where(size > 0, size * np.linalg.norm(mine), np.inf)
+        undone = -(theirs @ mine) / np.where(size > 0, size**2, np.inf)
+        fits = (cosine < OPPOSITE) & (undone > UNDOES) & (undone < 1)
+        base = next((j for j in cosine.argsort() if fits[j] and _mends(rig, triangles, at[i], at[j])), None)
+        partner = used[base] if base is not None else _base_by_name(name, used)
+        if partner is not None or CORRECTIVE_WORD.search(name):
+            on = partner or "another blendshape"
+            message = f"{name} is a corrective of {on}: alone it pushes the skin through itself"
+            advice = f"Shoot it together with {on}, and judge its markers in that pose."
+            findings.append(Finding("corrective", (name, partner) if partner else (name,), message, advice, False))
+    return findings
+
+
+def mesh_faults(rig: Rig, pupils_mm: float | None) -> list[Finding]:
+    """Scale, winding, asymmetry, loose vertices, edges of three triangles, faces without area or twice there."""
+    v, f = len(rig.neutral), len(rig.triangles)
+    found = []
+    if pupils_mm is not None and not PUPILS_MM[0] <= pupils_mm <= PUPILS_MM[1]:
+        found.append((
+            f"the pupils are {pupils_mm:.0f} mm apart, a person's {PUPILS_MM[0]} to {PUPILS_MM[1]} mm",
+            "Check the unit (--unit). If the character is no human, scale the rig to the actor who wears the markers.",
+        ))  # fmt: skip
+    skin = rig.triangles[rig.skin[rig.triangles].all(axis=1)]
+    normals = vertex_normals(rig.neutral, skin)
+    outward = np.einsum("vx,vx->v", normals, rig.neutral - rig.neutral[rig.skin].mean(axis=0))[rig.skin]
+    if (outward < 0).mean() > 0.6:
+        found.append(
+            ("the faces of the skin are wound inwards", "Reverse the normals: visibility looks the wrong way.")
+        )
+    crooked = np.percentile(mirror_error(rig.neutral[rig.skin]), 95)
+    if crooked > 2:
+        found.append((
+            f"the neutral is not symmetric: 5 % of the skin is more than {crooked:.1f} mm from its mirror image",
+            "Plan with symmetric layouts switched off, or symmetrise the neutral.",
+        ))  # fmt: skip
+    loose = v - len(np.unique(rig.triangles))
+    if loose:
+        found.append((f"{loose:,} of {v:,} vertices belong to no face", "Nothing to do: they are never chosen."))
+    _, uses = np.unique(np.sort(half_edges(skin), axis=1), axis=0, return_counts=True)
+    if (uses > 2).any():
+        found.append((
+            f"{(uses > 2).sum():,} of {len(edges(skin)):,} edges of the skin have more than two triangles",
+            "Clean the mesh if distances along the skin look wrong there.",
+        ))  # fmt: skip
+    twice = f - len(np.unique(np.sort(rig.triangles, axis=1), axis=0))
+    if twice:
+        found.append(
+            (f"{twice:,} of {f:,} triangles are there twice", "Remove doubles; the plan is not changed by them.")
+        )
+    flat = int((triangle_areas(rig.neutral, rig.triangles) < 1e-9).sum())
+    if flat:
+        found.append((f"{flat:,} of {f:,} triangles have no area", "Nothing to do: they weigh nothing."))
+    return [Finding("geometry", (), message, advice, False) for message, advice in found]
+
+
+def _mends(rig: Rig, triangles: Int[np.ndarray, "f 3"], i: int, j: int) -> bool:
+    """Whether blendshape i alone folds the skin and j underneath takes at least half of the folds away."""
+    still = triangle_cross(rig.neutral, triangles)
+
+    def folded(delta: Float[np.ndarray, "v 3"]) -> float:
+        return float((np.einsum("fx,fx->f", triangle_cross(rig.neutral + delta, triangles), still) < 0).mean())
+
+    alone = folded(rig.deltas[i])
+    return alone > FOLDS and folded(rig.deltas[i] + rig.deltas[j]) < alone / 2
+
+
+def _base_by_name(name: str, used: tuple[str, ...]) -> str | None:
+    """jawOpen where ARKit's mouthClose is asked for and the rig has it."""
+    if arkit_name(name) != "mouthClose":
+        return None
+    return next((other for other in used if arkit_name(other) == "jawOpen"), None)
