@@ -15,6 +15,7 @@ from capture_plan.expressions.active import STILL_MM
 from capture_plan.rig import Rig
 from capture_plan.rig.regions import FaceRegions, face_regions
 
+NAMELESS = ("scalp", "neck")  # what is left over on heads that are built unlike ours: the picture says it better
 PAIRED = {"mouth corner", "upper eyelid", "lower eyelid", "brow", "cheek", "temple", "ear"}
 SIDE = {1: "left", -1: "right"}
 
@@ -38,7 +39,7 @@ class Movement:
 
 
 def movements(rig: Rig, names: tuple[str, ...]) -> tuple[str, ...]:
-    """'both brows up by 6 mm' for every blendshape that moves the skin; mirrored halves are told as one."""
+    """'both brows up by 6 mm' for every blendshape whose place has a name; mirrored halves are told as one."""
     regions = face_regions(rig)
     found = [movement for name in names if (movement := _movement(rig, regions, name)) is not None]
     told: list[Movement] = []
@@ -68,6 +69,8 @@ def _movement(rig: Rig, regions: FaceRegions, name: str) -> Movement | None:
     here = regions.of_vertex == region
     if side:
         here &= regions.side == side
+    if regions.names[region] in NAMELESS:
+        return None
     far = length[here].max()
     moved = here & (length >= far / 2)
     two = side == 0 and regions.names[region] in PAIRED

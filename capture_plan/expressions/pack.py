@@ -2,11 +2,12 @@
 
 Items    an item is a blendshape, or a left/right pair performed together: its active set is the union of both (overlap
          inside a pair is allowed), its importance their sum
+Rules    two blendshapes that no face performs at once are kept apart as if they shared a vertex
 Method   `sequential` is Algorithm 1 of Carrigan et al. 2020, `minimum` the provably shortest list
 """
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from capture_plan.errors import RigError
 from capture_plan.expressions.active import active_sets, skin_displacement
@@ -24,7 +25,7 @@ from capture_plan.expressions.record import Expression, Packing
 from capture_plan.expressions.sentences import sentence
 from capture_plan.expressions.sequential import Weigh, sequential
 from capture_plan.expressions.settings import PackingSettings
-from capture_plan.expressions.together import performed_together
+from capture_plan.expressions.together import never_together, performed_together
 from capture_plan.rig import Rig
 
 Items = list[tuple[int, ...]]
@@ -43,7 +44,8 @@ def pack(
     pairs = performed_together(rig, used) if settings.paired else ()
     items = _items(used, pairs)
     active = active_sets(rig, used, settings.mu)
-    sets = maximal_sets(np.array([active[list(item)].any(axis=0) for item in items]))
+    exclusive = never_together(used) if settings.poseable else ()
+    sets = maximal_sets(_item_sets(used, items, active, exclusive))
     worth = blendshape_importance(rig, used, settings, target)
     weigh = _weigh(rig, used, items, worth, settings.uniqueness)
     if settings.method == "minimum":
@@ -63,6 +65,7 @@ def pack(
         clique=tuple(used[items[i][0]] for i in largest_clique(sets)),
         pairs=pairs,
         relaxed=(),
+        exclusive=exclusive,
         left_out=tuple(name for k, name in enumerate(used) if k not in done),
     )
 
@@ -88,6 +91,17 @@ def _items(used: tuple[str, ...], pairs: tuple[tuple[str, str], ...]) -> Items:
     partner = {used.index(a): used.index(b) for a, b in pairs}
     seconds = set(partner.values())
     return [(k, partner[k]) if k in partner else (k,) for k in range(len(used)) if k not in seconds]
+
+
+def _item_sets(
+    used: tuple[str, ...], items: Items, active: Bool[np.ndarray, "k v"], exclusive: tuple[tuple[str, str], ...]
+) -> Bool[np.ndarray, "g n"]:
+    """The active vertices of each item, and a made-up one for every two blendshapes that are never together."""
+    of_item = {used[k]: i for i, item in enumerate(items) for k in item}
+    made_up = np.zeros((len(items), len(exclusive)), dtype=bool)
+    for column, (a, b) in enumerate(exclusive):
+        made_up[[of_item[a], of_item[b]], column] = True
+    return np.hstack([np.array([active[list(item)].any(axis=0) for item in items]), made_up])
 
 
 def _weigh(rig: Rig, used: tuple[str, ...], items: Items, worth: Float[np.ndarray, " k"], beta: float) -> Weigh:

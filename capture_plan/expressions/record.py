@@ -24,7 +24,8 @@ class Packing(Struct, frozen=True, forbid_unknown_fields=True):
     `bound` is a proven lower limit on the number of expressions under the same pairs; `clique` names blendshapes no two
     of which fit into one expression, so that anybody can check a limit without a solver; a partner in it stands for
     its pair, whose active set is the union of both. `pairs` are left/right partners that are performed together;
-    `relaxed` those pairs that had to be split. `objective` counts the whole list: a limit shows its first expressions
+    `relaxed` those pairs that had to be split; `exclusive` are blendshapes that no face performs at once, kept apart
+    although they may share no active vertex: conflicts in the clique are of either kind. `objective` counts the whole list: a limit shows its first expressions
     only and names the blendshapes that it leaves unscanned in `left_out`. `order_proven` says that each expression is
     proved the most important one possible after those before it: of all, or (`minimum`) of those that keep the list
     shortest.
@@ -39,4 +40,5 @@ class Packing(Struct, frozen=True, forbid_unknown_fields=True):
     clique: tuple[str, ...]
     pairs: tuple[tuple[str, str], ...]
     relaxed: tuple[tuple[str, str], ...]
+    exclusive: tuple[tuple[str, str], ...]
     left_out: tuple[str, ...]

@@ -6,23 +6,22 @@ Rule   names that are known become phrases; what stands under `together` is merg
        way and how far, in millimetres.
 """
 
-import re
 import tomllib
 from functools import cache
 from importlib.resources import files
 
 from capture_plan.expressions.movement import movements
+from capture_plan.expressions.together import base_name
 from capture_plan.rig import Rig
 from capture_plan.rig.names import arkit_name
 
 CLAUSES = 3  # in one breath; more become a second sentence
-SIDED = re.compile(r"(Left|Right)$")
 
 
 def sentence(rig: Rig, blendshapes: tuple[str, ...]) -> str:
     """What to do to show `blendshapes` at full weight, all at once."""
     table, _ = phrases()
-    known = {name: arkit for name in blendshapes if (arkit := arkit_name(name)) and _base(arkit) in table}
+    known = {name: arkit for name in blendshapes if (arkit := arkit_name(name)) and base_name(arkit) in table}
     unknown = tuple(name for name in blendshapes if name not in known)
     clauses = spoken(tuple(known.values()))
     parts = [_list(part) for part in _breaths(clauses)]
@@ -41,9 +40,9 @@ def spoken(arkit: tuple[str, ...]) -> tuple[str, ...]:
     for names, phrase in together:
         if set(names) <= set(left):
             left = [name for name in left if name not in names]
-            said.append((place[_base(names[0])], phrase))
-    for base in dict.fromkeys(_base(name) for name in left):
-        sides = [_side(name) for name in left if _base(name) == base]
+            said.append((place[base_name(names[0])], phrase))
+    for base in dict.fromkeys(base_name(name) for name in left):
+        sides = [_side(name) for name in left if base_name(name) == base]
         one = table[base].get("one", "") if len(sides) == 1 and sides[0] else ""
         said.append((place[base], one.format(side=sides[0]) if one else table[base]["both"]))
     return tuple(phrase for _, phrase in sorted(said))
@@ -57,13 +56,8 @@ def phrases() -> tuple[dict[str, dict[str, str]], tuple[tuple[tuple[str, ...], s
     return table, together
 
 
-def _base(arkit: str) -> str:
-    return arkit if arkit in phrases()[0] else SIDED.sub("", arkit)
-
-
 def _side(arkit: str) -> str:
-    side = SIDED.search(arkit)
-    return side[1].lower() if side and _base(arkit) != arkit else ""
+    return arkit.removeprefix(base_name(arkit)).lower()
 
 
 def _breaths(clauses: tuple[str, ...]) -> list[tuple[str, ...]]:

@@ -1,9 +1,15 @@
-"""What a person performs with both halves of the face at once.
+"""What a person can perform: which blendshapes go together, and which never do.
 
-Left and right partners come from geometry (rig/pairs.py). Eyes are the exception: both eyes turned outwards is what no
-actor can do, both turned inwards few, so the left eye's outward look goes with the right eye's inward look. Those four
-blendshapes are known by their names.
+Together  left and right partners, from geometry (rig/pairs.py). Eyes are the exception: both eyes turned outwards is
+          what no actor can do, both turned inwards few, so the left eye's outward look goes with the right eye's
+          inward look. Those four blendshapes are known by their names
+Never     expressions/data/exclusive.toml, by ARKit's names: closed and wide eyes, closed lips and bared teeth. Geometry
+          cannot tell, since the active sets need not overlap. Rigs with other names have no such rules
 """
+
+import tomllib
+from functools import cache
+from importlib.resources import files
 
 from capture_plan.rig import Rig
 from capture_plan.rig.names import arkit_name
@@ -11,6 +17,7 @@ from capture_plan.rig.pairs import blendshape_pairs
 
 LOOK_LEFT = ("eyeLookOutLeft", "eyeLookInRight")
 LOOK_RIGHT = ("eyeLookInLeft", "eyeLookOutRight")
+DIRECTIONS = ("jawLeft", "jawRight", "mouthLeft", "mouthRight")  # no side of the face
 
 
 def performed_together(rig: Rig, used: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
@@ -23,3 +30,22 @@ def performed_together(rig: Rig, used: tuple[str, ...]) -> tuple[tuple[str, str]
         named[left]: named[right] for left, right in (LOOK_LEFT, LOOK_RIGHT)
     }
     return tuple((left, right_of[left]) for left, _ in pairs)
+
+
+def never_together(used: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
+    """Pairs of `used` blendshapes that no face performs at once, in the order of `used`."""
+    base = {name: base_name(arkit) for name in used if (arkit := arkit_name(name))}
+    return tuple(
+        (a, b) for i, a in enumerate(used) for b in used[i + 1 :] if frozenset((base.get(a), base.get(b))) in _rules()
+    )
+
+
+def base_name(arkit: str) -> str:
+    """ARKit's name without the side of the face: 'eyeBlink', but 'jawLeft', which says where the jaw moves."""
+    return arkit if arkit in DIRECTIONS else arkit.removesuffix("Left").removesuffix("Right")
+
+
+@cache
+def _rules() -> frozenset[frozenset[str]]:
+    table = tomllib.loads(files(__package__).joinpath("data/exclusive.toml").read_text(encoding="utf-8"))
+    return frozenset(frozenset((a, b)) for a, others in table.items() for b in others)
