@@ -1,0 +1,112 @@
+"""Reference-expression pages: what the actor is asked for, how it looks, and where the face moves.
+
+Letters: v vertices, e expressions; millimetres.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from capture_plan.expressions.record import Expression
+from capture_plan.rig import Rig
+from capture_plan.rig.anchors import Anchors
+from capture_plan.sheets.head import Head, Posed, pose
+from capture_plan.sheets.view import FRONT, LEFT, Frame, Picture, View, picture
+
+HOLD_SECONDS = 3  # an assumption: long enough for a scan with a still camera array; printed as one
+SIDED = 0.6  # eight tenths of the squared movement on one side
+HEAT_STOPS = (0.0, 0.25, 0.5, 0.75, 1.0)
+HEAT_COLOURS = ((0.86, 0.86, 0.85), (0.98, 0.83, 0.45), (0.95, 0.52, 0.22), (0.78, 0.16, 0.20), (0.36, 0.04, 0.22))
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """One expression's pictures: from the front, three-quarter, and how far each place moves up to `scale_mm`."""
+
+    expression: Expression
+    front: Picture
+    three_quarter: Picture
+    heat: Picture
+    scale_mm: float
+    side: str | None
+
+
+def portrait(rig: Rig, anchors: Anchors, view: View, aspect: float) -> Frame:
+    """The whole head and some neck in a frame of width = `aspect` x height."""
+    head = view.project(rig.neutral[rig.skin])
+    u = anchors.pupils
+    chin = float(anchors.chin[1])
+    top = min(head[:, 1].max(), float(anchors.eye_left[1]) + 2.4 * u) + 0.06 * u
+    bottom = chin - 0.62 * u  # an open jaw is about 0.5 u lower
+    on = head[(head[:, 1] > chin - 0.2 * u)]
+    height = top - bottom
+    width = max(aspect * height, 0.0)
+    middle = (on[:, 0].min() + on[:, 0].max()) / 2
+    if on[:, 0].max() - on[:, 0].min() > width:  # keep the face, let the back of the head go
+        face_side = float(view.project(anchors.nose_tip[None])[0, 0])
+        reach = 0.35 * u
+        middle = face_side - reach + width / 2 if view.azimuth > 0 else face_side + reach - width / 2
+        if view.azimuth == 0:
+            middle = face_side
+    return Frame(middle - width / 2, middle + width / 2, bottom, top, 0.42 * u)
+
+
+def movement(rig: Rig, expression: Expression) -> tuple[Float[np.ndarray, "v 3"], Float[np.ndarray, " v"]]:
+    """Where the expression puts every vertex, and how far that is from the neutral."""
+    weights = np.zeros(len(rig.names))
+    number = {name: k for k, name in enumerate(rig.names)}
+    for name, weight in zip(expression.blendshapes, expression.weights, strict=True):
+        weights[number[name]] = weight
+    posed = rig.pose(weights)
+    return posed, np.linalg.norm(posed - rig.neutral, axis=1)
+
+
+def side_of(rig: Rig, anchors: Anchors, moved: Float[np.ndarray, " v"]) -> str | None:
+    """'left' or 'right' where nearly all movement of the skin is on that side of the actor."""
+    squared = np.where(rig.skin, moved, 0) ** 2
+    share = float(squared @ np.sign(rig.neutral[:, 0] - anchors.midline)) / max(float(squared.sum()), 1e-12)
+    return "left" if share > SIDED else "right" if share < -SIDED else None
+
+
+def heat_scale(rig: Rig, moved: Float[np.ndarray, " v"]) -> float:
+    """The end of the colour scale: the largest movement of the skin, rounded up to a readable number of millimetres."""
+    largest = max(float(moved[rig.skin].max()), 0.1)
+    step = 10.0 ** np.floor(np.log10(largest))
+    return float(next(m * step for m in (1, 1.5, 2, 3, 4, 5, 6, 8, 10) if m * step >= largest - 1e-9))
+
+
+def heat_colours(share: Float[np.ndarray, " v"]) -> Float[np.ndarray, "v 3"]:
+    """Display colours 0 to 1 for shares of the scale: clay where nothing moves, then yellow, red, dark."""
+    return np.stack([np.interp(share, HEAT_STOPS, channel) for channel in zip(*HEAT_COLOURS, strict=True)], axis=1)
+
+
+def shoot(
+    head: Head, anchors: Anchors, expression: Expression, *, large_px: tuple[int, int], small_px: tuple[int, int]
+) -> Shot:
+    """Draw an expression; sizes (width, height) are those of the front view and of the two smaller pictures."""
+    rig = head.rig
+    vertices, moved = movement(rig, expression)
+    posed = pose(head, vertices)
+    scale = heat_scale(rig, moved)
+    heated = _heated(head, posed, moved / scale)
+    return Shot(
+        expression,
+        picture(posed, FRONT, portrait(rig, anchors, FRONT, large_px[0] / large_px[1]), size_px=large_px),
+        picture(posed, LEFT, portrait(rig, anchors, LEFT, small_px[0] / small_px[1]), size_px=small_px),
+        picture(heated, FRONT, portrait(rig, anchors, FRONT, small_px[0] / small_px[1]), size_px=small_px),
+        scale,
+        side_of(rig, anchors, moved),
+    )
+
+
+def _heated(head: Head, posed: Posed, share: Float[np.ndarray, " v"]) -> Posed:
+    """The same head with the colour of its movement in place of its material."""
+    surfaces = []
+    for piece, surface in zip(head.pieces, posed.surfaces, strict=True):
+        values = share[piece.vertices]
+        for edges, _ in piece.splits:
+            values = np.concatenate([values, values[edges].mean(axis=1)])
+        shade = surface.colours / np.maximum(piece.colours, 1e-6)
+        surfaces.append(replace(surface, colours=heat_colours(values) ** 2.2 * shade))
+    return Posed(posed.vertices, posed.normals, tuple(surfaces))

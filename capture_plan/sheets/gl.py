@@ -1,0 +1,153 @@
+"""One offscreen renderer for the process, behind a lock: lit triangles in, picture and depth out.
+
+pyrender keeps one OpenGL context, which belongs to one thread at a time, so whoever draws takes the lock, makes the
+context current, draws and lets go of it. Cameras are orthographic: a millimetre is the same number of pixels everywhere.
+
+Letters: v vertices, f triangles, p q pixel rows and columns. Camera space: x right, y up, z towards the camera.
+"""
+
+import ctypes
+import os
+import threading
+from dataclasses import dataclass
+from functools import cache
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, Int, UInt8
+
+from capture_plan.errors import CapturePlanError
+
+# Directional lights that follow the camera: (towards the light, intensity, colour). Chosen by eye for print: a lit
+# cheek comes out near 0.85 of white and the shadow under the chin near 0.45, so that black leaders read everywhere.
+LIGHTS = (
+    ((-0.55, 0.65, 0.75), 3.1, (1.0, 0.985, 0.965)),
+    ((0.85, 0.15, 0.65), 1.25, (0.965, 0.98, 1.0)),
+    ((0.25, 0.85, -0.55), 1.1, (1.0, 1.0, 1.0)),
+)
+AMBIENT = 0.34
+MARGIN_MM = 10.0  # of depth before and behind what is drawn, so that nothing is clipped
+_lock = threading.Lock()
+
+
+class RenderError(CapturePlanError):
+    """Pictures cannot be drawn on this machine."""
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Smooth-shaded triangles in camera space, millimetres, with linear colours from 0 to 1."""
+
+    vertices: Float[np.ndarray, "v 3"]
+    normals: Float[np.ndarray, "v 3"]
+    triangles: Int[np.ndarray, "f 3"]
+    colours: Float[np.ndarray, "v 3"]
+    roughness: float
+
+
+def draw(
+    surfaces: tuple[Surface, ...], *, centre: tuple[float, float], size_mm: tuple[float, float], size_px: tuple[int, int]
+) -> tuple[UInt8[np.ndarray, "p q 4"], Float[np.ndarray, "p q"]]:
+    """Colour with straight alpha, and the z of what is seen in each pixel, millimetres; -inf where nothing is.
+
+    `size_mm` and `size_px` are (width, height) of the picture around `centre` (x, y).
+    """
+    with _lock:
+        gl = _renderer()
+        gl.offscreen.viewport_width, gl.offscreen.viewport_height = size_px
+        low = min(float(surface.vertices[:, 2].min()) for surface in surfaces) - MARGIN_MM
+        high = max(float(surface.vertices[:, 2].max()) for surface in surfaces) + MARGIN_MM
+        scene = _scene(gl.pyrender, surfaces)
+        pose = np.eye(4)
+        pose[:3, 3] = centre[0], centre[1], high + 1
+        near, far = 1.0, high + 1 - low
+        camera = gl.pyrender.OrthographicCamera(xmag=size_mm[0] / 2, ymag=size_mm[1] / 2, znear=near, zfar=far)
+        scene.add(camera, pose=pose)
+        colour, depth = gl.offscreen.render(scene, flags=gl.pyrender.RenderFlags.RGBA)
+    return colour, _z_of_depth(depth, near, far, high + 1)
+
+
+def _z_of_depth(depth: Float[np.ndarray, "p q"], near: float, far: float, camera_z: float) -> Float[np.ndarray, "p q"]:
+    """pyrender undoes a perspective: d = 2 n f / (f + n - s (f - n)); the orthographic distance is (s (f - n) + f + n) / 2."""
+    seen = depth > 0
+    s = (far + near - 2 * near * far / np.where(seen, depth, near)) / (far - near)
+    return np.where(seen, camera_z - (s * (far - near) + far + near) / 2, -np.inf)
+
+
+def _scene(pyrender: ModuleType, surfaces: tuple[Surface, ...]) -> Any:
+    scene = pyrender.Scene(bg_color=(1.0, 1.0, 1.0, 0.0), ambient_light=(AMBIENT,) * 3)
+    for surface in surfaces:
+        material = pyrender.MetallicRoughnessMaterial(
+            metallicFactor=0.0, roughnessFactor=surface.roughness, doubleSided=True, baseColorFactor=(1.0, 1.0, 1.0, 1.0)
+        )
+        primitive = pyrender.Primitive(
+            positions=surface.vertices.astype(np.float32),
+            normals=surface.normals.astype(np.float32),
+            indices=surface.triangles.astype(np.uint32),
+            color_0=np.c_[surface.colours, np.ones(len(surface.colours))].astype(np.float32),
+            material=material,
+        )
+        scene.add(pyrender.Mesh([primitive]))
+    for towards, intensity, colour in LIGHTS:
+        scene.add(pyrender.DirectionalLight(color=colour, intensity=intensity), pose=_looking_from(np.array(towards)))
+    return scene
+
+
+def _looking_from(towards: Float[np.ndarray, "3"]) -> Float[np.ndarray, "4 4"]:
+    """A pose whose +z points `towards` the light; a light shines along its -z."""
+    z = towards / np.linalg.norm(towards)
+    x = np.cross([0.0, 1.0, 0.0], z)
+    x /= np.linalg.norm(x)
+    pose = np.eye(4)
+    pose[:3, :3] = np.stack([x, np.cross(z, x), z], axis=1)
+    return pose
+
+
+@cache
+def _renderer() -> SimpleNamespace:
+    """pyrender and its one offscreen renderer, made when the first picture is drawn."""
+    os.environ.setdefault("PYOPENGL_PLATFORM", "egl")  # must stand before the first import
+    os.environ.setdefault("PYGLET_HEADLESS", "1")
+    try:
+        import pyrender
+        from pyrender.platforms.egl import EGLPlatform
+
+        EGLPlatform.make_uncurrent = _make_uncurrent
+        EGLPlatform.delete_context = _delete_context
+        _register_argument_type()
+        offscreen = pyrender.OffscreenRenderer(64, 64)
+        offscreen._platform.make_uncurrent()
+    except Exception as error:  # PyOpenGL raises AttributeError, ImportError, GLError or AssertionError, by machine
+        raise RenderError(
+            "pictures need OpenGL without a screen, which this machine lacks: install libegl1 and libgl1 "
+            f"(apt-get install --no-install-recommends libegl1 libgl1); {type(error).__name__}: {error}"
+        ) from error
+    return SimpleNamespace(pyrender=pyrender, offscreen=offscreen)
+
+
+def _make_uncurrent(platform: Any) -> None:
+    """pyrender leaves the context with the thread, so that no other thread could draw."""
+    from OpenGL.EGL import EGL_NO_CONTEXT, EGL_NO_SURFACE, eglMakeCurrent
+
+    eglMakeCurrent(platform._egl_display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT)
+
+
+def _delete_context(platform: Any) -> None:
+    """pyrender closes the display, which would end every other context of the process."""
+    from OpenGL.EGL import eglDestroyContext
+
+    if platform._egl_context is not None:
+        _make_uncurrent(platform)
+        eglDestroyContext(platform._egl_display, platform._egl_context)
+        platform._egl_context = None
+
+
+def _register_argument_type() -> None:
+    """From Python 3.12 the type of `byref` has another name than PyOpenGL 3.1.0 looks for."""
+    from OpenGL.plugins import FormatHandler
+
+    kind = type(ctypes.byref(ctypes.c_int()))
+    name = f"{kind.__module__}.{kind.__name__}"
+    if not any(name in handler.check for handler in FormatHandler.all()):
+        FormatHandler("ctypesparameter", "OpenGL.arrays.ctypesparameters.CtypesParameterHandler", [name])

@@ -1,0 +1,174 @@
+"""Pages in millimetres: text, lines, shapes and pictures on paper of a true size, written as PDF.
+
+The PDF is the one description of a page; its PNG is that PDF rasterised, so that screen and paper cannot differ.
+Coordinates are millimetres from the top left corner of the sheet, y down; text sizes are points (1/72 inch).
+"""
+
+import io
+from collections.abc import Iterable
+from datetime import UTC, datetime
+from importlib.resources import files
+from typing import Literal, NamedTuple
+
+import numpy as np
+from fpdf import FPDF
+from jaxtyping import Float, UInt8
+from PIL import Image
+
+from capture_plan.errors import PlanError
+from capture_plan.sheets.style import INK, Look, outline, rgb
+
+Align = Literal["left", "centre", "right"]
+JPEG_QUALITY = 92  # no block is seen at 300 dpi on clay; a page of pictures stays near half a megabyte
+POINT_MM = 25.4 / 72
+MARGIN_MM = 8.0  # what common printers leave white, and a little
+
+
+class Paper(NamedTuple):
+    name: str
+    width: float
+    height: float
+
+
+PAPERS = {"a4": Paper("a4", 210.0, 297.0), "letter": Paper("letter", 215.9, 279.4)}
+
+
+def paper(name: str) -> Paper:
+    """The paper called `name`."""
+    if name not in PAPERS:
+        raise PlanError(f"paper '{name}' is not known: choose one of {', '.join(PAPERS)}")
+    return PAPERS[name]
+
+
+class Booklet:
+    """A PDF being drawn; every method draws on the last page."""
+
+    def __init__(self, sheet: Paper, title: str) -> None:
+        self.paper = sheet
+        self.titles: list[str] = []
+        self._pdf = pdf = FPDF(unit="mm", format=(sheet.width, sheet.height))
+        pdf.set_auto_page_break(False)
+        pdf.set_margin(0)
+        pdf.set_creation_date(datetime(2000, 1, 1, tzinfo=UTC))  # equal plans give equal bytes
+        pdf.set_title(_plain(title))
+        pdf.set_producer("capture_plan")
+        folder = files(__package__).joinpath("fonts")
+        for style, file in (("", "Roboto-Regular.ttf"), ("B", "Roboto-Bold.ttf")):
+            pdf.add_font("sans", style, str(folder.joinpath(file)))
+        pdf.set_font("sans", size=9)
+
+    def add_page(self, title: str) -> None:
+        """`title` names the page's PNG."""
+        self.titles.append(title)
+        self._pdf.add_page()
+
+    def bytes(self) -> bytes:
+        return bytes(self._pdf.output())
+
+    def width(self, text: str, size: float, *, bold: bool = False) -> float:
+        self._pdf.set_font("sans", "B" if bold else "", size)
+        return self._pdf.get_string_width(_plain(text))
+
+    def text(
+        self,
+        x: float,
+        y: float,
+        text: str,
+        size: float,
+        *,
+        bold: bool = False,
+        align: Align = "left",
+        colour: str = INK,
+        fit: float | None = None,
+    ) -> float:
+        """One line with its baseline at y; smaller, then cut short, where it is wider than `fit`. Returns its width."""
+        text = _plain(text)
+        if fit is not None:
+            text, size = self._fitted(text, size, bold, fit)
+        width = self.width(text, size, bold=bold)
+        self._pdf.set_text_color(*rgb(colour))
+        self._pdf.text(x - {"left": 0, "centre": width / 2, "right": width}[align], y, text)
+        return width
+
+    def paragraph(
+        self, x: float, y: float, text: str, size: float, *, width: float, lines: int, bold: bool = False, colour: str = INK
+    ) -> float:
+        """Words broken into at most `lines` lines, smaller where they need more; returns the y below the last one."""
+        broken = self.broken(text, size, width=width, bold=bold)
+        while len(broken) > lines and size > 5:
+            size *= 0.94
+            broken = self.broken(text, size, width=width, bold=bold)
+        if len(broken) > lines:
+            broken = [*broken[: lines - 1], broken[lines - 1] + " …"]
+        for line in broken:
+            y += size * POINT_MM * 1.18
+            self.text(x, y - size * POINT_MM * 0.2, line, size, bold=bold, colour=colour, fit=width)
+        return y
+
+    def broken(self, text: str, size: float, *, width: float, bold: bool = False) -> list[str]:
+        """The lines that a paragraph takes."""
+        lines = [""]
+        for word in _plain(text).split():
+            longer = f"{lines[-1]} {word}".strip()
+            if lines[-1] and self.width(longer, size, bold=bold) > width:
+                lines.append(word)
+            else:
+                lines[-1] = longer
+        return lines
+
+    def line(
+        self, start: Iterable[float], end: Iterable[float], *, width: float = 0.2, colour: str = INK, dash: float = 0
+    ) -> None:
+        self._pdf.set_draw_color(*rgb(colour))
+        self._pdf.set_line_width(width)
+        self._pdf.set_dash_pattern(dash=dash, gap=dash)
+        self._pdf.line(*start, *end)
+        self._pdf.set_dash_pattern()
+
+    def box(
+        self, x: float, y: float, w: float, h: float, *, fill: str | None = None, line: str | None = INK, width: float = 0.25
+    ) -> None:
+        self._stroke(fill, line, width)
+        self._pdf.rect(x, y, w, h, style=_style(fill, line))
+
+    def polygon(
+        self, corners: Float[np.ndarray, "n 2"], *, fill: str | None = None, line: str | None = INK, width: float = 0.25
+    ) -> None:
+        self._stroke(fill, line, width)
+        self._pdf.polygon([tuple(corner) for corner in corners.tolist()], style=_style(fill, line))
+
+    def marker(self, x: float, y: float, look: Look, *, radius: float, hollow: bool = False) -> None:
+        """A region's shape with a white rim, so that it is seen on dark and light alike."""
+        corners = outline(look.shape) * radius + np.array([x, y])
+        self.polygon(corners, fill="#ffffff", line="#ffffff", width=0.75)
+        self.polygon(corners, fill="#ffffff" if hollow else look.colour, line=look.colour, width=0.4 if hollow else 0.1)
+
+    def image(self, pixels: UInt8[np.ndarray, "p q 3"], x: float, y: float, w: float, h: float) -> None:
+        file = io.BytesIO()
+        Image.fromarray(pixels).save(file, "JPEG", quality=JPEG_QUALITY, subsampling=0)
+        self._pdf.image(file, x, y, w, h)
+
+    def _fitted(self, text: str, size: float, bold: bool, fit: float) -> tuple[str, float]:
+        wide = self.width(text, size, bold=bold)
+        if wide <= fit:
+            return text, size
+        size = max(size * fit / wide, size * 0.8)
+        while len(text) > 1 and self.width(text, size, bold=bold) > fit:
+            text = text.rstrip("…")[:-1] + "…"
+        return text, size
+
+    def _stroke(self, fill: str | None, line: str | None, width: float) -> None:
+        if fill is not None:
+            self._pdf.set_fill_color(*rgb(fill))
+        if line is not None:
+            self._pdf.set_draw_color(*rgb(line))
+        self._pdf.set_line_width(width)
+
+
+def _style(fill: str | None, line: str | None) -> str:
+    return ("D" if line is not None else "") + ("F" if fill is not None else "")
+
+
+def _plain(text: str) -> str:
+    """Printable characters on one line."""
+    return "".join(letter if letter.isprintable() else " " for letter in text)

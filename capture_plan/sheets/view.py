@@ -1,0 +1,130 @@
+"""Orthographic views of a head, and the one place where a point in space becomes a place on a picture.
+
+View space: x to the picture's right, y up, z towards the viewer; millimetres, the origin that of the rig. A mirrored
+view shows what the make-up mirror shows: x changes its sign, for the picture and for the points alike.
+
+Letters: n points, v vertices, p q pixel rows and columns.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from capture_plan.sheets.gl import Surface, draw
+from capture_plan.sheets.head import Posed
+
+MM_PER_INCH = 25.4
+
+
+@dataclass(frozen=True)
+class View:
+    """Seen from `azimuth` degrees towards the subject's own left, 0 from the front."""
+
+    name: str
+    azimuth: float
+    mirrored: bool = False
+
+    @property
+    def rotation(self) -> Float[np.ndarray, "3 3"]:
+        """Rows: right, up, towards the viewer."""
+        s, c = np.sin(np.radians(self.azimuth)), np.cos(np.radians(self.azimuth))
+        return np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])
+
+    def project(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
+        """Points in view space."""
+        seen = points @ self.rotation.T
+        return seen * np.array([-1, 1, 1]) if self.mirrored else seen
+
+
+FRONT = View("Front", 0)
+LEFT = View("Left three-quarter", 42)
+RIGHT = View("Right three-quarter", -42)
+MIRROR = View("In the mirror", 0, mirrored=True)
+FULL_LEFT = View("Left", 75)
+FULL_RIGHT = View("Right", -75)
+
+
+class Frame(NamedTuple):
+    """The part of view space that a picture shows, millimetres.
+
+    Along its lower border it fades to white over `fade`; along its left and right border over `fade_left`, `fade_right`.
+    """
+
+    left: float
+    right: float
+    bottom: float
+    top: float
+    fade: float = 0.0
+    fade_left: float = 0.0
+    fade_right: float = 0.0
+
+    @property
+    def width(self) -> float:
+        return self.right - self.left
+
+    @property
+    def height(self) -> float:
+        return self.top - self.bottom
+
+
+class Picture(NamedTuple):
+    """Pixels over white, and how far towards the viewer the surface of each lies (mm, -inf beside the head)."""
+
+    rgb: UInt8[np.ndarray, "p q 3"]
+    z: Float[np.ndarray, "p q"]
+    frame: Frame
+
+    def pixel(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 2"]:
+        """Column and row, in pixels from the top left corner, of points in view space."""
+        height, width = self.z.shape
+        column = (points[:, 0] - self.frame.left) / self.frame.width * width
+        row = (self.frame.top - points[:, 1]) / self.frame.height * height
+        return np.stack([column, row], axis=1)
+
+
+def pixels(width_mm: float, height_mm: float, dpi: float) -> tuple[int, int]:
+    """Width and height in pixels."""
+    return round(width_mm * dpi / MM_PER_INCH), round(height_mm * dpi / MM_PER_INCH)
+
+
+def picture(posed: Posed, view: View, frame: Frame, *, size_px: tuple[int, int]) -> Picture:
+    """Draw a head into `size_px` (width, height) pixels."""
+    flip = np.array([-1.0, 1.0, 1.0]) if view.mirrored else np.ones(3)
+    rotation = view.rotation
+    surfaces = tuple(
+        Surface(s.vertices @ rotation.T, s.normals @ rotation.T, s.triangles, s.colours, s.roughness)
+        for s in posed.surfaces
+    )
+    centre = ((frame.left + frame.right) / 2 * flip[0], (frame.bottom + frame.top) / 2)
+    rgba, z = draw(surfaces, centre=centre, size_mm=(frame.width, frame.height), size_px=size_px)
+    if view.mirrored:
+        rgba, z = rgba[:, ::-1], z[:, ::-1]
+    return Picture(_over_white(rgba, frame), z, frame)
+
+
+def _over_white(rgba: UInt8[np.ndarray, "p q 4"], frame: Frame) -> UInt8[np.ndarray, "p q 3"]:
+    """Where the neck or the back of the head fades, along a smooth step, it gives way to the paper."""
+    rgb = np.ascontiguousarray(rgba[..., :3])
+    rows, columns = rgb.shape[:2]
+    y = (rows - np.arange(rows) - 0.5) / rows * frame.height
+    x = (np.arange(columns) + 0.5) / columns * frame.width
+    _fade(rgb, _step(y, frame.fade)[:, None])
+    _fade(rgb, (_step(x, frame.fade_left) * _step(frame.width - x, frame.fade_right))[None])
+    return rgb
+
+
+def _step(distance: Float[np.ndarray, " n"], width: float) -> Float[np.ndarray, " n"]:
+    t = np.clip(distance / width, 0, 1) if width > 0 else np.ones_like(distance)
+    return t * t * (3 - 2 * t)
+
+
+def _fade(rgb: UInt8[np.ndarray, "p q 3"], kept: Float[np.ndarray, "a b"]) -> None:
+    """Keep the share `kept` of each row or column of the picture, in place."""
+    rows, columns = (np.flatnonzero(kept.min(axis=axis) < 1) for axis in (1, 0))
+    if len(rows) == 0 or len(columns) == 0:
+        return
+    part = np.s_[rows[0] : rows[-1] + 1] if kept.shape[1] == 1 else np.s_[:, columns[0] : columns[-1] + 1]
+    share = kept[part][..., None].astype(np.float32)
+    rgb[part] = np.round(255 - (255 - rgb[part].astype(np.float32)) * share).astype(np.uint8)

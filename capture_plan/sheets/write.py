@@ -1,0 +1,170 @@
+"""From a plan to paper: every sheet as one PDF of true size, and each of its pages as PNG.
+
+The folder gets `sheets.pdf` and `pages/*.png` when all of them are made, and nothing before.
+"""
+
+import hashlib
+import os
+import shutil
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import msgspec
+import numpy as np
+import pypdfium2
+
+from capture_plan.errors import PlanError
+from capture_plan.plan.record import Plan
+from capture_plan.progress import track
+from capture_plan.rig import Rig
+from capture_plan.rig.regions import face_regions
+from capture_plan.sheets.expression_page import Shot, shoot
+from capture_plan.sheets.furniture import Source, check_bar, foot_line, head_line, legend, sides
+from capture_plan.sheets.head import make_head, pose
+from capture_plan.sheets.marker_table import draw_table, rows_per_page
+from capture_plan.sheets.markers import HEADER_MM, Face, draw_markers, place
+from capture_plan.sheets.page import MARGIN_MM, Booklet, paper
+from capture_plan.sheets.shots import OVERVIEW_COLUMNS, draw_expression, draw_overview, layout_mm, number, rows_of_overview
+from capture_plan.sheets.style import SOFT, region_looks
+from capture_plan.sheets.view import FRONT, LEFT, MIRROR, RIGHT, View, pixels
+
+TITLES = {
+    FRONT: "MARKERS · FRONT",
+    LEFT: "MARKERS · ACTOR'S LEFT",
+    RIGHT: "MARKERS · ACTOR'S RIGHT",
+    MIRROR: "MARKERS · IN THE MIRROR",
+}
+SLUGS = {FRONT: "markers-front", LEFT: "markers-left", RIGHT: "markers-right", MIRROR: "markers-mirror"}
+
+
+def write_sheets(
+    plan: Plan, rig: Rig, folder: Path | str, *, paper: Literal["a4", "letter"] = "a4", dpi: int = 300
+) -> tuple[Path, ...]:
+    """Write `sheets.pdf` and `pages/*.png` into `folder`, all or none; returns what was written, the PDF first.
+
+    Raises:
+        PlanError: the plan belongs to another rig, or the folder cannot be written.
+        RenderError: this machine cannot draw.
+    """
+    folder = Path(folder)
+    book = draw_sheets(plan, rig, sheet=paper, dpi=dpi)
+    pdf = book.bytes()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder, prefix=".sheets-") as scratch:
+            made = Path(scratch)
+            (made / "sheets.pdf").write_bytes(pdf)
+            (made / "pages").mkdir()
+            names = _write_pages(pdf, book.titles, made / "pages", dpi)
+            if (folder / "pages").exists():
+                os.replace(folder / "pages", made / "old")
+            os.replace(made / "pages", folder / "pages")
+            os.replace(made / "sheets.pdf", folder / "sheets.pdf")
+            shutil.rmtree(made / "old", ignore_errors=True)
+    except OSError as error:
+        raise PlanError(f"{folder} cannot be written ({error.strerror}): choose another folder") from error
+    return (folder / "sheets.pdf", *(folder / "pages" / name for name in names))
+
+
+def draw_sheets(plan: Plan, rig: Rig, *, sheet: str, dpi: int) -> Booklet:
+    """All pages of a plan, drawn."""
+    if plan.rig.fingerprint != rig.fingerprint:
+        raise PlanError(
+            f"the plan was made for rig {plan.rig.fingerprint}, this one is {rig.fingerprint}: plan again or give that rig"
+        )
+    return _Drawing(plan, rig, Booklet(paper(sheet), f"{rig.name}: markers and expressions"), dpi).all()
+
+
+def plan_fingerprint(plan: Plan) -> str:
+    """16 hexadecimal digits of the SHA-256 of the plan: equal plans, equal fingerprints."""
+    return hashlib.sha256(msgspec.json.encode(plan, order="deterministic")).hexdigest()[:16]
+
+
+@dataclass
+class _Drawing:
+    plan: Plan
+    rig: Rig
+    book: Booklet
+    dpi: int
+
+    def all(self) -> Booklet:
+        plan, book = self.plan, self.book
+        regions = face_regions(self.rig)
+        landmarks = plan.layout.landmarks
+        head = make_head(self.rig)
+        face = Face(pose(head, self.rig.neutral), self.rig.skin, landmarks, region_looks(landmarks), regions.anchors)
+        per_table = rows_per_page(book)
+        tables = [landmarks[i : i + per_table] for i in range(0, len(landmarks), per_table)]
+        expressions = plan.packing.expressions
+        per_overview = rows_of_overview(book) * OVERVIEW_COLUMNS
+        overviews = -(-len(expressions) // per_overview)
+        self.source = Source(
+            self.rig.name, plan_fingerprint(plan), len(TITLES) + len(tables) + overviews + len(expressions)
+        )
+        for view in track(tuple(TITLES), "Drawing marker sheets"):
+            self._marker_sheet(face, view)
+        for i, rows in enumerate(tables):
+            self._page("marker-table" if i == 0 else f"marker-table-{i + 1}")
+            draw_table(book, rows, landmarks, face.looks, face.anchors, self._worth())
+        _, large, tall, small, short = layout_mm(book)
+        sizes = {"large_px": pixels(large, tall, self.dpi), "small_px": pixels(small, short, self.dpi)}
+        shots: list[Shot] = []
+        for e in track(expressions, "Drawing expressions"):
+            shots.append(shoot(head, face.anchors, e, **sizes))
+        first = 0
+        for i in range(overviews):
+            self._page("expressions" if i == 0 else f"expressions-{i + 1}")
+            first = draw_overview(book, shots, first, len(shots), self._packed())
+        for i, shot in enumerate(shots):
+            self._page(f"{number(i)}")
+            draw_expression(book, shot, i, len(shots))
+        return book
+
+    def _page(self, title: str) -> None:
+        self.book.add_page(title)
+        foot_line(self.book, self.source)
+
+    def _marker_sheet(self, face: Face, view: View) -> None:
+        book = self.book
+        placed = place(face, view, book, dpi=self.dpi)
+        self._page(SLUGS[view])
+        draw_markers(book, placed, face.looks)
+        head_line(book, TITLES[view], self._worth())
+        sides(book, HEADER_MM - 0.5, left_on_right=not view.mirrored)
+        y = book.paper.height - 27
+        size = "LIFE SIZE 1:1" if placed.scale == 1 else f"SCALE 1:{placed.scale:g}"
+        check_bar(book, MARGIN_MM, y)
+        book.text(MARGIN_MM, y + 13.2, size, 15, bold=True)
+        counts = {region: sum(m.region == region for m in face.landmarks) for region in face.looks}
+        x = MARGIN_MM + 66
+        legend(book, x, y + 1.2, book.paper.width - MARGIN_MM - x, face.looks, counts)
+        hidden = len(face.landmarks) - len(placed.landmarks)
+        if hidden:
+            text = f"{len(placed.landmarks)} of {len(face.landmarks)} markers are seen from here"
+            book.text(book.paper.width - MARGIN_MM, y + 13.2, text, 7.4, align="right", colour=SOFT)
+
+    def _worth(self) -> str:
+        worth, places = self.plan.layout.worth, np.array([m.position for m in self.plan.layout.landmarks]).reshape(-1, 3)
+        apart = np.linalg.norm(places[:, None] - places[None], axis=2)[np.triu_indices(len(places), 1)]
+        nearest = f" · closest two {apart.min():.1f} mm" if len(apart) else ""
+        return (
+            f"{worth.landmarks} markers · tell {worth.rank} of {worth.full_rank} movements apart · predicted error "
+            f"{worth.error_mm:.2f} mm under {worth.noise_mm:g} mm noise{nearest}"
+        )
+
+    def _packed(self) -> str:
+        packing = self.plan.packing
+        proof = " · proven fewest" if packing.proven_optimal and packing.objective == packing.bound else ""
+        return f"{len(packing.expressions)} expressions{proof} · bars: share of all movement covered so far"
+
+
+def _write_pages(pdf: bytes, titles: list[str], folder: Path, dpi: int) -> list[str]:
+    document = pypdfium2.PdfDocument(pdf)
+    names = [f"{i + 1:02}-{title}.png" for i, title in enumerate(titles)]
+    for i, name in enumerate(track(names, "Writing pages")):
+        image = document[i].render(scale=dpi / 72).to_pil()
+        image.save(folder / name, compress_level=1, dpi=(dpi, dpi))
+    document.close()
+    return names
