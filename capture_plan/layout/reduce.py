@@ -53,4 +53,5 @@ def _first_of_equal_sets(
     sets = np.packbits(covers[:, order], axis=0).T
     keys = np.ascontiguousarray(np.concatenate([sets, costs[1:, order].T.copy().view(np.uint8)], axis=1))
     _, first, group = np.unique(keys.view(f"V{keys.shape[1]}").ravel(), return_index=True, return_inverse=True)
-    return (first[group] == np.arange(len(order))) | ~free[order[first[group]]]
+    rival = order[first[group]]
+    return (rival == order) | ~free[rival] | (costs[0, order] < costs[0, rival])

@@ -1,0 +1,95 @@
+"""The mesh room: identities of areas, normals and distances."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from capture_plan.mesh import (
+    boundary_vertices,
+    edges,
+    geodesic_distance,
+    pieces,
+    surface_graph,
+    triangle_areas,
+    vertex_areas,
+    vertex_normals,
+)
+
+
+@pytest.fixture(scope="module")
+def ball():
+    mesh = trimesh.creation.icosphere(subdivisions=4, radius=50.0)
+    return np.array(mesh.vertices), np.array(mesh.faces)
+
+
+@pytest.fixture(scope="module")
+def sheet():
+    """A flat 11 x 11 grid with 1 mm squares in the plane z = 0."""
+    x, y = np.meshgrid(np.arange(11.0), np.arange(11.0))
+    vertices = np.stack([x.ravel(), y.ravel(), np.zeros(121)], axis=1)
+    corner = (np.arange(10)[:, None] * 11 + np.arange(10)).ravel()
+    quads = np.stack([corner, corner + 1, corner + 12, corner + 11], axis=1)
+    return vertices, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+
+
+def test_vertex_areas_add_up_to_the_area_of_the_triangles(ball):
+    assert vertex_areas(*ball).sum() == pytest.approx(triangle_areas(*ball).sum())
+
+
+def test_the_area_of_a_fine_ball_is_that_of_the_sphere(ball):
+    assert triangle_areas(*ball).sum() == pytest.approx(4 * np.pi * 50**2, rel=0.01)
+
+
+def test_normals_of_a_ball_point_outwards(ball):
+    vertices, _ = ball
+    np.testing.assert_allclose(vertex_normals(*ball), vertices / 50, atol=0.01)
+
+
+def test_a_closed_ball_has_no_boundary_and_obeys_euler(ball):
+    vertices, triangles = ball
+    assert len(boundary_vertices(triangles)) == 0
+    assert len(vertices) - len(edges(triangles)) + len(triangles) == 2
+
+
+def test_the_boundary_of_a_sheet_is_its_rim(sheet):
+    vertices, triangles = sheet
+    rim = np.flatnonzero(np.isin(vertices[:, :2], [0, 10]).any(axis=1))
+    np.testing.assert_array_equal(boundary_vertices(triangles), rim)
+
+
+def test_two_balls_are_two_pieces(ball):
+    vertices, triangles = ball
+    both = np.concatenate([triangles, triangles + len(vertices)])
+    piece = pieces(both, 2 * len(vertices))
+    assert set(piece[: len(vertices)]) == {0}
+    assert set(piece[len(vertices) :]) == {1}
+
+
+def test_distances_on_a_ball_are_great_circles(ball):
+    vertices, _ = ball
+    found = geodesic_distance(surface_graph(*ball), np.array([0]))[0]
+    true = 50 * np.arccos(np.clip(vertices @ vertices[0] / 2500, -1, 1))
+    far = true > 5
+    assert (found[far] / true[far]).min() > 0.999
+    assert (found[far] / true[far]).max() < 1.06
+
+
+def test_a_knight_s_move_over_an_edge_is_unfolded(sheet):
+    vertices, triangles = sheet
+    found = geodesic_distance(surface_graph(vertices, triangles), np.array([0]))[0]
+    assert found[12] == pytest.approx(np.sqrt(2))  # along the diagonal edge
+    assert found[13] == pytest.approx(np.sqrt(5))  # across one edge
+    assert found[10] == pytest.approx(10)  # along the rim
+
+
+def test_distances_keep_the_triangle_inequality_and_are_symmetric(sheet):
+    graph = surface_graph(*sheet)
+    d = geodesic_distance(graph, np.arange(121))
+    np.testing.assert_allclose(d, d.T)
+    assert (d[:, :, None] <= d[:, None, :] + d.T[None] + 1e-9).all()
+
+
+def test_beyond_the_limit_distances_are_infinite(sheet):
+    d = geodesic_distance(surface_graph(*sheet), np.array([0]), limit=3.0)[0]
+    assert np.isinf(d[120])
+    assert d[2] == pytest.approx(2)

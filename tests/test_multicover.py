@@ -1,0 +1,81 @@
+"""Adaptive multi-cover and spacing on the sample head."""
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from capture_plan.layout.face import Face
+from capture_plan.layout.multicover import Spacing, adaptive_cover, best_cover, crowded
+from capture_plan.layout.settings import LayoutSettings
+from capture_plan.mesh import geodesic_distance, surface_graph
+from capture_plan.rig import sample_rig
+
+SETTINGS = LayoutSettings(spacing_mm=10.0)
+
+
+@pytest.fixture(scope="module")
+def face():
+    rig = sample_rig()
+    used = tuple(name for name, d in zip(rig.names, rig.displacement[:, rig.skin], strict=True) if d.max() > 1)
+    return Face(rig, used, rig.skin.astype(float))
+
+
+@pytest.fixture(scope="module")
+def graph(face):
+    return surface_graph(face.rig.neutral, face.rig.triangles)
+
+
+def landmarks_of(sites, rounds):
+    return sites.members(np.concatenate([cover.chosen for cover in rounds]))
+
+
+@pytest.mark.parametrize("symmetric", [True, False])
+@pytest.mark.parametrize("spacing_mm", [6.0, 14.0])
+def test_all_landmarks_of_all_rounds_keep_the_spacing(face, graph, symmetric, spacing_mm):
+    wanted = replace(SETTINGS, symmetric=symmetric, spacing_mm=spacing_mm)
+    sites = face.sites(wanted)
+    vertices = landmarks_of(sites, adaptive_cover(sites, wanted, Spacing(graph, sites, spacing_mm)))
+    distance = geodesic_distance(graph, vertices)[:, vertices]
+    assert distance[~np.eye(len(vertices), dtype=bool)].min() >= spacing_mm
+
+
+def test_a_clique_is_too_close_together_in_pairs(face, graph):
+    sites = face.sites(SETTINGS)
+    spacing = Spacing(graph, sites, 10.0)
+    start = 100
+    near = np.flatnonzero(spacing.close(np.array([start]))[0])
+    pair = np.array([start, near[near != start][-1]])
+    (clique,) = spacing.cliques(pair)
+    assert np.isin(pair, clique).all()
+    assert spacing.close(clique)[:, clique].all()
+
+
+def test_more_rounds_never_take_landmarks_away(face, graph):
+    sites = face.sites(SETTINGS)
+    spacing = Spacing(graph, sites, 10.0)
+    one = landmarks_of(sites, adaptive_cover(sites, replace(SETTINGS, rounds=1), spacing))
+    three = landmarks_of(sites, adaptive_cover(sites, SETTINGS, spacing))
+    assert set(one) <= set(three)
+    assert len(three) > len(one)
+
+
+def test_the_first_round_reaches_every_blendshape(face, graph):
+    sites = face.sites(SETTINGS)
+    first = adaptive_cover(sites, SETTINGS, Spacing(graph, sites, 10.0))[0]
+    assert sites.covers(SETTINGS.epsilon)[:, first.chosen].any(axis=1).all()
+
+
+def test_lexicographic_needs_as_few_as_counting_and_suits_better(face):
+    everything = np.arange(len(face.used))
+    sites = face.sites(SETTINGS)
+    everywhere = np.arange(len(sites.visibility))
+    few = best_cover(sites, replace(SETTINGS, weights="count"), everything, everywhere, None)
+    good = best_cover(sites, SETTINGS, everything, everywhere, None)
+    assert sites.size[good.chosen].sum() == sites.size[few.chosen].sum() == few.objective
+
+
+def test_a_landmark_that_owns_too_many_blendshapes_is_crowded(face):
+    sites = face.sites(SETTINGS)
+    busiest = np.array([sites.covers(SETTINGS.epsilon).sum(axis=0).argmax()])
+    owned = sites.covers(SETTINGS.epsilon)[:, busiest[0]]
+    np.testing.assert_array_equal(crowded(sites, busiest, SETTINGS.epsilon), np.flatnonzero(owned))
