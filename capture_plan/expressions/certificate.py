@@ -1,8 +1,8 @@
 """Does a packing hold? Recomputed from the rig by code that knows no solver.
 
-Each used blendshape is performed once or listed as left out; no two in an expression share an active vertex, unless they
-are a left/right pair, or are kept apart by a rule; pairs are together; every two members of the clique conflict, so that
-no list is shorter than the clique; what is called proven equals its bound.
+Each used blendshape is performed once or listed as left out; no two in an expression share an active vertex, unless
+they are a left/right pair, nor are kept apart by a rule; pairs are together; every two members of the clique conflict,
+so that no list is shorter than the clique; what is called proven equals its bound.
 """
 
 from itertools import combinations

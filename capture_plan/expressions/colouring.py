@@ -100,11 +100,14 @@ def _colour_rest(graph: Bool[np.ndarray, "g g"], colours: Int[np.ndarray, " g"],
 
 def greedy(graph: Bool[np.ndarray, "g g"]) -> Int[np.ndarray, " g"]:
     """DSATUR (Brelaz 1979): always the item that sees most colours, then the one with most conflicts."""
-    colours = np.full(len(graph), -1)
-    seen = np.zeros((len(graph), len(graph) + 1), dtype=bool)
-    degree = graph.sum(axis=1)
-    for _ in range(len(graph)):
-        i = max(np.flatnonzero(colours < 0), key=lambda i: (seen[i].sum(), degree[i], -i))
-        colours[i] = int(np.argmin(seen[i]))
-        seen[graph[i], colours[i]] = True
+    g = len(graph)
+    colours = np.full(g, -1)
+    seen = np.zeros((g, g), dtype=bool)
+    score = graph.sum(axis=1)  # g times the colours seen, plus the conflicts
+    for _ in range(g):
+        i = int(np.argmax(np.where(colours < 0, score, -1)))
+        colours[i] = np.argmin(seen[i])
+        news = graph[i] & ~seen[:, colours[i]]
+        score[news] += g
+        seen[news, colours[i]] = True
     return colours

@@ -1,4 +1,4 @@
-"""How every program of this room is solved: CP-SAT, one worker, seeded, with a limit that does not depend on the clock."""
+"""How every program of this room is solved: CP-SAT, one worker, seeded, with a limit that knows no clock."""
 
 from ortools.sat.python import cp_model
 

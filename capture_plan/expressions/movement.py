@@ -84,7 +84,11 @@ def _energy(length: np.ndarray, regions: FaceRegions, region: int, side: int) ->
 
 
 def _ways(mean: np.ndarray, sided: bool) -> tuple[str, ...]:
-    words = (("outwards", "inwards") if sided else ("to your left", "to your right"), ("up", "down"), ("forward", "back"))
+    words = (
+        ("outwards", "inwards") if sided else ("to your left", "to your right"),
+        ("up", "down"),
+        ("forward", "back"),
+    )
     named = np.abs(mean) >= np.abs(mean).max() / 2
     return tuple(words[axis][int(mean[axis] < 0)] for axis in (1, 0, 2) if named[axis])
 

@@ -6,8 +6,9 @@ from msgspec import Struct
 class Expression(Struct, frozen=True, forbid_unknown_fields=True):
     """One reference expression: all its blendshapes at full weight (Carrigan et al. 2020, section 4.2).
 
-    `gain` is its share of the importance of all blendshapes, `covered` the share after it, both 0 to 1.
-    `sentence` tells the actor what to do in plain words; sides in it are the actor's own.
+    `gain` is its share of the importance of all blendshapes (uniqueness, which depends on the order, left aside),
+    `covered` the share after it, both 0 to 1. `sentence` tells the actor what to do in plain words; sides in it are
+    the actor's own.
     """
 
     name: str
@@ -21,14 +22,14 @@ class Expression(Struct, frozen=True, forbid_unknown_fields=True):
 class Packing(Struct, frozen=True, forbid_unknown_fields=True):
     """Expressions in the order of shooting, and what was proved about their number.
 
-    `bound` is a proven lower limit on the number of expressions under the same pairs; `clique` names blendshapes no two
-    of which fit into one expression, so that anybody can check a limit without a solver; a partner in it stands for
-    its pair, whose active set is the union of both. `pairs` are left/right partners that are performed together;
-    `relaxed` those pairs that had to be split; `exclusive` are blendshapes that no face performs at once, kept apart
-    although they may share no active vertex: conflicts in the clique are of either kind. `objective` counts the whole list: a limit shows its first expressions
-    only and names the blendshapes that it leaves unscanned in `left_out`. `order_proven` says that each expression is
-    proved the most important one possible after those before it: of all, or (`minimum`) of those that keep the list
-    shortest.
+    `objective` counts the whole list; a limit shows its first expressions only and names the blendshapes that stay
+    unscanned in `left_out`. `bound` is a proven lower limit on `objective` under the same pairs and rules.
+    `order_proven` says that each expression is proved the most important one possible after those before it: of all,
+    or (`minimum`) of those that keep the list shortest. `clique` names blendshapes no two of which fit into one
+    expression, so that anybody can check a limit without a solver; a partner in it stands for its pair, whose active
+    set is the union of both. `pairs` are left/right partners that are performed together; `relaxed` those pairs that
+    had to be split. `exclusive` are blendshapes that no face performs at once, kept apart although they may share no
+    active vertex: conflicts in the clique are of either kind.
     """
 
     method: str

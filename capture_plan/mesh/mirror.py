@@ -47,8 +47,8 @@ def mirror_map(vertices: Float[np.ndarray, "v 3"]) -> Int[np.ndarray, " v"]:
     """Index of the vertex nearest to each vertex's reflection in the mirror plane."""
     c = mirror_plane(vertices)
     near = min(NEIGHBOURS, len(vertices))
-    query = KDTree(vertices).query(reflect(vertices, c), k=list(range(1, near + 1)))
-    distance, image = np.asarray(query[0]), np.asarray(query[1])
+    query = KDTree(vertices).query(reflect(vertices, c), k=near)
+    distance, image = (np.reshape(found, (len(vertices), near)) for found in query)
     own = np.arange(len(vertices))
     mirror = np.where(2 * np.abs(vertices[:, 0] - c) <= distance[:, 0] + TIE_MM, own, image[:, 0])
     free = mirror[mirror] != own
