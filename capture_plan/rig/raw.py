@@ -17,7 +17,7 @@ UNITS_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "dm": 100.0, "in": 25.4, "ft": 3
 
 @dataclass(frozen=True, eq=False)
 class RawRig:
-    """Arrays as in `Rig`, lengths in the file's unit; `unit_mm`, `up`, `facing` are what the format promises, if it does."""
+    """Arrays as in `Rig`, lengths in the file's unit; `unit_mm`, `up`, `facing` are the format's promise, if any."""
 
     name: str
     neutral: Float[np.ndarray, "v 3"]
