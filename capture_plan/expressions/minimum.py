@@ -17,6 +17,7 @@ from capture_plan.expressions.colouring import colour, greedy, largest_clique
 from capture_plan.expressions.conflicts import conflict_graph, core
 from capture_plan.expressions.cpsat import UndecidedError
 from capture_plan.expressions.sequential import Heaviest, Order, Weigh, heaviest
+from capture_plan.progress import track
 
 CUTS = 200  # per expression; real rigs need fewer than 20
 
@@ -27,7 +28,7 @@ def minimum(sets: Bool[np.ndarray, "g n"], weigh: Weigh) -> tuple[Order, int]:
     j = int(colours.max()) + 1
     left = np.ones(len(sets), dtype=bool)
     expressions, proven = [], True
-    for e in range(j):
+    for e in track(range(j), "ordering expressions"):
         try:
             found, colours = _next_expression(sets, weigh(~left), left, j - e - 1)
         except UndecidedError:

@@ -9,6 +9,7 @@ Rule   names that are known become phrases; what stands under `together` is merg
 import tomllib
 from functools import cache
 from importlib.resources import files
+from itertools import pairwise
 
 from capture_plan.expressions.movement import movements
 from capture_plan.expressions.together import base_name
@@ -51,7 +52,7 @@ def spoken(arkit: tuple[str, ...]) -> tuple[str, ...]:
 @cache
 def phrases() -> tuple[dict[str, dict[str, str]], tuple[tuple[tuple[str, ...], str], ...]]:
     """Phrases by ARKit name without its side, and what is said where several meet."""
-    table = tomllib.loads(files(__package__).joinpath("data/phrases.toml").read_text(encoding="utf-8"))
+    table = tomllib.loads(files("capture_plan.expressions").joinpath("data", "phrases.toml").read_text("utf-8"))
     together = tuple((tuple(entry["names"]), entry["say"]) for entry in table.pop("together"))
     return table, together
 
@@ -64,7 +65,7 @@ def _breaths(clauses: tuple[str, ...]) -> list[tuple[str, ...]]:
     """Clauses in as few sentences of at most CLAUSES as possible, evenly."""
     count = -(-len(clauses) // CLAUSES)
     cuts = [round(number * len(clauses) / count) for number in range(count + 1)] if count else [0]
-    return [clauses[a:b] for a, b in zip(cuts, cuts[1:], strict=False)]
+    return [clauses[a:b] for a, b in pairwise(cuts)]
 
 
 def _list(items: tuple[str, ...]) -> str:

@@ -47,5 +47,6 @@ def base_name(arkit: str) -> str:
 
 @cache
 def _rules() -> frozenset[frozenset[str]]:
-    table = tomllib.loads(files(__package__).joinpath("data/exclusive.toml").read_text(encoding="utf-8"))
+    text = files("capture_plan.expressions").joinpath("data", "exclusive.toml").read_text("utf-8")
+    table = tomllib.loads(text)
     return frozenset(frozenset((a, b)) for a, others in table.items() for b in others)
