@@ -2,7 +2,7 @@
 
 Data     skin with its border loops: two mirrored ones are the lid openings, the one below on the midline is the mouth
 Order    eyes: lid openings, else eyeballs, else proportions of the head
-         mouth: its opening, else where blendshapes stretch the midline most, else 1.1 pupil distances below the eyes
+         mouth: its opening, else where blendshapes stretch the midline, else 1.1 pupil distances below the eyes
          nose tip: most forward on the midline between eyes and mouth; chin: most forward and low below the mouth
          ears: furthest to the side, between brow and mouth, behind the eyes
 Unit     the pupil distance; proportions are those of the four heads measured here and only stand in where holes lack
@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import connected_components
 from capture_plan.mesh import half_edges, pieces
 from capture_plan.mesh.mirror import mirror_plane
 from capture_plan.rig.record import Rig
-from capture_plan.rig.skin import ball, is_ball
+from capture_plan.rig.skin import is_ball
 
 EYE_SPREAD = 0.42  # pupil distance over the breadth of the moving face
 MOUTH_BELOW_EYES, MOUTH_WIDTH = 1.1, 0.8  # of the pupil distance
@@ -95,7 +95,7 @@ def face_anchors(rig: Rig) -> Anchors:
     )
 
 
-def border_loops(triangles: Int[np.ndarray, "f 3"]) -> list[Int[np.ndarray, " b"]]:
+def border_loops(triangles: Int[np.ndarray, "f 3"]) -> list[Int[np.ndarray, " _"]]:
     """Vertices of each connected border of the triangles, the longest border first."""
     edge, count = np.unique(np.sort(half_edges(triangles), axis=1), axis=0, return_counts=True)
     edge = edge[count == 1]
@@ -121,7 +121,7 @@ def _is_compact_ball(points: Float[np.ndarray, "v 3"]) -> bool:
 
 
 def _eyes(
-    rig: Rig, loops: list[Int[np.ndarray, " b"]], x0: float
+    rig: Rig, loops: list[Int[np.ndarray, " _"]], x0: float
 ) -> tuple[Float[np.ndarray, "2 3"], Int[np.ndarray, " a"], tuple[str, ...]]:
     """Centres of the left and the right eye, the border of the lids, and how they were found."""
     shapes = [(rig.neutral[loop], loop) for loop in loops if len(loop) >= 6]
@@ -158,7 +158,7 @@ def _mirrored_pair(
 
 
 def _mouth(
-    rig: Rig, loops: list[Int[np.ndarray, " b"]], eyes: Float[np.ndarray, " 3"], unit: float, x0: float
+    rig: Rig, loops: list[Int[np.ndarray, " _"]], eyes: Float[np.ndarray, " 3"], unit: float, x0: float
 ) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, "2 3"], Int[np.ndarray, " b"], tuple[str, ...]]:
     """Centre and corners (left, right) of the mouth, the border of the lips, and how they were found."""
     for loop in sorted(loops, key=lambda loop: -np.ptp(rig.neutral[loop, 0])):
@@ -186,18 +186,18 @@ def _mouth(
 
 
 def _tear(rig: Rig, eyes: Float[np.ndarray, " 3"], unit: float, x0: float) -> tuple[float, tuple[str, ...]]:
-    """How far below the eyes the midline is stretched most by blendshapes, millimetres."""
+    """How far below the eyes blendshapes stretch the midline, millimetres: the mean place, by squared stretch."""
     edge = np.unique(np.sort(half_edges(rig.triangles[rig.skin[rig.triangles].all(axis=1)]), axis=1), axis=0)
     place = rig.neutral[edge].mean(axis=1)
-    fits = (np.abs(place[:, 0] - x0) < 0.2 * unit) & (place[:, 2] > eyes[2] - 0.5 * unit)
-    fits &= (eyes[1] - place[:, 1] > 0.6 * unit) & (eyes[1] - place[:, 1] < 2 * unit)
+    fits = (np.abs(place[:, 0] - x0) < 0.2 * unit) & (place[:, 2] > eyes[2])
+    fits &= (eyes[1] - place[:, 1] > 0.6 * unit) & (eyes[1] - place[:, 1] < 1.7 * unit)
     edge, place = edge[fits], place[fits]
     stretch = np.zeros(len(edge))
     for delta in rig.deltas:
         stretch = np.maximum(stretch, np.linalg.norm(delta[edge[:, 0]] - delta[edge[:, 1]], axis=1))
     if len(edge) == 0 or stretch.max() < 0.05 * unit:
         return MOUTH_BELOW_EYES * unit, ()
-    return float(eyes[1] - place[stretch.argmax(), 1]), ("mouth",)
+    return float(eyes[1] - np.average(place[:, 1], weights=stretch**2)), ("mouth",)
 
 
 def _middle(points: Float[np.ndarray, "v 3"]) -> Float[np.ndarray, " 3"]:
@@ -205,7 +205,7 @@ def _middle(points: Float[np.ndarray, "v 3"]) -> Float[np.ndarray, " 3"]:
 
 
 def _furthest(
-    points: Float[np.ndarray, "v 3"], direction: tuple[float, float, float], otherwise: Float[np.ndarray, " 3"]
+    points: Float[np.ndarray, "v 3"], direction: tuple[int, int, int], otherwise: Float[np.ndarray, " 3"]
 ) -> Float[np.ndarray, " 3"]:
     return points[(points @ np.array(direction, dtype=float)).argmax()] if len(points) else otherwise
 
@@ -214,6 +214,6 @@ def interpupillary(rig: Rig) -> float | None:
     """Millimetres between the centres of the eyeballs, else of the lid openings; None where neither is found."""
     x0 = mirror_plane(rig.neutral[rig.skin])
     if pair := _mirrored_pair([(rig.neutral[eye], np.flatnonzero(eye)) for eye in eyeballs(rig)], x0):
-        return float(np.linalg.norm(ball(pair[0][0])[0] - ball(pair[1][0])[0]))
+        return float(np.linalg.norm(pair[0][0].mean(axis=0) - pair[1][0].mean(axis=0)))
     anchors = face_anchors(rig)
     return anchors.pupils if "eyes" in anchors.found else None

@@ -7,6 +7,7 @@ or exactly what another one moves. Everything else is planned, and what is odd a
 import textwrap
 
 import numpy as np
+from jaxtyping import Float
 from msgspec import Struct
 
 from capture_plan.rig.anchors import interpupillary
@@ -59,14 +60,13 @@ def audit(rig: Rig) -> Audit:
     findings = motionless(rig)
     unseen = {name for finding in findings for name in finding.blendshapes}
     names = tuple(name for name in rig.names if name not in unseen)
-    deltas = _skin_deltas(rig, names)
-    findings += duplicates(names, deltas)
+    findings += duplicates(names, _gram(rig, names))
     out = {name for finding in findings if finding.left_out for name in finding.blendshapes}
     used = tuple(name for name in rig.names if name not in out)
-    deltas = _skin_deltas(rig, used)
+    gram = _gram(rig, used)
     pupils = interpupillary(rig)
     if used:
-        findings += dependent(used, deltas) + partners(rig, used) + correctives(rig, used)
+        findings += dependent(used, gram) + partners(rig, used) + correctives(rig, used)
     findings += mesh_faults(rig, pupils)
     return Audit(
         vertices=len(rig.neutral),
@@ -74,7 +74,7 @@ def audit(rig: Rig) -> Audit:
         skin_vertices=int(rig.skin.sum()),
         blendshapes=len(rig.names),
         used=used,
-        rank=_rank(deltas),
+        rank=_rank(gram),
         unit_mm=rig.unit_mm,
         up=rig.up,
         facing=rig.facing,
@@ -134,18 +134,19 @@ def audit_text(found: Audit) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _skin_deltas(rig: Rig, names: tuple[str, ...]) -> np.ndarray:
-    """Deltas of the named blendshapes on the skin, (k, 3 v), in double precision."""
+def _gram(rig: Rig, names: tuple[str, ...]) -> Float[np.ndarray, "k k"]:
+    """D D^T of the named blendshapes' deltas on the skin, square millimetres."""
     at = [rig.names.index(name) for name in names]
-    return rig.deltas[at][:, rig.skin].astype(np.float64).reshape(len(at), -1)
+    d = rig.deltas[at][:, rig.skin].astype(np.float64).reshape(len(at), 3 * rig.skin.sum())
+    return d @ d.T
 
 
-def _rank(deltas: np.ndarray) -> int:
-    """Singular values above DEPENDENT of the largest, after every blendshape is scaled to length 1; from D D^T."""
-    if len(deltas) == 0:
+def _rank(gram: Float[np.ndarray, "k k"]) -> int:
+    """Singular values above DEPENDENT of the largest, after every blendshape is scaled to length 1."""
+    if len(gram) == 0:
         return 0
-    unit = deltas / np.linalg.norm(deltas, axis=1, keepdims=True)
-    singular = np.sqrt(np.clip(np.linalg.eigvalsh(unit @ unit.T), 0, None))
+    length = np.sqrt(np.diag(gram))
+    singular = np.sqrt(np.clip(np.linalg.eigvalsh(gram / np.outer(length, length)), 0, None))
     return int((singular > DEPENDENT * singular[-1]).sum())
 
 

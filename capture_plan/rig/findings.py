@@ -74,10 +74,10 @@ def motionless(rig: Rig) -> list[Finding]:
     return findings
 
 
-def duplicates(names: tuple[str, ...], deltas: Float[np.ndarray, "k n"]) -> list[Finding]:
-    """Blendshapes that move every vertex the same way as an earlier one, as strongly or not."""
-    length = np.linalg.norm(deltas, axis=1)
-    cosine = (deltas @ deltas.T) / np.outer(length, length)
+def duplicates(names: tuple[str, ...], gram: Float[np.ndarray, "k k"]) -> list[Finding]:
+    """Blendshapes that move every vertex the same way as an earlier one, as strongly or not; gram = D D^T."""
+    length = np.sqrt(np.diag(gram))
+    cosine = gram / np.outer(length, length)
     findings, kept = [], []
     for k, name in enumerate(names):
         first = next((i for i in kept if cosine[i, k] >= 1 - SAME), None)
@@ -92,17 +92,20 @@ def duplicates(names: tuple[str, ...], deltas: Float[np.ndarray, "k n"]) -> list
     return findings
 
 
-def dependent(names: tuple[str, ...], deltas: Float[np.ndarray, "k n"]) -> list[Finding]:
-    """Blendshapes that are sums of earlier ones (Gram-Schmidt): their weights cannot be told apart from a face."""
-    unit = deltas / np.linalg.norm(deltas, axis=1, keepdims=True)
-    basis, members, findings = np.empty((0, deltas.shape[1])), [], []
+def dependent(names: tuple[str, ...], gram: Float[np.ndarray, "k k"]) -> list[Finding]:
+    """Blendshapes that are sums of earlier ones: their weights cannot be told apart from a face.
+
+    The part of d[k] that the earlier ones leave over has the squared length G[k, k] - G[k, m] G[m, m]^-1 G[m, k].
+    """
+    length = np.sqrt(np.diag(gram))
+    cosine = gram / np.outer(length, length)
+    members, findings = [], []
     for k, name in enumerate(names):
-        rest = unit[k] - (unit[k] @ basis.T) @ basis
-        rest -= (rest @ basis.T) @ basis
-        if np.linalg.norm(rest) > DEPENDENT:
-            basis, members = np.vstack([basis, rest / np.linalg.norm(rest)]), [*members, k]
+        share = np.linalg.solve(cosine[np.ix_(members, members)], cosine[members, k])
+        if 1 - cosine[k, members] @ share > DEPENDENT**2:
+            members.append(k)
             continue
-        share = np.linalg.lstsq(deltas[members].T, deltas[k], rcond=None)[0]
+        share *= length[k] / length[members]
         parts = [i for i in np.abs(share).argsort()[::-1] if abs(share[i]) > 0.02]
         total = " + ".join(f"{share[i]:.2f} {names[members[i]]}" for i in parts[:4]) + (" + ..." if parts[4:] else "")
         message = f"{name} is the sum {total.replace('+ -', '- ')}: its weight cannot be told from theirs"
@@ -116,14 +119,12 @@ def partners(rig: Rig, used: tuple[str, ...]) -> list[Finding]:
     """Used blendshapes without a mirror image in the rig (their own included), and pairs that mirror poorly."""
     unlike = unlikeness(rig)
     index = {name: k for k, name in enumerate(rig.names)}
-    among = [index[name] for name in used]
     pairs = blendshape_pairs(rig)
     paired = {name for pair in pairs for name in pair}
+    single = [name for name in used if name not in paired]
     findings = []
-    for name in used:
-        if name in paired:
-            continue
-        best = unlike[index[name], among].min()
+    for name in single:
+        best = unlike[index[name], [index[other] for other in single]].min()
         side = side_of(name)
         if best >= UNLIKE:
             what = f"{name} has no partner on the other side" if side else f"{name} is lopsided and has no mirror image"

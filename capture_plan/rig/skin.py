@@ -107,21 +107,15 @@ def _seamless_pieces(neutral: Float[np.ndarray, "v 3"], triangles: Int[np.ndarra
     return pieces(weld[triangles], len(neutral))[weld]
 
 
-def ball(points: Float[np.ndarray, "v 3"]) -> tuple[Float[np.ndarray, " 3"], float]:
-    """Centre of the sphere nearest to all points, and the scatter of their distances from it over its radius.
+def is_ball(points: Float[np.ndarray, "v 3"]) -> bool:
+    """Whether all points lie on one sphere, as those of an eyeball do, bulge of the cornea included.
 
-    |x|^2 = 2 c . x + (r^2 - |c|^2), least squares in c and r.
+    |x|^2 = 2 c . x + (r^2 - |c|^2), least squares in the centre c and the radius r.
     """
-    middle = points.mean(axis=0)
-    x = points - middle
+    x = points - points.mean(axis=0)
     solution = np.linalg.lstsq(np.c_[2 * x, np.ones(len(x))], (x**2).sum(axis=1), rcond=None)[0]
     radius = np.sqrt(max(solution[3] + (solution[:3] ** 2).sum(), 1e-12))
-    return middle + solution[:3], float(np.linalg.norm(x - solution[:3], axis=1).std() / radius)
-
-
-def is_ball(points: Float[np.ndarray, "v 3"]) -> bool:
-    """Whether all points lie on one sphere, as those of an eyeball do, bulge of the cornea included."""
-    return ball(points)[1] < ROUND
+    return bool(np.linalg.norm(x - solution[:3], axis=1).std() < ROUND * radius)
 
 
 def _inside(
