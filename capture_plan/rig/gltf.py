@@ -102,7 +102,7 @@ def read_gltf(path: Path) -> RawRig:
     except RigError as error:
         raise RigError(f"{path.name} {error}") from error
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, RecursionError, struct.error) as error:
-        found = f"{type(error).__name__}: {error}"
+        found = " ".join(f"{type(error).__name__}: {error}".split())
         raise RigError(f"{path.name} does not follow glTF 2.0 ({found}): export it again as .glb") from error
     pieces = [piece for piece in pieces if len(piece.triangles)]
     if not pieces:

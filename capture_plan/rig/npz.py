@@ -10,6 +10,7 @@ Pickled objects are refused: loading them would run what they hold.
 """
 
 import zipfile
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,12 @@ from capture_plan.errors import RigError
 from capture_plan.rig.raw import UNITS_MM, RawRig, vertex_parts
 
 NEEDED = {"vertices": 2, "faces": 2, "deltas": 3, "names": 1}  # dimensions
+KINDS = (
+    ("vertices", "fiu", "numbers"),
+    ("faces", "iu", "integers"),
+    ("deltas", "fiu", "numbers"),
+    ("names", "US", "text"),
+)
 PART_KEYS = ("part", "parts", "material", "group")
 
 
@@ -29,8 +36,9 @@ def read_npz(path: Path) -> RawRig:
             raise RigError(f"{path.name} has no array '{key}', only {', '.join(arrays) or 'nothing'}: add it")
         if arrays[key].ndim != dimensions or (dimensions > 1 and arrays[key].shape[-1] != 3):
             wanted = {1: "(k)", 2: "(n, 3)", 3: "(k, v, 3)"}[dimensions]
-            raise RigError(f"{path.name}: '{key}' has the shape {arrays[key].shape}, expected {wanted}: reshape it")
-    for key, kinds, what in (("vertices", "fiu", "numbers"), ("deltas", "fiu", "numbers"), ("faces", "iu", "integers")):
+            advice = "split polygons into triangles" if key == "faces" else "reshape it"
+            raise RigError(f"{path.name}: '{key}' has the shape {arrays[key].shape}, expected {wanted}: {advice}")
+    for key, kinds, what in KINDS:
         if arrays[key].dtype.kind not in kinds:
             raise RigError(f"{path.name}: '{key}' holds {arrays[key].dtype}, expected {what}: convert it before saving")
     triangles, v = arrays["faces"].astype(np.int64), len(arrays["vertices"])
@@ -44,7 +52,7 @@ def read_npz(path: Path) -> RawRig:
         neutral=arrays["vertices"].astype(np.float64),
         triangles=triangles.astype(np.int32),
         deltas=arrays["deltas"].astype(np.float32),
-        names=tuple(str(name) for name in arrays["names"]),
+        names=tuple(str(name) for name in arrays["names"].astype(str)),
         parts=parts,
         part_names=part_names,
         source_index=source_index.astype(np.int32),
@@ -54,21 +62,19 @@ def read_npz(path: Path) -> RawRig:
 
 def load(path: Path) -> dict[str, np.ndarray]:
     """Every array of the archive. RigError when it is none, was cut off, or holds pickled objects."""
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            if not isinstance(archive, np.lib.npyio.NpzFile):
-                raise RigError(f"{path.name} is one array, not an archive: save it with np.savez")
-            return {key: archive[key] for key in archive.files}
-    except RigError:
-        raise
-    except OSError as error:
-        raise RigError(
-            f"{path.name} cannot be read ({error.strerror or error}): check the file and its permissions"
-        ) from error
-    except (ValueError, EOFError, zipfile.BadZipFile, NotImplementedError) as error:
-        raise RigError(
-            f"{path.name} is not a readable NPZ archive of plain arrays ({error}): save it again with np.savez"
-        ) from error
+    if not zipfile.is_zipfile(path):
+        raise RigError(f"{path.name} is not an NPZ archive, or it was cut off: save it again with np.savez")
+    arrays = {}
+    with zipfile.ZipFile(path) as archive:
+        for entry in archive.namelist():
+            try:
+                with archive.open(entry) as file:
+                    arrays[entry.removesuffix(".npy")] = np.lib.format.read_array(file, allow_pickle=False)
+            except (ValueError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError) as error:
+                raise RigError(
+                    f"{path.name}: '{entry}' is not a readable array of numbers or text: save it again with np.savez"
+                ) from error
+    return arrays
 
 
 def check_range(path: Path, triangles: np.ndarray, v: int) -> None:

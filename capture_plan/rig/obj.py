@@ -55,7 +55,7 @@ def read_obj_folder(folder: Path) -> RawRig:
         if len(vertices) != len(neutral):
             raise RigError(
                 f"{path.name} has {len(vertices):,} vertices, the neutral {neutral_path.name} has {len(neutral):,}: "
-                "export both from the same mesh with 'keep vertex order' on"
+                "export both from the same mesh with 'keep vertex order' on, or move it away if it is no blendshape"
             )
         text = join_faces(data)
         if text != face_text or b"-" in text:  # negative numbers mean different vertices in different places
@@ -78,7 +78,7 @@ def read_obj_folder(folder: Path) -> RawRig:
 
 def is_obj(path: Path) -> bool:
     """Whether this is an OBJ file that a person would see (macOS leaves `._name.obj` files behind)."""
-    return path.suffix.lower() == ".obj" and not path.name.startswith(".") and path.is_file()
+    return path.suffix.lower() == ".obj" and not path.name.startswith(".") and not path.is_dir()
 
 
 def natural(path: Path) -> list[str | int]:
@@ -131,12 +131,29 @@ def parse_vertices(data: bytes, path: Path) -> Float[np.ndarray, "v 3"]:
     try:
         vertices = np.loadtxt(lines, ndmin=2, encoding="ascii")
     except ValueError as error:
-        raise RigError(f"{path.name} has a vertex that does not read as numbers ({error}): export it again") from error
+        number, line = first_bad_vertex(lines)
+        raise RigError(
+            f"{path.name}: vertex {number:,} reads 'v {line}', expected three numbers as in the others: "
+            "the file may be cut off, export it again"
+        ) from error
     if vertices.shape[1] < 3 or len(vertices) != len(lines):
         raise RigError(f"{path.name} has vertices with fewer than three coordinates: export it again")
     if not np.isfinite(vertices[:, :3]).all():
         raise RigError(f"{path.name} holds NaN or infinite coordinates: clean the mesh and export it again")
     return vertices[:, :3].copy()
+
+
+def first_bad_vertex(lines: list[bytes]) -> tuple[int, str]:
+    """Number from 1 and text of the first 'v' line that does not hold as many numbers as the first line."""
+    width = len(lines[0].split())
+    for number, line in enumerate(lines, start=1):
+        try:
+            fits = len([float(word) for word in line.split()]) == width
+        except ValueError:
+            fits = False
+        if not fits:
+            return number, line.decode(errors="replace").strip()[:60]
+    return 1, lines[0].decode(errors="replace").strip()[:60]
 
 
 def join_faces(data: bytes) -> bytes:

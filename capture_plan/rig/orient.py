@@ -57,7 +57,6 @@ class Frame:
 
 def find_frame(raw: RawRig, *, unit_mm: float | None, up: str | None, facing: str | None) -> Frame:
     """Unit and axes of `raw`: what is given here, else what its format says where that can be, else what is found."""
-    check_given(unit_mm, up, facing)
     best = detect_axes(raw, up, facing)
     notes = []
     if not (up or facing) and (raw.up, raw.facing) == best:

@@ -14,7 +14,7 @@ from capture_plan.errors import RigError
 from capture_plan.rig.gltf import read_gltf
 from capture_plan.rig.npz import read_npz
 from capture_plan.rig.obj import is_obj, read_obj_folder
-from capture_plan.rig.orient import axes_matrix, find_frame
+from capture_plan.rig.orient import axes_matrix, check_given, find_frame
 from capture_plan.rig.raw import RawRig
 from capture_plan.rig.record import Rig
 from capture_plan.rig.skin import find_skin
@@ -38,6 +38,7 @@ def read_rig(
     separated by commas ("M_Face,M_BackHead"), or a text file of vertex numbers of the artist's file, counted from 0,
     with ranges ("0-6705 7002"). RigError in one line when there is no usable rig.
     """
+    check_given(unit_mm, up, facing)
     raw = read_raw(Path(path))
     frame = find_frame(raw, unit_mm=unit_mm, up=up, facing=facing)
     R = frame.unit_mm * axes_matrix(frame.up, frame.facing)
@@ -104,7 +105,8 @@ def check_folder(folder: Path) -> Path:
 def given_skin(skin: str, raw: RawRig) -> Bool[np.ndarray, " v"]:
     """The skin that a person named: a text file of the artist's vertex numbers, or parts separated by commas."""
     if Path(skin).is_file():
-        chosen = np.isin(raw.source_index, vertex_numbers(Path(skin)))
+        ranges = vertex_ranges(Path(skin))
+        chosen = np.any([(raw.source_index >= low) & (raw.source_index <= high) for low, high in ranges], axis=0)
         if not chosen.any():
             raise RigError(f"{Path(skin).name} names no vertex of {raw.name}: give vertex numbers counted from 0")
         return chosen
@@ -117,18 +119,18 @@ def given_skin(skin: str, raw: RawRig) -> Bool[np.ndarray, " v"]:
     return np.isin(raw.parts, [raw.part_names.index(name) for name in names])
 
 
-def vertex_numbers(path: Path) -> np.ndarray:
-    """The numbers in a text file, separated by spaces, commas or line ends; 3-7 is a range, # starts a comment."""
+def vertex_ranges(path: Path) -> list[tuple[int, int]]:
+    """First and last number of every range in a text file; spaces, commas or line ends part them, # comments."""
     try:
         text = path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
         raise RigError(f"{path.name} is not text: give vertex numbers such as 0-6705 7002") from error
-    numbers: list[range] = []
+    ranges: list[tuple[int, int]] = []
     for word in re.split(r"[\s,;\[\]]+", re.sub(r"#[^\n]*", "", text)):
         if not word:
             continue
         match = re.fullmatch(r"(\d+)(?:-(\d+))?", word)
         if not match:
             raise RigError(f"{path.name}: '{word}' is no vertex number: give numbers such as 0-6705 7002")
-        numbers.append(range(int(match[1]), int(match[2] or match[1]) + 1))
-    return np.concatenate([np.asarray(part) for part in numbers] or [np.zeros(0)])
+        ranges.append((int(match[1]), int(match[2] or match[1])))
+    return ranges
