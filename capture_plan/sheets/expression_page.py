@@ -11,7 +11,7 @@ from jaxtyping import Float
 from capture_plan.expressions.record import Expression
 from capture_plan.rig import Rig
 from capture_plan.rig.anchors import Anchors
-from capture_plan.sheets.head import Head, Posed, pose
+from capture_plan.sheets.head import Head, Posed, pose, spread
 from capture_plan.sheets.view import FRONT, LEFT, Frame, Picture, View, picture
 
 HOLD_SECONDS = 3  # an assumption: long enough for a scan with a still camera array; printed as one
@@ -33,22 +33,17 @@ class Shot:
 
 
 def portrait(rig: Rig, anchors: Anchors, view: View, aspect: float) -> Frame:
-    """The whole head and some neck in a frame of width = `aspect` x height."""
-    head = view.project(rig.neutral[rig.skin])
-    u = anchors.pupils
-    chin = float(anchors.chin[1])
-    top = min(head[:, 1].max(), float(anchors.eye_left[1]) + 2.4 * u) + 0.06 * u
+    """Head and some neck in a frame of width = `aspect` x height, ears included, seen from the front or the side."""
+    head, u = view.project(rig.neutral[rig.skin]), anchors.pupils
+    chin, eyes = float(anchors.chin[1]), float(anchors.eye_left[1])
+    top = min(head[:, 1].max(), eyes + 2.4 * u) + 0.05 * u
     bottom = chin - 0.62 * u  # an open jaw is about 0.5 u lower
-    on = head[(head[:, 1] > chin - 0.2 * u)]
-    height = top - bottom
-    width = max(aspect * height, 0.0)
-    middle = (on[:, 0].min() + on[:, 0].max()) / 2
-    if on[:, 0].max() - on[:, 0].min() > width:  # keep the face, let the back of the head go
-        face_side = float(view.project(anchors.nose_tip[None])[0, 0])
-        reach = 0.35 * u
-        middle = face_side - reach + width / 2 if view.azimuth > 0 else face_side + reach - width / 2
-        if view.azimuth == 0:
-            middle = face_side
+    on = head[head[:, 1] > chin]
+    left, right = on[:, 0].min() - 0.05 * u, on[:, 0].max() + 0.05 * u
+    height = max(top - bottom, (right - left) / aspect)
+    spare = height - (top - bottom)
+    bottom, top = bottom - 0.25 * spare, top + 0.75 * spare
+    middle, width = (left + right) / 2, aspect * height
     return Frame(middle - width / 2, middle + width / 2, bottom, top, 0.42 * u)
 
 
@@ -101,12 +96,9 @@ def shoot(
 
 
 def _heated(head: Head, posed: Posed, share: Float[np.ndarray, " v"]) -> Posed:
-    """The same head with the colour of its movement in place of its material."""
-    surfaces = []
-    for piece, surface in zip(head.pieces, posed.surfaces, strict=True):
-        values = share[piece.vertices]
-        for edges, _ in piece.splits:
-            values = np.concatenate([values, values[edges].mean(axis=1)])
-        shade = surface.colours / np.maximum(piece.colours, 1e-6)
-        surfaces.append(replace(surface, colours=heat_colours(values) ** 2.2 * shade))
-    return Posed(posed.vertices, posed.normals, tuple(surfaces))
+    """The same head with the colour of its movement in place of its material's."""
+    pieces = tuple(
+        replace(shown, colours=heat_colours(spread(piece, share)) ** 2.2)
+        for piece, shown in zip(head.pieces, posed.pieces, strict=True)
+    )
+    return Posed(posed.vertices, posed.normals, pieces)

@@ -1,4 +1,4 @@
-"""One offscreen renderer for the process, behind a lock: lit triangles in, picture and depth out.
+"""One offscreen renderer for the process, behind a lock: coloured triangles in, picture and depth out.
 
 pyrender keeps one OpenGL context, which belongs to one thread at a time, so whoever draws takes the lock, makes the
 context current, draws and lets go of it. Cameras are orthographic: a millimetre is the same number of pixels everywhere.
@@ -19,14 +19,6 @@ from jaxtyping import Float, Int, UInt8
 
 from capture_plan.errors import CapturePlanError
 
-# Directional lights that follow the camera: (towards the light, intensity, colour). Chosen by eye for print: a lit
-# cheek comes out near 0.85 of white and the shadow under the chin near 0.45, so that black leaders read everywhere.
-LIGHTS = (
-    ((-0.55, 0.65, 0.75), 3.1, (1.0, 0.985, 0.965)),
-    ((0.85, 0.15, 0.65), 1.25, (0.965, 0.98, 1.0)),
-    ((0.25, 0.85, -0.55), 1.1, (1.0, 1.0, 1.0)),
-)
-AMBIENT = 0.34
 MARGIN_MM = 10.0  # of depth before and behind what is drawn, so that nothing is clipped
 _lock = threading.Lock()
 
@@ -37,13 +29,11 @@ class RenderError(CapturePlanError):
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Smooth-shaded triangles in camera space, millimetres, with linear colours from 0 to 1."""
+    """Triangles in camera space, millimetres, with display colours and opacity from 0 to 1, interpolated between."""
 
     vertices: Float[np.ndarray, "v 3"]
-    normals: Float[np.ndarray, "v 3"]
     triangles: Int[np.ndarray, "f 3"]
-    colours: Float[np.ndarray, "v 3"]
-    roughness: float
+    rgba: Float[np.ndarray, "v 4"]
 
 
 def draw(
@@ -64,7 +54,7 @@ def draw(
         near, far = 1.0, high + 1 - low
         camera = gl.pyrender.OrthographicCamera(xmag=size_mm[0] / 2, ymag=size_mm[1] / 2, znear=near, zfar=far)
         scene.add(camera, pose=pose)
-        colour, depth = gl.offscreen.render(scene, flags=gl.pyrender.RenderFlags.RGBA)
+        colour, depth = gl.offscreen.render(scene, flags=gl.pyrender.RenderFlags.RGBA | gl.pyrender.RenderFlags.FLAT)
     return colour, _z_of_depth(depth, near, far, high + 1)
 
 
@@ -76,32 +66,22 @@ def _z_of_depth(depth: Float[np.ndarray, "p q"], near: float, far: float, camera
 
 
 def _scene(pyrender: ModuleType, surfaces: tuple[Surface, ...]) -> Any:
-    scene = pyrender.Scene(bg_color=(1.0, 1.0, 1.0, 0.0), ambient_light=(AMBIENT,) * 3)
+    """Each surface as one mesh, nearest triangles first: what they hide is then never coloured."""
+    scene = pyrender.Scene(bg_color=(1.0, 1.0, 1.0, 0.0))
     for surface in surfaces:
-        material = pyrender.MetallicRoughnessMaterial(
-            metallicFactor=0.0, roughnessFactor=surface.roughness, doubleSided=True, baseColorFactor=(1.0, 1.0, 1.0, 1.0)
-        )
+        nearest_first = np.argsort(-surface.vertices[:, 2][surface.triangles].sum(axis=1), kind="stable")
+        mode = "OPAQUE" if surface.rgba[:, 3].min() == 1 else "BLEND"
+        order = nearest_first if mode == "OPAQUE" else nearest_first[::-1]
         primitive = pyrender.Primitive(
             positions=surface.vertices.astype(np.float32),
-            normals=surface.normals.astype(np.float32),
-            indices=surface.triangles.astype(np.uint32),
-            color_0=np.c_[surface.colours, np.ones(len(surface.colours))].astype(np.float32),
-            material=material,
+            indices=surface.triangles[order].astype(np.uint32),
+            color_0=surface.rgba.astype(np.float32),
+            material=pyrender.MetallicRoughnessMaterial(
+                alphaMode=mode, doubleSided=True, baseColorFactor=(1.0, 1.0, 1.0, 1.0)
+            ),
         )
         scene.add(pyrender.Mesh([primitive]))
-    for towards, intensity, colour in LIGHTS:
-        scene.add(pyrender.DirectionalLight(color=colour, intensity=intensity), pose=_looking_from(np.array(towards)))
     return scene
-
-
-def _looking_from(towards: Float[np.ndarray, "3"]) -> Float[np.ndarray, "4 4"]:
-    """A pose whose +z points `towards` the light; a light shines along its -z."""
-    z = towards / np.linalg.norm(towards)
-    x = np.cross([0.0, 1.0, 0.0], z)
-    x /= np.linalg.norm(x)
-    pose = np.eye(4)
-    pose[:3, :3] = np.stack([x, np.cross(z, x), z], axis=1)
-    return pose
 
 
 @cache

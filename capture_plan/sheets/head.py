@@ -12,32 +12,34 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
+from scipy.spatial import KDTree
 
 from capture_plan.mesh import half_edges, pieces, vertex_normals
 from capture_plan.rig import Rig
-from capture_plan.sheets.gl import Surface
 from capture_plan.visibility import hemisphere_visibility
 
 SHOWN_TRIANGLES = 120_000  # beyond that a triangle is smaller than a printed dot
 PULL = 0.75  # alpha of Boubekeur & Alexa 2008, their recommended value
 SHADE_RAYS = 64
+LASH_MM = 4.5  # where a lash strip has faded away
 IRIS_DEGREES, PUPIL_DEGREES = 28.0, 11.0  # half angles of a human iris (12 mm) and pupil (4.6 mm) on a 12 mm ball
 
 
 class Material(NamedTuple):
     colour: tuple[float, float, float]  # linear, 0 to 1
-    roughness: float
+    gloss: float
+    sharp: float  # exponent of the gloss: large is a small highlight
     splits: int | None  # how often its triangles are split; none: as often as allowed
 
 
-SKIN = Material((0.80, 0.785, 0.765), 0.62, None)
-INSIDE = Material((0.52, 0.46, 0.45), 0.8, None)
-LASH = Material((0.05, 0.05, 0.05), 0.9, 0)
-EYE = Material((0.93, 0.93, 0.92), 0.28, 3)
-IRIS = Material((0.16, 0.20, 0.22), 0.25, 1)
-TEETH = Material((0.88, 0.86, 0.80), 0.4, 1)
-TONGUE = Material((0.60, 0.36, 0.35), 0.6, 1)
+SKIN = Material((0.86, 0.84, 0.815), 0.035, 14, None)
+LASH = Material((0.03, 0.028, 0.026), 0.0, 1, 0)
+EYE = Material((0.95, 0.95, 0.95), 0.8, 220, 3)
+IRIS = Material((0.10, 0.13, 0.15), 0.8, 220, 1)
+TEETH = Material((0.92, 0.90, 0.85), 0.08, 30, 1)
+TONGUE = Material((0.58, 0.33, 0.32), 0.05, 12, 1)
 PUPIL_COLOUR = (0.02, 0.02, 0.02)
+INSIDE_COLOUR = (0.46, 0.37, 0.36)  # of mouth and nostrils, which hang together with the skin
 # First word that a part's name contains decides; nothing of None is drawn: shells that hide the eye they lie on.
 BY_NAME: tuple[tuple[tuple[str, ...], Material | None], ...] = (
     (("occlusion", "lacrimal", "eyeblend", "tear", "fluid", "wetness", "cornea", "eyeshell"), None),
@@ -65,6 +67,7 @@ class Piece:
     triangles: Int[np.ndarray, "f 3"]
     splits: tuple[Split, ...]
     colours: Float[np.ndarray, "u 3"]
+    opacity: Float[np.ndarray, " u"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,19 +79,33 @@ class Head:
     opaque: Int[np.ndarray, "f 3"]
 
 
-class Posed(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """A piece in one pose, fine enough to draw; `openness` is the share of the hemisphere that sees a vertex."""
+
+    material: Material
+    vertices: Float[np.ndarray, "u 3"]
+    normals: Float[np.ndarray, "u 3"]
+    triangles: Int[np.ndarray, "f 3"]
+    colours: Float[np.ndarray, "u 3"]
+    opacity: Float[np.ndarray, " u"]
+    openness: Float[np.ndarray, " u"]
+
+
+@dataclass(frozen=True, eq=False)
+class Posed:
     """A head in one pose, in the rig's own axes."""
 
     vertices: Float[np.ndarray, "v 3"]
     normals: Float[np.ndarray, "v 3"]
-    surfaces: tuple[Surface, ...]
+    pieces: tuple[Shown, ...]
 
 
 def make_head(rig: Rig) -> Head:
     """Sort the rig's triangles by material and split them."""
     kinds = [_material(name) for name in rig.part_names]
     part = rig.parts[rig.triangles[:, 0]]
-    skin = rig.skin[rig.triangles].all(axis=1)
+    skin = rig.skin[rig.triangles].any(axis=1)
     chosen = [SKIN if on_skin else kinds[p] for on_skin, p in zip(skin.tolist(), part.tolist(), strict=True)]
     materials = dict.fromkeys(material for material in chosen if material is not None)
     made = []
@@ -105,7 +122,7 @@ def pose(head: Head, vertices: Float[np.ndarray, "v 3"]) -> Posed:
     openness = np.ones(len(vertices))
     openness[used] = hemisphere_visibility(vertices, head.opaque, used, rays=SHADE_RAYS)
     normals = vertex_normals(vertices, head.opaque)
-    return Posed(vertices, normals, tuple(_surface(piece, vertices, openness) for piece in head.pieces))
+    return Posed(vertices, normals, tuple(_shown(piece, vertices, openness) for piece in head.pieces))
 
 
 def split(triangles: Int[np.ndarray, "f 3"], v: int) -> Split:
@@ -135,7 +152,7 @@ def _material(part_name: str) -> Material | None:
     for words, material in BY_NAME:
         if any(word in plain for word in words):
             return material
-    return INSIDE
+    return SKIN
 
 
 def _piece(rig: Rig, material: Material, triangles: Int[np.ndarray, "f 3"]) -> Piece:
@@ -147,9 +164,21 @@ def _piece(rig: Rig, material: Material, triangles: Int[np.ndarray, "f 3"]) -> P
         splits.append(split(local, v))
         v, local = v + len(splits[-1].edges), splits[-1].triangles
     colours = np.tile(material.colour, (v, 1))
-    if material is EYE:
+    if material is SKIN:
+        inside = ~rig.skin[vertices]
+        for edges, _ in splits:
+            inside = np.concatenate([inside, inside[edges].all(axis=1)])
+        colours[inside] = INSIDE_COLOUR
+    elif material is EYE:
         _paint_irises(colours, rig.neutral[vertices], first, tuple(splits))
-    return Piece(material, vertices, first, tuple(splits), colours)
+    opacity = _lash_opacity(rig, vertices) if material is LASH else np.ones(v)
+    return Piece(material, vertices, first, tuple(splits), colours, opacity)
+
+
+def _lash_opacity(rig: Rig, vertices: Int[np.ndarray, " v"]) -> Float[np.ndarray, " v"]:
+    """Lashes are strips meant for a texture of hairs: dark at the lid, gone at their tips."""
+    away, _ = KDTree(rig.neutral[rig.skin]).query(rig.neutral[vertices])
+    return np.clip(0.8 * (1 - away / LASH_MM), 0.0, 0.8)
 
 
 def _paint_irises(
@@ -181,10 +210,22 @@ def _refine(
     return vertices, triangles
 
 
-def _surface(piece: Piece, vertices: Float[np.ndarray, "v 3"], openness: Float[np.ndarray, " v"]) -> Surface:
+def _shown(piece: Piece, vertices: Float[np.ndarray, "v 3"], openness: Float[np.ndarray, " v"]) -> Shown:
     shown, triangles = _refine(vertices[piece.vertices], piece.triangles, piece.splits)
-    shade = openness[piece.vertices]
+    return Shown(
+        piece.material,
+        shown,
+        vertex_normals(shown, triangles),
+        triangles,
+        piece.colours,
+        piece.opacity,
+        spread(piece, openness),
+    )
+
+
+def spread(piece: Piece, values: Float[np.ndarray, " v"]) -> Float[np.ndarray, " u"]:
+    """Values at the rig's vertices, averaged to the vertices shown."""
+    values = values[piece.vertices]
     for edges, _ in piece.splits:
-        shade = np.concatenate([shade, shade[edges].mean(axis=1)])
-    colours = piece.colours * (0.25 + 0.75 * shade)[:, None]
-    return Surface(shown, vertex_normals(shown, triangles), triangles, colours, piece.material.roughness)
+        values = np.concatenate([values, values[edges].mean(axis=1)])
+    return values

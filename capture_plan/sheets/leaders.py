@@ -3,7 +3,8 @@
 Data       p[i]      points to be named, millimetres on the page
            a[s]      anchors: free places for a label's end of the line; at least as many as points
 Cost       c[i, s] = |p_i - a_s|  +  NEAR times other points that the line touches  +  OVER times its length inside
-                     the parts of the face that should stay clear (the eyes, the lips of a point that is not on them)
+                     the parts of the face that should stay clear (eyes and mouth)  +  TIGHT times what the label
+                     is wider than the room at the anchor
 Model      the assignment of least total cost; then, while two lines cross, exchange their anchors
 Ends       two crossing lines are the diagonals of a convex quadrilateral, and two opposite sides of it are together
            shorter: each exchange shortens the total length, of which there are finitely many. An assignment of least
@@ -18,6 +19,7 @@ from capture_plan.errors import PlanError
 
 NEAR_MM, NEAR = 2.2, 40.0  # a line closer than a marker's radius to another marker seems to name that one
 OVER = 2.5  # a line may go this much longer round than through an eye
+TIGHT = 12.0  # a name cut short by a millimetre is worth 12 mm of line
 SAMPLES = 24  # places along a line where it is tested against the parts that stay clear
 
 
@@ -25,13 +27,21 @@ def assign_anchors(
     points: Float[np.ndarray, "n 2"],
     anchors: Float[np.ndarray, "s 2"],
     clear: Float[np.ndarray, "d 4"],
+    widths: Float[np.ndarray, " n"],
+    rooms: Float[np.ndarray, " s"],
 ) -> Int[np.ndarray, " n"]:
-    """The anchor of each point. `clear` are ellipses (x, y, half width, half height) that lines should go round."""
+    """The anchor of each point. `clear` are ellipses (x, y, half width, half height) that lines should go round.
+
+    `widths` are those of the labels, `rooms` what each anchor has for one.
+
+    Raises:
+        PlanError: there are fewer anchors than points.
+    """
     if len(anchors) < len(points):
         raise PlanError(f"{len(points)} labels but room for {len(anchors)}: take a larger paper or fewer landmarks")
     if len(points) == 0:
         return np.zeros(0, dtype=int)
-    _, chosen = linear_sum_assignment(_cost(points, anchors, clear))
+    _, chosen = linear_sum_assignment(_cost(points, anchors, clear) + TIGHT * np.maximum(widths[:, None] - rooms, 0))
     while (pair := _first_crossing(points, anchors[chosen])) is not None:
         i, j = pair
         chosen[i], chosen[j] = chosen[j], chosen[i]

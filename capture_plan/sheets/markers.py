@@ -7,10 +7,12 @@ Letters: n markers seen in a view, s places for labels.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
 
+from capture_plan.errors import PlanError
 from capture_plan.layout.record import Landmark
 from capture_plan.rig.anchors import Anchors
 from capture_plan.sheets.head import Posed
@@ -23,9 +25,21 @@ SCALES = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 8.0, 10.0, 20.0)  # head mill
 HEADER_MM, FOOTER_MM = 31.0, 34.0
 MARKER_MM = 1.45  # radius on the page
 LABEL_PT, NAME_PT = 8.5, 6.2
+LONGEST_LABEL_MM, LEAST_ROOM_MM, LEAST_PITCH_MM = 22.0, 9.0, 6.2
+PROBE_DPI = 60  # of the quick picture that tells what is seen and where labels have room
 SEEN_MM = 2.0  # a marker this much behind the surface in front of it is hidden
 GRAZING = 0.12  # least cosine between the skin's normal and the view; below it a dot is only a stroke
+BESIDE_MM, BACK_MM = 16.0, 20.0  # room beside the outermost marker; the back of the head beside its labels
 BELOW_MM, FADE_MM = 38.0, 22.0  # of neck shown below the lowest place that matters, and how long it fades
+
+
+class Area(NamedTuple):
+    """The part of the page that a view and its labels have."""
+
+    x: float
+    y: float
+    width: float
+    height: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,14 +63,17 @@ class Face:
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """One view on one page: the picture, the page place of its markers, and where their labels stand."""
+    """One view on one page: the picture, the page place of its markers, and the room of their labels.
+
+    A room is the place where its leader ends and how wide the label may be (x, y, width).
+    """
 
     picture: Picture
     scale: float
-    origin: tuple[float, float]
+    area: Area
     landmarks: tuple[Landmark, ...]
     points: Float[np.ndarray, "n 2"]
-    ends: Float[np.ndarray, "n 2"]
+    rooms: Float[np.ndarray, "n 3"]
 
 
 def seen(face: Face, view: View, shown: Picture) -> Bool[np.ndarray, " n"]:
@@ -72,45 +89,50 @@ def seen(face: Face, view: View, shown: Picture) -> Bool[np.ndarray, " n"]:
 
 def place(face: Face, view: View, book: Booklet, *, dpi: float) -> Placed:
     """The largest scale at which the head and its labels fit on the page, and every label's place."""
-    area = (MARGIN_MM, HEADER_MM, book.paper.width - 2 * MARGIN_MM, book.paper.height - HEADER_MM - FOOTER_MM)
-    column = max((_label_width(book, landmark) for landmark in face.landmarks), default=0.0) + 1.0
+    area = Area(
+        MARGIN_MM, HEADER_MM, book.paper.width - 2 * MARGIN_MM, book.paper.height - HEADER_MM - FOOTER_MM
+    )
+    widths = {m.name: _label_width(book, m) for m in face.landmarks}
+    column = max(widths.values(), default=0.0)
     for scale in SCALES:
-        frame = _frame(face, view, area[2] * scale, area[3] * scale, column * scale)
-        if frame is None and scale < SCALES[-1]:
+        frame = _frame(face, view, area.width * scale, area.height * scale, column * scale)
+        if frame is None:
             continue
-        assert frame is not None
-        shown = picture(face.posed, view, frame, size_px=pixels(frame.width / scale, frame.height / scale, dpi))
-        visible = seen(face, view, shown)
+        probe = picture(face.posed, view, frame, size_px=pixels(frame.width / scale, frame.height / scale, PROBE_DPI))
+        visible = seen(face, view, probe)
         landmarks = tuple(m for m, there in zip(face.landmarks, visible.tolist(), strict=True) if there)
-        origin = (area[0], area[1])
-        points = _on_page(view.project(face.positions[visible]), frame, scale, origin)
-        anchors = _free_places(shown, scale, area, column, len(landmarks))
-        if len(anchors) >= len(landmarks) or scale == SCALES[-1]:
-            clear = _clear(face, view, frame, scale, origin)
-            ends = anchors[assign_anchors(points, anchors, clear)]
-            return Placed(shown, scale, origin, landmarks, points, ends)
-    raise AssertionError("the last scale returns or raises")
+        rooms = _free_rooms(probe, scale, area, column, len(landmarks))
+        if len(rooms) < len(landmarks):
+            continue
+        points = _on_page(view.project(face.positions[visible]), frame, scale, area)
+        labels = np.array([widths[m.name] for m in landmarks])
+        chosen = assign_anchors(points, rooms[:, :2], _clear(face, view, frame, scale, area), labels, rooms[:, 2])
+        shown = picture(face.posed, view, frame, size_px=pixels(frame.width / scale, frame.height / scale, dpi))
+        return Placed(shown, scale, area, landmarks, points, rooms[chosen])
+    raise PlanError(f"{len(face.landmarks)} markers do not fit on {book.paper.name} paper: plan fewer landmarks")
 
 
 def draw_markers(book: Booklet, placed: Placed, looks: dict[str, Look]) -> None:
     """The head, leaders, markers, and labels on the last page."""
     frame = placed.picture.frame
-    book.image(placed.picture.rgb, *placed.origin, frame.width / placed.scale, frame.height / placed.scale)
+    book.image(placed.picture.rgb, placed.area.x, placed.area.y, frame.width / placed.scale, frame.height / placed.scale)
     middle = book.paper.width / 2
-    for point, end in zip(placed.points, placed.ends, strict=True):
-        book.line(point, end, width=0.75, colour="#ffffff")
-    for point, end in zip(placed.points, placed.ends, strict=True):
+    ends = placed.rooms[:, :2]
+    for point, end in zip(placed.points, ends, strict=True):
+        book.line(point, end, width=0.7, colour="#ffffff")
+    for point, end in zip(placed.points, ends, strict=True):
         book.line(point, end, width=0.16, colour=INK)
-    for landmark, point, end in zip(placed.landmarks, placed.points, placed.ends, strict=True):
-        book.marker(*point, looks[landmark.region], radius=MARKER_MM, hollow=landmark.role == "backup")
-        on_left = end[0] < middle
-        x, align = (end[0] - 0.8, "right") if on_left else (end[0] + 0.8, "left")
-        book.text(x, end[1] + 0.2, landmark.name, LABEL_PT, bold=True, align=align, colour=looks[landmark.region].colour)
-        book.text(x, end[1] + 2.7, landmark.label, NAME_PT, align=align, colour=SOFT)
+    for landmark, point, (x, y, room) in zip(placed.landmarks, placed.points, placed.rooms.tolist(), strict=True):
+        look = looks[landmark.region]
+        book.marker(*point, look, radius=MARKER_MM, hollow=landmark.role == "backup")
+        x, align = (x - 0.8, "right") if x < middle else (x + 0.8, "left")
+        book.text(x, y + 0.2, landmark.name, LABEL_PT, bold=True, align=align, colour=look.colour)
+        book.text(x, y + 2.7, landmark.label, NAME_PT, align=align, colour=SOFT, fit=room - 0.8)
 
 
 def _label_width(book: Booklet, landmark: Landmark) -> float:
-    return 0.8 + max(book.width(landmark.name, LABEL_PT, bold=True), min(book.width(landmark.label, NAME_PT), 24.0))
+    name = book.width(landmark.name, LABEL_PT, bold=True)
+    return 1.2 + max(name, min(book.width(landmark.label, NAME_PT), LONGEST_LABEL_MM))
 
 
 def _frame(face: Face, view: View, width: float, height: float, column: float) -> Frame | None:
@@ -130,61 +152,48 @@ def _frame(face: Face, view: View, width: float, height: float, column: float) -
     facing = marks[view.project(face.normals)[:, 2] > GRAZING]
     left, right = on[:, 0].min(), on[:, 0].max()
     need_left, need_right = facing[:, 0].min() - 4, facing[:, 0].max() + 4
-    if right - left <= width:
-        start = (left + right - width) / 2
-        fade_left = fade_right = 0.0
-        if need_right - need_left + 2 * column > width:
-            return None
-    elif need_left - left > right - need_right:  # the back of the head is on the picture's left
-        start, fade_right = right + column - width, 0.0
-        fade_left = column + 22
-        if start + column > need_left:
-            return None
-    else:
-        start, fade_left = left - column, 0.0
-        fade_right = column + 22
-        if start + width - column < need_right:
-            return None
+    start, fade_left, fade_right = (left + right - width) / 2, 0.0, 0.0
+    if right - left > width:  # the profile keeps a column for labels, the back of the head gives way to another
+        if need_left - left > right - need_right:
+            start, fade_left = right + column - width, min(column + BACK_MM, need_left - (right + column - width))
+        else:
+            start = left - column
+            fade_right = min(column + BACK_MM, start + width - need_right)
+    if need_left - start < BESIDE_MM or start + width - need_right < BESIDE_MM:
+        return None
     return Frame(start, start + width, bottom, top, FADE_MM, fade_left, fade_right)
 
 
-def _on_page(
-    places: Float[np.ndarray, "n 3"], frame: Frame, scale: float, origin: tuple[float, float]
-) -> Float[np.ndarray, "n 2"]:
-    x = origin[0] + (places[:, 0] - frame.left) / scale
-    y = origin[1] + (frame.top - places[:, 1]) / scale
+def _on_page(places: Float[np.ndarray, "n 3"], frame: Frame, scale: float, area: Area) -> Float[np.ndarray, "n 2"]:
+    x = area.x + (places[:, 0] - frame.left) / scale
+    y = area.y + (frame.top - places[:, 1]) / scale
     return np.stack([x, y], axis=1)
 
 
-def _free_places(
-    shown: Picture, scale: float, area: tuple[float, float, float, float], column: float, n: int
-) -> Float[np.ndarray, "s 2"]:
-    """Ends of labels in the two columns, at least a label's height apart, where no head is drawn behind the label."""
-    x, y, width, _ = area
-    height = shown.frame.height / scale
-    pitch = float(np.clip((height - 16) * 2 / max(1.6 * n, 1), 6.2, 8.0))
-    drawn = (shown.rgb.min(axis=2) < 244) & np.isfinite(shown.z)
-    per_mm = shown.z.shape[1] / width
-    places = []
-    for row in np.arange(y + 14, y + height - 4, pitch):
-        rows = slice(max(int((row - y - 4) * per_mm), 0), int((row - y + 4) * per_mm))
-        for end, columns in (
-            (x + column, slice(0, int((column + 1) * per_mm))),
-            (x + width - column, slice(int((width - column - 1) * per_mm), None)),
-        ):
-            if not drawn[rows, columns].any():
-                places.append((end, row))
-    return np.array(places).reshape(-1, 2)
+def _free_rooms(probe: Picture, scale: float, area: Area, column: float, n: int) -> Float[np.ndarray, "s 3"]:
+    """Rooms for labels along both edges, as wide as the head drawn beside them leaves free, a label's height apart."""
+    height = probe.frame.height / scale
+    pitch = float(np.clip((height - 14) * 2 / max(1.5 * n, 1), LEAST_PITCH_MM, 8.0))
+    drawn = (probe.rgb.min(axis=2) < 246) & np.isfinite(probe.z)
+    per_mm = probe.z.shape[1] / area.width
+    rooms = []
+    for row in np.arange(area.y + 13, area.y + height - 4, pitch):
+        rows = slice(max(int((row - area.y - 3.4) * per_mm), 0), int((row - area.y + 3.6) * per_mm))
+        columns = np.flatnonzero(drawn[rows].any(axis=0))
+        free = (columns[0], drawn.shape[1] - columns[-1]) if len(columns) else (drawn.shape[1],) * 2
+        left, right = (min(column, edge / per_mm - 1.5) for edge in free)
+        if left >= LEAST_ROOM_MM:
+            rooms.append((area.x + left, row, left))
+        if right >= LEAST_ROOM_MM:
+            rooms.append((area.x + area.width - right, row, right))
+    return np.array(rooms).reshape(-1, 3)
 
 
-def _clear(
-    face: Face, view: View, frame: Frame, scale: float, origin: tuple[float, float]
-) -> Float[np.ndarray, "d 4"]:
+def _clear(face: Face, view: View, frame: Frame, scale: float, area: Area) -> Float[np.ndarray, "d 4"]:
     """Ellipses on the page around the openings of the eyes and of the mouth."""
     a = face.anchors
     eye, mouth = 0.24 * a.pupils / scale, float(np.linalg.norm(a.corner_left - a.corner_right)) / 2 / scale
     squeeze = np.cos(np.radians(view.azimuth))
-    centres = _on_page(view.project(np.stack([a.eye_left, a.eye_right, a.mouth])), frame, scale, origin)
+    centres = _on_page(view.project(np.stack([a.eye_left, a.eye_right, a.mouth])), frame, scale, area)
     half = np.array([[eye * squeeze, eye * 0.5], [eye * squeeze, eye * 0.5], [mouth * squeeze, mouth * 0.35]])
     return np.concatenate([centres, half], axis=1)
-

@@ -3,6 +3,8 @@
 Lengths are page millimetres from the top left corner, y down.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from PIL import Image
 
@@ -22,12 +24,23 @@ def number(index: int) -> str:
     return f"E{index + 1:02}"
 
 
-def layout_mm(book: Booklet) -> tuple[float, float, float, float, float]:
-    """Top of the pictures, width and height of the large one, width and height of the small ones."""
+class Plates(NamedTuple):
+    """Where the pictures stand: top, width and height of the large one, width and height of the small ones."""
+
+    top: float
+    large: float
+    tall: float
+    small: float
+    short: float
+
+
+def plates(book: Booklet) -> Plates:
+    """The large front view on the left, the two small ones above each other on the right."""
     width = book.paper.width - 2 * MARGIN_MM - GAP_MM
-    top, bottom = 58.0, book.paper.height - 56.0
+    top = 54.0
+    tall = min(book.paper.height - top - 66, 172.0)
     large = LARGE_SHARE * width
-    return top, large, bottom - top, width - large, (bottom - top - 14.0) / 2
+    return Plates(top, large, tall, width - large, (tall - 12.0) / 2)
 
 
 def draw_expression(book: Booklet, shot: Shot, index: int, total: int) -> None:
@@ -75,7 +88,7 @@ def _fields(book: Booklet, right: float) -> None:
 
 def _one_side(book: Booklet, side: str) -> None:
     """A banner that names the actor's side, with an arrow to where it is on the front picture."""
-    top, large, *_ = layout_mm(book)
+    top, large, *_ = plates(book)
     text = f"ACTOR'S {side.upper()} SIDE ONLY"
     on_right = side == "left"  # seen from the front the actor's left is on the picture's right
     x = MARGIN_MM + large if on_right else MARGIN_MM
@@ -89,7 +102,7 @@ def _one_side(book: Booklet, side: str) -> None:
 
 
 def _pictures(book: Booklet, shot: Shot) -> None:
-    top, large, tall, small, short = layout_mm(book)
+    top, large, tall, small, short = plates(book)
     left, x = MARGIN_MM, MARGIN_MM + large + GAP_MM
     book.image(shot.front.rgb, left, top, large, tall)
     book.text(left + 1, top + tall - 1.5, "actor's right", 8.5, bold=True, colour=SOFT)
@@ -112,7 +125,7 @@ def _heat_bar(book: Booklet, x: float, y: float, width: float, scale_mm: float) 
 
 def _facts(book: Booklet, shot: Shot) -> None:
     e, left, right = shot.expression, MARGIN_MM, book.paper.width - MARGIN_MM
-    y = book.paper.height - 48
+    y = book.paper.height - 54
     book.text(left, y, f"shows {e.gain:.1%} of all movement", 9.5, bold=True)
     book.text(right, y, f"{e.covered:.0%} covered after this one", 9.5, bold=True, align="right")
     width = right - left

@@ -13,7 +13,8 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from capture_plan.sheets.gl import Surface, draw
-from capture_plan.sheets.head import Posed
+from capture_plan.sheets.head import Posed, Shown
+from capture_plan.sheets.light import lit
 
 MM_PER_INCH = 25.4
 
@@ -91,17 +92,19 @@ def pixels(width_mm: float, height_mm: float, dpi: float) -> tuple[int, int]:
 
 def picture(posed: Posed, view: View, frame: Frame, *, size_px: tuple[int, int]) -> Picture:
     """Draw a head into `size_px` (width, height) pixels."""
-    flip = np.array([-1.0, 1.0, 1.0]) if view.mirrored else np.ones(3)
-    rotation = view.rotation
-    surfaces = tuple(
-        Surface(s.vertices @ rotation.T, s.normals @ rotation.T, s.triangles, s.colours, s.roughness)
-        for s in posed.surfaces
-    )
-    centre = ((frame.left + frame.right) / 2 * flip[0], (frame.bottom + frame.top) / 2)
+    middle = (frame.left + frame.right) / 2 * (-1 if view.mirrored else 1)
+    surfaces = tuple(_lit(piece, view.rotation) for piece in posed.pieces)
+    centre = (middle, (frame.bottom + frame.top) / 2)
     rgba, z = draw(surfaces, centre=centre, size_mm=(frame.width, frame.height), size_px=size_px)
     if view.mirrored:
         rgba, z = rgba[:, ::-1], z[:, ::-1]
     return Picture(_over_white(rgba, frame), z, frame)
+
+
+def _lit(piece: Shown, rotation: Float[np.ndarray, "3 3"]) -> Surface:
+    normals, material = piece.normals @ rotation.T, piece.material
+    rgb = lit(normals, piece.openness, piece.colours, gloss=material.gloss, sharp=material.sharp)
+    return Surface(piece.vertices @ rotation.T, piece.triangles, np.c_[rgb, piece.opacity])
 
 
 def _over_white(rgba: UInt8[np.ndarray, "p q 4"], frame: Frame) -> UInt8[np.ndarray, "p q 3"]:

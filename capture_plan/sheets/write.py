@@ -26,7 +26,7 @@ from capture_plan.sheets.head import make_head, pose
 from capture_plan.sheets.marker_table import draw_table, rows_per_page
 from capture_plan.sheets.markers import HEADER_MM, Face, draw_markers, place
 from capture_plan.sheets.page import MARGIN_MM, Booklet, paper
-from capture_plan.sheets.shots import OVERVIEW_COLUMNS, draw_expression, draw_overview, layout_mm, number, rows_of_overview
+from capture_plan.sheets.shots import OVERVIEW_COLUMNS, draw_expression, draw_overview, plates, number, rows_of_overview
 from capture_plan.sheets.style import SOFT, region_looks
 from capture_plan.sheets.view import FRONT, LEFT, MIRROR, RIGHT, View, pixels
 
@@ -108,7 +108,7 @@ class _Drawing:
         for i, rows in enumerate(tables):
             self._page("marker-table" if i == 0 else f"marker-table-{i + 1}")
             draw_table(book, rows, landmarks, face.looks, face.anchors, self._worth())
-        _, large, tall, small, short = layout_mm(book)
+        _, large, tall, small, short = plates(book)
         sizes = {"large_px": pixels(large, tall, self.dpi), "small_px": pixels(small, short, self.dpi)}
         shots: list[Shot] = []
         for e in track(expressions, "Drawing expressions"):
