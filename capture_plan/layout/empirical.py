@@ -25,17 +25,18 @@ from scipy.optimize import linear_sum_assignment
 from scipy.sparse import csc_array, diags_array, eye_array
 from scipy.sparse.linalg import splu
 from scipy.spatial import KDTree
+from scipy.spatial.distance import cdist
 
+from capture_plan.errors import RigError
 from capture_plan.mesh import half_edges, vertex_normals
 from capture_plan.rig import Rig, sample_rig
 from capture_plan.rig.anchors import Anchors, face_anchors
 
 NORMAL_WEIGHT = 0.4  # a: opposite normals count like 0.8 pupil distances, so that lips do not meet each other's
-STIFFNESS = np.geomspace(3000, 3, 20)  # b, per round
-SMOOTHING = 0.1  # control points are a few millimetres wrong
+STIFFNESS = np.geomspace(3000, 30, 20)  # b, per round
+SMOOTHING = 0.5  # control points are a few millimetres wrong
 FAR, DOUBTFUL = 0.4, 0.1  # pupil distances: pairs further apart are dropped, pairs this far apart count half
 FACE_ABOVE, FACE_BELOW = 1.2, 0.4  # pupil distances above the eyes and below the chin: the part that is fitted
-CHOICES = 12  # nearest vertices among which each point finds one of its own
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,12 +53,19 @@ def place_ibug68(rig: Rig) -> Int[np.ndarray, "68"]:
 
 
 def fit_ibug68(rig: Rig) -> Placement:
-    """The 68 points on a rig, with the residual of the fit that placed them."""
+    """The 68 points on a rig, with the residual of the fit that placed them.
+
+    Raises:
+        RigError: the rig shows no two eyes or no mouth to start from.
+    """
     sample, points = sample_rig(), ibug68_of_sample()
     here, there = face_anchors(sample), face_anchors(rig)
     u = there.pupils
+    controls = control_points(sample, here, rig, there)
+    if not (u > 0 and np.isfinite(controls[1]).all()):
+        raise RigError(f"{rig.name}: no eyes and mouth found on the skin: the 68 points need a face to lie on")
     at, triangles = face_part(sample, here)
-    start = spline_start(sample.neutral[at], control_points(sample, here, rig, there), here.pupils, u)
+    start = spline_start(sample.neutral[at], controls, here.pupils, u)
     skin = np.flatnonzero(rig.skin)
     q = rig.neutral[skin] / u
     m = vertex_normals(rig.neutral, rig.triangles[rig.skin[rig.triangles].all(axis=1)])[skin]
@@ -77,7 +85,7 @@ def ibug68_of_sample() -> Int[np.ndarray, "68"]:
 
 
 def face_part(rig: Rig, anchors: Anchors) -> tuple[Int[np.ndarray, " n"], Int[np.ndarray, "f 3"]]:
-    """Skin vertices in front of the ears from neck to forehead, in rising order, and their triangles among themselves."""
+    """Skin vertices in front of the ears from neck to forehead, in rising order, and the triangles among them."""
     u, points = anchors.pupils, rig.neutral
     back = (anchors.ear_left[2] + anchors.ear_right[2]) / 2
     front = rig.skin & (points[:, 2] > back)
@@ -163,16 +171,15 @@ def stiffness(triangles: Int[np.ndarray, "f 3"], n: int) -> csc_array:
 
 
 def own_nearest(
-    p: Float[np.ndarray, "68 3"],
-    n: Float[np.ndarray, "68 3"],
+    p: Float[np.ndarray, "a 3"],
+    n: Float[np.ndarray, "a 3"],
     q: Float[np.ndarray, "s 3"],
     m: Float[np.ndarray, "s 3"],
-) -> Int[np.ndarray, "68"]:
-    """For each point an index into q of its own, near and facing the same way, with the least sum of distances."""
+) -> Int[np.ndarray, " a"]:
+    """For each point an index into q of its own, near and facing the same way, with the least sum of distances.
+
+    Where q has fewer points than p, some serve twice.
+    """
     weight = NORMAL_WEIGHT / 2
-    k = min(len(q), CHOICES)
-    distance, near = KDTree(np.hstack([q, weight * m])).query(np.hstack([p, weight * n]), k=k)
-    choice, column = np.unique(near, return_inverse=True)
-    cost = np.full((len(p), len(choice)), 1e3)
-    np.put_along_axis(cost, column.reshape(near.shape), distance, axis=1)
-    return choice[linear_sum_assignment(cost)[1]]
+    distance = cdist(np.hstack([p, weight * n]), np.hstack([q, weight * m]))
+    return distance.argmin(axis=1) if len(q) < len(p) else linear_sum_assignment(distance)[1]
