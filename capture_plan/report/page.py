@@ -25,7 +25,7 @@ from capture_plan.rig import Rig
 from capture_plan.sheets import expression_pictures, marker_pictures
 from capture_plan.visibility import hemisphere_visibility
 
-ASSETS = files(__package__).joinpath("assets")
+ASSETS = files("capture_plan.report").joinpath("assets")
 SHADE_RAYS = 64  # smooth enough for the eye; the plan's own visibility uses more
 MARKER_PICTURE_PX, EXPRESSION_PICTURE_PX = 900, 420
 WEBP_QUALITY = 84
@@ -82,7 +82,7 @@ def page_html(plan: Plan, rig: Rig) -> str:
             expressions=expressions,
             markers=marker_rows(plan.layout.landmarks),
             marker_pictures=plates,
-            head_json=script_json(json.dumps(viewer_data(rig, plan))),
+            head_json=script_json(json.dumps(viewer_data(rig, plan, openness(rig)))),
             plan_json=script_json(plan_bytes(plan).decode()),
             css=asset("style.css"),
             scripts=scripts("three.min.js", "head.js", "viewer.js", "panel.js", "page.js"),
@@ -90,23 +90,28 @@ def page_html(plan: Plan, rig: Rig) -> str:
     )
 
 
-def viewer_html(rig: Rig, plan: Plan, *, expressions: bool = True) -> str:
-    """The 3D head alone as a document of its own, for an `iframe srcdoc`; with or without the expression stepper."""
+def viewer_html(
+    rig: Rig, plan: Plan, *, expressions: bool = True, shade: Float[np.ndarray, " v"] | None = None
+) -> str:
+    """The 3D head alone as a document of its own, for an `iframe srcdoc`; with or without the expression stepper.
+
+    `shade` darkens vertices, 1 is full light; without it those that little light reaches are dark.
+    """
     return (
         templates()
         .get_template("standalone.html.jinja")
         .render(
             title=plan.rig.name,
             expressions=plan.packing.expressions if expressions else (),
-            head_json=script_json(json.dumps(viewer_data(rig, plan))),
+            head_json=script_json(json.dumps(viewer_data(rig, plan, openness(rig) if shade is None else shade))),
             css=asset("style.css"),
             scripts=scripts("three.min.js", "head.js", "viewer.js", "panel.js"),
         )
     )
 
 
-def viewer_data(rig: Rig, plan: Plan) -> dict[str, Any]:
-    """What `CapturePlan.start` reads: the head, its landmarks and its expressions."""
+def viewer_data(rig: Rig, plan: Plan, shade: Float[np.ndarray, " v"]) -> dict[str, Any]:
+    """What `CapturePlan.start` reads: the head with its shade, its landmarks and its expressions."""
     shown = dict.fromkeys(plan.audit.used)
     shown |= dict.fromkeys(name for expression in plan.packing.expressions for name in expression.blendshapes)
     names = tuple(shown)
@@ -115,7 +120,7 @@ def viewer_data(rig: Rig, plan: Plan) -> dict[str, Any]:
     for packed, landmark in zip(landmarks, plan.layout.landmarks, strict=True):
         packed["facts"] = marker_facts(landmark)
     return {
-        "head": packed_head(rig, names, openness(rig)),
+        "head": packed_head(rig, names, shade),
         "landmarks": landmarks,
         "expressions": [
             {

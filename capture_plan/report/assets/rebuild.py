@@ -11,11 +11,10 @@ from pathlib import Path
 
 PACKAGES = ("three@0.187.0", "esbuild@0.28.2")
 ENTRY = """
-export { BufferAttribute, BufferGeometry, Color, DirectionalLight, InstancedMesh, Matrix4, Mesh,
-  MeshStandardMaterial, NeutralToneMapping, PMREMGenerator, PerspectiveCamera, Quaternion, Scene, ShaderMaterial,
+export { BufferAttribute, BufferGeometry, Color, DirectionalLight, HemisphereLight, InstancedMesh, Matrix4, Mesh,
+  MeshStandardMaterial, NeutralToneMapping, PerspectiveCamera, Quaternion, Scene, ShaderMaterial,
   SphereGeometry, Vector3, WebGLRenderer, WebGLRenderTarget } from "three";
 export { OrbitControls } from "three/addons/controls/OrbitControls.js";
-export { RoomEnvironment } from "three/addons/environments/RoomEnvironment.js";
 """
 OPTIONS = ("--bundle", "--minify", "--format=iife", "--global-name=THREE", "--charset=ascii", "--target=es2020")
 

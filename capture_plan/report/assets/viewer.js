@@ -6,16 +6,16 @@
 "use strict";
 
 CapturePlan.LOOK = {
-  skin: { color: "#d9b8a3", roughness: 0.62 },
+  skin: { color: "#dfc9ba", roughness: 0.66 },
   eye: { color: "#f4f1ec", roughness: 0.16 },
-  lashes: { color: "#3a2a22", roughness: 0.8, transparent: true, opacity: 0.55 },
+  lashes: { color: "#3a2a22", roughness: 0.8, transparent: true, opacity: 0.35, depthWrite: false },
   brows: { color: "#4a3528", roughness: 0.9 },
   clear: { color: "#ffffff", roughness: 0.1, transparent: true, opacity: 0.04, depthWrite: false },
   teeth: { color: "#f2ece0", roughness: 0.3 },
   tongue: { color: "#c06a64", roughness: 0.5 },
   other: { color: "#b9a99f", roughness: 0.8 },
 };
-CapturePlan.HEAT = ["#e9ded5", "#fbd77a", "#f79044", "#d8433b", "#8b1a5e"]; // still to moving most
+CapturePlan.HEAT = ["#dbdbd9", "#fad473", "#f28538", "#c72933", "#5c0a38"]; // still to moving most, as on the printed pages
 CapturePlan.VIEWS = { front: [0, 0], left: [50, 4], right: [-50, 4], chin: [0, -42] }; // degrees around and above
 const MARKER_MM = 2.0; // drawn radius
 const DEPTH_PIXELS = 320; // width of the small depth picture
@@ -29,7 +29,7 @@ CapturePlan.Viewer = class {
     this.heat = false;
     this.showNames = true;
     this.calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    this.renderer = new THREE.WebGLRenderer({ antialias: true, alpha: true, preserveDrawingBuffer: true });
+    this.renderer = new THREE.WebGLRenderer({ antialias: true, alpha: true });
     this.renderer.toneMapping = THREE.NeutralToneMapping;
     this.renderer.setPixelRatio(Math.min(devicePixelRatio || 1, 2));
     const canvas = this.renderer.domElement;
@@ -49,10 +49,8 @@ CapturePlan.Viewer = class {
     this.scene = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(24, 1, 0.1 * this.head.radius, 40 * this.head.radius);
     this.camera.position.z = this.wholeHead();
-    const room = new THREE.PMREMGenerator(this.renderer);
-    this.scene.environment = room.fromScene(new THREE.RoomEnvironment(), 0.04).texture;
-    this.scene.environmentIntensity = 0.42;
-    for (const [intensity, colour, x, y, z] of [[2.1, "#fff4e8", -0.7, 0.9, 1], [0.65, "#dfe9ff", 1, 0.1, 0.7], [0.9, "#ffffff", 0.4, 0.8, -1]]) {
+    this.scene.add(new THREE.HemisphereLight("#f4f6ff", "#c9b3a6", 1.9)); // the room: light from above, warm from below
+    for (const [intensity, colour, x, y, z] of [[2.0, "#fff3e6", -0.75, 0.85, 1], [0.8, "#e4ecff", 1, 0, 0.8], [0.5, "#ffffff", 0.3, 0.9, -0.6]]) {
       const light = new THREE.DirectionalLight(colour, intensity);
       light.position.set(x, y, z).multiplyScalar(1000);
       this.camera.add(light, light.target); // lights follow the eye: the face is well lit from every side
@@ -117,6 +115,7 @@ CapturePlan.Viewer = class {
     this.dots.count = n;
     this.dots.frustumCulled = false;
     this.scene.add(this.dots);
+    this.seen = this.landmarks.map(() => false);
     this.places = this.landmarks.map(() => ({ point: new THREE.Vector3(), normal: new THREE.Vector3() }));
   }
 
@@ -164,7 +163,7 @@ CapturePlan.Viewer = class {
       const turn = { ArrowLeft: [-10, 0], ArrowRight: [10, 0], ArrowUp: [0, 10], ArrowDown: [0, -10] }[event.key];
       const zoom = { "+": 0.85, "=": 0.85, "-": 1 / 0.85 }[event.key];
       if (event.key === "Home" || event.key === "0") this.view("front");
-      else if (turn) this.fly(this.angle().around + turn[0], this.angle().above + turn[1], this.distance());
+      else if (turn) this.fly(this.goal().around + turn[0], this.goal().above + turn[1], this.goal().distance);
       else if (zoom) this.zoom(zoom);
       else return;
       event.preventDefault();
@@ -176,6 +175,9 @@ CapturePlan.Viewer = class {
     const p = this.camera.position.clone().sub(this.controls.target);
     return { around: Math.atan2(p.x, p.z) * 180 / Math.PI, above: Math.asin(p.y / p.length()) * 180 / Math.PI };
   }
+
+  /* Where the camera is on its way to, so that keys pressed quickly add up. */
+  goal() { return this.motion ? this.motion.goal : { ...this.angle(), distance: this.distance() }; }
 
   distance() { return this.camera.position.distanceTo(this.controls.target); }
 
@@ -191,8 +193,8 @@ CapturePlan.Viewer = class {
   }
 
   zoom(factor) {
-    const d = Math.min(this.controls.maxDistance, Math.max(this.controls.minDistance, this.distance() * factor));
-    this.fly(this.angle().around, this.angle().above, d);
+    const { around, above, distance } = this.goal();
+    this.fly(around, above, Math.min(this.controls.maxDistance, Math.max(this.controls.minDistance, distance * factor)));
   }
 
   /* Move the camera on an arc, in about half a second. */
@@ -206,12 +208,13 @@ CapturePlan.Viewer = class {
       const d = from.distance + s * (distance - from.distance);
       this.camera.position.set(Math.sin(a) * Math.cos(b), Math.sin(b), Math.cos(a) * Math.cos(b)).multiplyScalar(d).add(this.controls.target);
     };
-    this.motion = (time) => {
-      const t = now || this.calm ? 1 : Math.min(1, (time - start) / 480);
+    const step = (time) => {
+      const t = now || this.calm ? 1 : Math.min(1, Math.max(0, (time - start) / 480));
       place(t < 1 ? 1 - (1 - t) ** 3 : 1);
       if (t === 1) this.motion = null;
     };
-    if (now) this.motion(start);
+    this.motion = { step, goal: { around, above, distance } };
+    if (now) step(start);
     this.draw();
   }
 
@@ -311,51 +314,68 @@ CapturePlan.Viewer = class {
     this.waiting = true;
     requestAnimationFrame((time) => {
       this.waiting = false;
-      if (this.motion) { this.motion(time); this.draw(); }
+      if (this.motion) { this.motion.step(time); this.draw(); }
       this.controls.update();
       this.renderer.render(this.scene, this.camera);
       this.placeNames();
+      this.look();
     });
   }
 
-  /* Depth of the head in millimetres from the camera at a point of the screen (0 to 1, y up). */
-  readDepth() {
+  /* Draws the head's depth small; resolves to a function of the place on the screen (0 to 1, y up) that gives it in
+   * millimetres from the camera. Reading back without waiting keeps turning smooth. */
+  async readDepth() {
     const { uniforms } = this.depthMaterial;
-    const middle = this.distance();
-    uniforms.near.value = Math.max(1, middle - 2 * this.head.radius);
-    uniforms.far.value = middle + 2 * this.head.radius;
+    const near = Math.max(1, this.distance() - 2 * this.head.radius), far = this.distance() + 2 * this.head.radius;
+    uniforms.near.value = near;
+    uniforms.far.value = far;
     this.dots.visible = false;
     this.scene.overrideMaterial = this.depthMaterial;
     this.renderer.setRenderTarget(this.depth);
     this.renderer.setClearColor(0xffffff, 1);
     this.renderer.clear();
     this.renderer.render(this.scene, this.camera);
-    const { width, height } = this.depth;
-    const pixels = new Uint8Array(4 * width * height);
-    this.renderer.readRenderTargetPixels(this.depth, 0, 0, width, height, pixels);
     this.renderer.setRenderTarget(null);
     this.renderer.setClearColor(0x000000, 0);
     this.scene.overrideMaterial = null;
     this.dots.visible = true;
+    const { width, height } = this.depth;
+    const pixels = new Uint8Array(4 * width * height);
+    await this.renderer.readRenderTargetPixelsAsync(this.depth, 0, 0, width, height, pixels);
+    const within = (share, size) => Math.min(size - 1, Math.max(0, Math.floor(share * size)));
     return (x, y) => {
-      const i = 4 * (Math.min(height - 1, Math.max(0, Math.floor(y * height))) * width + Math.min(width - 1, Math.max(0, Math.floor(x * width))));
-      return uniforms.near.value + (uniforms.far.value - uniforms.near.value) * (pixels[i] + pixels[i + 1] / 255) / 255;
+      const i = 4 * (within(y, height) * width + within(x, width));
+      return near + (far - near) * (pixels[i] + pixels[i + 1] / 255) / 255;
     };
+  }
+
+  /* Which markers can be seen from where the camera stands. One reading at a time; a newer wish is done afterwards. */
+  async look() {
+    if (this.looking) { this.lookAgain = true; return; }
+    this.looking = true;
+    const camera = this.camera.clone();
+    const depthAt = await this.readDepth();
+    const seen = this.places.map(({ point, normal }) => {
+      const screen = point.clone().addScaledVector(normal, 1.5 * this.scale()).project(camera);
+      const depth = -point.clone().applyMatrix4(camera.matrixWorldInverse).z;
+      const facing = normal.dot(camera.position.clone().sub(point).normalize()) > 0.06;
+      return facing && depth < depthAt((screen.x + 1) / 2, (screen.y + 1) / 2) + 4 * this.scale();
+    });
+    this.looking = false;
+    const changed = seen.some((visible, m) => visible !== this.seen[m]);
+    this.seen = seen;
+    if (changed) this.placeNames();
+    if (this.lookAgain) { this.lookAgain = false; this.look(); }
   }
 
   /* Put every visible marker's name beside it where it covers no other name. */
   placeNames() {
-    if (!this.depth) return;
     const { clientWidth: width, clientHeight: height } = this.stage;
-    const depthAt = this.readDepth();
     const taken = [];
     const items = this.places.map(({ point, normal }, m) => {
-      const towards = this.camera.position.clone().sub(point);
       const screen = point.clone().addScaledVector(normal, 1.5 * this.scale()).project(this.camera);
-      const x = (screen.x + 1) / 2, y = (screen.y + 1) / 2;
-      const depth = this.camera.worldToLocal(point.clone()).z * -1;
-      const visible = normal.dot(towards.normalize()) > 0.06 && depth < depthAt(x, y) + 4 * this.scale();
-      return { m, x: x * width, y: (1 - y) * height, depth, visible };
+      const depth = -point.clone().applyMatrix4(this.camera.matrixWorldInverse).z;
+      return { m, x: (screen.x + 1) / 2 * width, y: (1 - screen.y) / 2 * height, depth, visible: this.seen[m] };
     });
     for (const { x, y, visible } of items) if (visible) taken.push([x - 5, y - 5, x + 5, y + 5]);
     const first = (item) => (item.m === this.selected ? -1e9 : this.bright(item.m) ? 0 : 1e9) + item.depth;
@@ -383,8 +403,9 @@ CapturePlan.Viewer = class {
     }
     for (const { element, point } of this.sides) {
       const screen = point.clone().project(this.camera);
-      element.style.transform = `translate(${((screen.x + 1) / 2 * width).toFixed(1)}px, ${((1 - screen.y) / 2 * height).toFixed(1)}px) translate(-50%, -50%)`;
-      element.hidden = Math.abs(screen.x) > 0.97 || point.clone().applyMatrix4(this.camera.matrixWorldInverse).z < -this.distance() - this.head.radius * 0.35;
+      const x = Math.max(52, Math.min(width - 52, (screen.x + 1) / 2 * width)); // 52 px: half of the words
+      element.style.transform = `translate(${x.toFixed(1)}px, ${((1 - screen.y) / 2 * height).toFixed(1)}px) translate(-50%, -50%)`;
+      element.hidden = point.clone().applyMatrix4(this.camera.matrixWorldInverse).z < -this.distance() - this.head.radius * 0.35;
     }
   }
 };
