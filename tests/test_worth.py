@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from capture_plan.layout.repair import error_gains, prune, rank_gains, repair
+from capture_plan.layout.repair import error_gains, prune, rank_gains, repair, site_rows
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.worth import PRIOR_SD, Observation
 
@@ -61,7 +61,7 @@ def test_a_rig_with_a_dependent_blendshape_has_less_than_full_rank():
 def test_the_closed_form_of_a_gain_is_the_recomputed_difference(observation, sites):
     start = np.array([0])
     C = observation.covariance(sites.members(start))
-    gains = error_gains(observation, sites, C)
+    gains = error_gains(observation, site_rows(sites, DELTAS), C)
     before = observation.error(C) ** 2
     for site in range(1, 20):
         after = observation.error(observation.covariance(sites.members(np.array([0, site])))) ** 2
@@ -69,8 +69,9 @@ def test_the_closed_form_of_a_gain_is_the_recomputed_difference(observation, sit
 
 
 def test_sites_answer_only_to_mixes_that_nobody_sees(observation, sites):
-    assert rank_gains(observation, sites, np.array([0, 1])).max() == 0  # 6 coordinates already tell 6 blendshapes
-    gains = rank_gains(observation, sites, np.array([0]))
+    A = site_rows(sites, DELTAS)
+    assert rank_gains(observation, A, np.array([0, 1])).max() == 0  # 6 coordinates already tell 6 blendshapes
+    gains = rank_gains(observation, A, np.array([0]))
     assert gains[0] == pytest.approx(0, abs=1e-9)
     assert (gains[1:] > 0).all()
 

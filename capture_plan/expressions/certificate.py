@@ -16,13 +16,21 @@ from capture_plan.rig import Rig
 
 def packing_faults(rig: Rig, used: tuple[str, ...], packing: Packing, mu: float) -> tuple[str, ...]:
     """What does not hold, a line each; empty where all of it does."""
+    return tuple(line for lines in packing_claims(rig, used, packing, mu).values() for line in lines)
+
+
+def packing_claims(rig: Rig, used: tuple[str, ...], packing: Packing, mu: float) -> dict[str, list[str]]:
+    """What a packing claims, and for each claim the lines that say what does not hold."""
     active = dict(zip(used, active_sets(rig, used, mu), strict=True))
-    return tuple(
-        [*_each_once(used, packing), *_disjoint(active, packing), *_together(packing), *_bound(active, packing)]
-    )
+    return {
+        "every blendshape is performed once or listed as left out": each_once(used, packing),
+        "no two blendshapes of an expression overlap or exclude each other": disjoint(active, packing),
+        "left and right partners are performed together": together(packing),
+        f"no list has fewer than {len(packing.clique)} expressions (a clique)": bound(active, packing),
+    }
 
 
-def _each_once(used: tuple[str, ...], packing: Packing) -> list[str]:
+def each_once(used: tuple[str, ...], packing: Packing) -> list[str]:
     listed = [name for expression in packing.expressions for name in expression.blendshapes] + [*packing.left_out]
     return [
         f"blendshape '{name}' is listed {listed.count(name)} times, expected once"
@@ -31,7 +39,7 @@ def _each_once(used: tuple[str, ...], packing: Packing) -> list[str]:
     ]
 
 
-def _disjoint(active: dict[str, np.ndarray], packing: Packing) -> list[str]:
+def disjoint(active: dict[str, np.ndarray], packing: Packing) -> list[str]:
     pairs = {frozenset(pair) for pair in packing.pairs}
     rules = {frozenset(pair) for pair in packing.exclusive}
     faults = []
@@ -46,7 +54,7 @@ def _disjoint(active: dict[str, np.ndarray], packing: Packing) -> list[str]:
     return faults
 
 
-def _together(packing: Packing) -> list[str]:
+def together(packing: Packing) -> list[str]:
     place = {name: expression.name for expression in packing.expressions for name in expression.blendshapes}
     return [
         f"'{a}' is in {place.get(a)} and its partner '{b}' in {place.get(b)}, expected together"
@@ -55,7 +63,7 @@ def _together(packing: Packing) -> list[str]:
     ]
 
 
-def _bound(active: dict[str, np.ndarray], packing: Packing) -> list[str]:
+def bound(active: dict[str, np.ndarray], packing: Packing) -> list[str]:
     partner = {name: pair for pair in packing.pairs if pair not in packing.relaxed for name in pair}
     rules = {frozenset(pair) for pair in packing.exclusive}
     whole = {name: partner.get(name, (name,)) for name in packing.clique}

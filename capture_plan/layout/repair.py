@@ -25,18 +25,17 @@ def repair(
     What cannot be had is not forced: the answer stops where no open site helps. Added sites that later ones made
     superfluous are taken back.
     """
+    A = site_rows(sites, observation.deltas)
     added = np.empty(0, dtype=int)
     for _ in track(range(len(sites.visibility)), "Telling every blendshape apart", total=len(sites.visibility)):
         vertices = sites.members(np.concatenate([chosen, added]))
         C = observation.covariance(vertices)
         open_ = open_sites(sites, np.concatenate([chosen, added]), spacing)
-        if observation.error(C) > target_mm:
-            gain = np.where(open_, error_gains(observation, sites, C), 0)
-        else:
-            gain = np.where(open_, rank_gains(observation, sites, vertices), 0)
-        if not gain.any():
+        wanting = observation.error(C) > target_mm
+        gain = error_gains(observation, A, C) if wanting else rank_gains(observation, A, vertices)
+        if not gain[open_].any():
             break
-        added = np.append(added, gain.argmax())
+        added = np.append(added, np.where(open_, gain, -1).argmax())
     return prune(observation, sites, chosen, added, target_mm)
 
 
@@ -47,35 +46,40 @@ def open_sites(sites: Sites, chosen: Int[np.ndarray, " n"], spacing: Spacing | N
     return ~np.isin(np.arange(len(sites.visibility)), chosen)
 
 
-def site_rows(sites: Sites, deltas: Float[np.ndarray, "k v 3"]) -> Float[np.ndarray, "s 6 k"]:
-    """A: the deltas of both members of every site; zeros instead of repeating the only member of a single."""
-    both = np.moveaxis(deltas[:, sites.vertices], 0, 3).reshape(len(sites.vertices), 6, -1).astype(np.float64)
-    both[sites.size == 1, 3:] = 0
-    return both
+def site_rows(sites: Sites, deltas: Float[np.ndarray, "k v 3"]) -> Float[np.ndarray, "s r k"]:
+    """A: the deltas at both members of every site, zeros for the second of a single; 3 rows where all are singles."""
+    count = sites.size.max()
+    A = np.moveaxis(deltas[:, sites.vertices[:, :count]], 0, 3).reshape(len(sites.vertices), 3 * count, -1)
+    A = A.astype(np.float64)
+    A[sites.size == 1, 3:] = 0
+    return A
 
 
-def error_gains(observation: Observation, sites: Sites, C: Float[np.ndarray, "k k"]) -> Float[np.ndarray, " s"]:
+def error_gains(
+    observation: Observation, A: Float[np.ndarray, "s r k"], C: Float[np.ndarray, "k k"]
+) -> Float[np.ndarray, " s"]:
     """By how much each site would lower trace(G C), square millimetres."""
-    A = site_rows(sites, observation.deltas)
     P = _times(A, C)
-    S = P @ A.transpose(0, 2, 1) + observation.noise_mm**2 * np.eye(6)
+    S = P @ A.transpose(0, 2, 1) + observation.noise_mm**2 * np.eye(A.shape[1])
     return np.trace(np.linalg.solve(S, _times(P, observation.gram) @ P.transpose(0, 2, 1)), axis1=1, axis2=2)
 
 
-def _times(rows: Float[np.ndarray, "s 6 k"], matrix: Float[np.ndarray, "k j"]) -> Float[np.ndarray, "s 6 j"]:
-    """One large product instead of s small ones."""
-    return (rows.reshape(-1, rows.shape[2]) @ matrix).reshape(len(rows), 6, -1)
-
-
-def rank_gains(observation: Observation, sites: Sites, vertices: Int[np.ndarray, " m"]) -> Float[np.ndarray, " s"]:
+def rank_gains(
+    observation: Observation, A: Float[np.ndarray, "s r k"], vertices: Int[np.ndarray, " m"]
+) -> Float[np.ndarray, " s"]:
     """How strongly each site answers to the mixes that `vertices` do not see, square millimetres."""
     _, sigma, V = np.linalg.svd(observation.response(vertices), full_matrices=True)
     seen = (sigma > RANK_TOLERANCE * sigma[0]).sum()
     if seen >= observation.full_rank:
-        return np.zeros(len(sites.visibility))
+        return np.zeros(len(A))
     visible_mixes = np.linalg.eigh(observation.gram)[1][:, -observation.full_rank :]
     unseen = V[seen:] @ visible_mixes @ visible_mixes.T
-    return np.sum(_times(site_rows(sites, observation.deltas), unseen.T) ** 2, axis=(1, 2))
+    return np.sum(_times(A, unseen.T) ** 2, axis=(1, 2))
+
+
+def _times(rows: Float[np.ndarray, "s r k"], matrix: Float[np.ndarray, "k j"]) -> Float[np.ndarray, "s r j"]:
+    """One large product instead of s small ones."""
+    return (rows.reshape(-1, rows.shape[2]) @ matrix).reshape(*rows.shape[:2], -1)
 
 
 def prune(

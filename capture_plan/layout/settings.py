@@ -28,4 +28,4 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     spacing_mm: Annotated[float, Meta(ge=0)] = 8.0
     rounds: Annotated[int, Meta(ge=1)] = 3
     noise_mm: Annotated[float, Meta(gt=0)] = 0.2
-    min_visibility: Share = 0.15
+    min_visibility: Share = 0.05

@@ -5,13 +5,11 @@ cover has fewer landmarks than `minimum`, that no shorter list of expressions ex
 certificate goes: the dual prices of the set cover, the clique of blendshapes no two of which fit together.
 """
 
-from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool
 
-from capture_plan.expressions.active import active_sets
+from capture_plan.expressions.certificate import packing_claims
 from capture_plan.layout.face import Face, see_face
 from capture_plan.layout.quality import importance_weights, mean_quality, total_quality
 from capture_plan.layout.sites import Sites
@@ -150,57 +148,13 @@ def worth_claims(plan: Plan, face: Face) -> list[Claim]:
 
 
 def expression_claims(plan: Plan, rig: Rig) -> list[Claim]:
-    """Every blendshape once, no overlap but inside pairs, running shares, and the clique."""
-    packing, used = plan.packing, plan.audit.used
-    active = active_sets(rig, used, plan.settings.expressions.mu)
-    row = {name: k for k, name in enumerate(used)}
-    count = Counter(name for e in packing.expressions for name in e.blendshapes) + Counter(packing.left_out)
-    partner = {frozenset(pair) for pair in packing.pairs}
-    overlaps = [
-        (e.name, a, b)
-        for e in packing.expressions
-        for i, a in enumerate(e.blendshapes)
-        for b in e.blendshapes[:i]
-        if frozenset((a, b)) not in partner and (active[row[a]] & active[row[b]]).any()
-    ]
-    performed = [set(e.blendshapes) for e in packing.expressions]
-    split = [p for p in packing.pairs if any(len(set(p) & e) == 1 for e in performed) and p not in packing.relaxed]
+    """Every blendshape once, no overlap, partners together, the clique, and shares that add up."""
+    packing, mu = plan.packing, plan.settings.expressions.mu
+    found = f"{len(packing.expressions)} expressions of {packing.objective}, the solver's own bound is {packing.bound}"
+    faults = packing_claims(rig, plan.audit.used, packing, mu)
     running = np.cumsum([e.gain for e in packing.expressions])
-    clique = [row[name] for name in packing.clique]
+    adds_up = np.allclose(running, [e.covered for e in packing.expressions], atol=1e-3)
     return [
-        Claim(
-            "every blendshape is performed once or listed as left out",
-            count == Counter(used),
-            f"{len(used)} blendshapes",
-        ),
-        Claim("no two blendshapes of an expression overlap", not overlaps, f"{len(overlaps)} overlaps"),
-        Claim("partners are performed together", not split, f"{len(packing.pairs)} pairs, {len(split)} split unsaid"),
-        Claim(
-            "covered importance adds up",
-            bool(np.allclose(running, [e.covered for e in packing.expressions], atol=1e-3)),
-            f"{running[-1]:.1%} after the last expression",
-        ),
-        Claim(
-            f"no list has fewer than {len(packing.clique)} expressions (no two of {len(packing.clique)} fit together)",
-            _exclude_each_other(active, clique, packing.pairs, used),
-            f"the solver's own bound is {packing.bound}, the list has {packing.objective}",
-        ),
-        Claim(
-            "the list is no shorter than its bound",
-            len(packing.clique) <= packing.bound <= packing.objective == len(packing.expressions)
-            or bool(packing.left_out),
-            f"{len(packing.clique)} <= {packing.bound} <= {packing.objective} expressions",
-        ),
+        *(Claim(what, not lines, "; ".join(lines) or found) for what, lines in faults.items()),
+        Claim("covered importance adds up", bool(adds_up), f"{running[-1]:.1%} after the last expression"),
     ]
-
-
-def _exclude_each_other(
-    active: Bool[np.ndarray, "k v"], clique: list[int], pairs: tuple[tuple[str, str], ...], used: tuple[str, ...]
-) -> bool:
-    """No two of the clique fit into one expression, each taken together with its partner."""
-    union = active.copy()
-    for left, right in pairs:
-        if left in used and right in used:
-            both = [used.index(left), used.index(right)]
-            union[both] = active[both].any(axis=0)
-    return all((union[i] & union[j]).any() for n, i in enumerate(clique) for j in clique[:n])

@@ -16,7 +16,7 @@ from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
 from capture_plan.rig.audit import Audit, audit
-from capture_plan.rig.read import read_neutral
+from capture_plan.rig.neutral import read_neutral
 from capture_plan.visibility import cameras_for
 
 DECIDING = ("capture-plan", "numpy", "scipy", "embreex", "ortools")  # packages that a plan's numbers depend on
@@ -62,4 +62,4 @@ def assemble_plan(
 
 def read_target(rig: Rig, path: str | None) -> Float[np.ndarray, "v 3"] | None:
     """The actor's neutral from a mesh file with the rig's vertices, in the rig's frame; nothing where none is given."""
-    return read_neutral(Path(path), like=rig) if path else None
+    return read_neutral(Path(path), rig) if path else None

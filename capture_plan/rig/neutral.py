@@ -1,0 +1,32 @@
+"""The actor's neutral face on the rig's mesh, for what depends on how the two differ."""
+
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from capture_plan.errors import RigError
+from capture_plan.rig.obj import is_obj, load, parse_vertices
+from capture_plan.rig.read import read_raw
+from capture_plan.rig.record import Rig
+
+
+def read_neutral(path: Path, rig: Rig) -> Float[np.ndarray, "v 3"]:
+    """Vertices in the rig's order and the file's own unit and axes: an OBJ file, or the neutral of another rig.
+
+    Raises:
+        RigError: unreadable, another number of vertices, or coordinates that are no numbers.
+    """
+    if not path.exists():
+        raise RigError(f"{path} does not exist: give an OBJ file of the actor's neutral, or a rig")
+    vertices = parse_vertices(load(path), path) if is_obj(path) else read_raw(path).neutral
+    if is_obj(path) and len(vertices) > rig.source_index.max():
+        vertices = vertices[rig.source_index]
+    if len(vertices) != len(rig.neutral):
+        raise RigError(
+            f"{path.name} has {len(vertices):,} vertices, {rig.name} has {len(rig.neutral):,}: "
+            "bring the actor's neutral onto the rig's mesh first"
+        )
+    if not np.isfinite(vertices).all():
+        raise RigError(f"{path.name} holds NaN or infinite coordinates: clean the mesh and export it again")
+    return vertices
