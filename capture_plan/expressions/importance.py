@@ -15,6 +15,7 @@ from jaxtyping import Bool, Float, Int
 
 from capture_plan.mesh import edges
 
+ROUNDING = 1e-3  # edges of 0.5 mm from coordinates in single precision; a target like the rig distorts nothing
 LEAST = 1e-3  # no blendshape is worth nothing: each is packed in the end
 
 
@@ -52,7 +53,8 @@ def triangle_stretch(
     a, b = lengths(neutral), lengths(target)
     degenerate = (np.minimum(a, b) <= 0).any(axis=1)
     a[degenerate] = b[degenerate] = 1
-    return (np.maximum(a / b, b / a) - 1).sum(axis=1)
+    stretch = (np.maximum(a / b, b / a) - 1).sum(axis=1)
+    return np.where(stretch < ROUNDING, 0, stretch)
 
 
 def uniqueness(cosine: Float[np.ndarray, "k k"], packed: Bool[np.ndarray, " k"]) -> Float[np.ndarray, " k"]:

@@ -46,12 +46,14 @@ def pack(
     active = active_sets(rig, used, settings.mu)
     exclusive = never_together(used) if settings.poseable else ()
     sets = maximal_sets(_item_sets(used, items, active, exclusive))
+    overlapping = maximal_sets(_item_sets(used, items, active, ()))
+    clique = max(largest_clique(overlapping), largest_clique(sets), key=len)  # the plainer one of two equal ones
     worth = blendshape_importance(rig, used, settings, target)
     weigh = _weigh(rig, used, items, worth, settings.uniqueness)
     if settings.method == "minimum":
         order, bound = minimum(sets, weigh)
     else:
-        order, bound = sequential(sets, weigh), len(largest_clique(sets))
+        order, bound = sequential(sets, weigh), len(clique)
     chosen = [sorted(k for i in expression for k in items[i]) for expression in order.expressions]
     shot = chosen[: settings.limit]
     done = {k for expression in shot for k in expression}
@@ -62,7 +64,7 @@ def pack(
         bound=bound,
         proven_optimal=len(chosen) == bound,
         order_proven=order.proven,
-        clique=tuple(used[items[i][0]] for i in largest_clique(sets)),
+        clique=tuple(used[items[i][0]] for i in clique),
         pairs=pairs,
         relaxed=(),
         exclusive=exclusive,

@@ -25,7 +25,7 @@ UNIT = 1_000_000  # importance is compared to a millionth: CP-SAT counts in inte
 class Order:
     """Items of every expression in order, and whether each was proved the heaviest that its rule allows."""
 
-    expressions: tuple[Int[np.ndarray, " i"], ...]
+    expressions: tuple[Int[np.ndarray, " _"], ...]
     proven: bool
 
 
@@ -53,7 +53,7 @@ def heaviest(
     sets: Bool[np.ndarray, "g n"],
     weights: Float[np.ndarray, " g"],
     left: Bool[np.ndarray, " g"],
-    must_hit: Sequence[Int[np.ndarray, " h"]] = (),
+    must_hit: Sequence[Int[np.ndarray, " _"]] = (),
 ) -> Heaviest:
     """The items among `left` that fit together, hit all of `must_hit` and weigh most.
 

@@ -10,9 +10,10 @@ Never     expressions/data/exclusive.toml, by ARKit's names: closed and wide eye
 import tomllib
 from functools import cache
 from importlib.resources import files
+from itertools import combinations
 
 from capture_plan.rig import Rig
-from capture_plan.rig.names import arkit_name
+from capture_plan.rig.names import arkit_name, side_of
 from capture_plan.rig.pairs import blendshape_pairs
 
 LOOK_LEFT = ("eyeLookOutLeft", "eyeLookInRight")
@@ -34,10 +35,14 @@ def performed_together(rig: Rig, used: tuple[str, ...]) -> tuple[tuple[str, str]
 
 def never_together(used: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
     """Pairs of `used` blendshapes that no face performs at once, in the order of `used`."""
-    base = {name: base_name(arkit) for name in used if (arkit := arkit_name(name))}
-    return tuple(
-        (a, b) for i, a in enumerate(used) for b in used[i + 1 :] if frozenset((base.get(a), base.get(b))) in _rules()
-    )
+    same_side, any_side = _rules()
+    known = {name: arkit for name in used if (arkit := arkit_name(name))}
+
+    def never(a: str, b: str) -> bool:
+        bases = frozenset((base_name(known[a]), base_name(known[b])))
+        return bases in any_side or (bases in same_side and side_of(a) == side_of(b))
+
+    return tuple((a, b) for a, b in combinations(known, 2) if never(a, b))
 
 
 def base_name(arkit: str) -> str:
@@ -46,7 +51,12 @@ def base_name(arkit: str) -> str:
 
 
 @cache
-def _rules() -> frozenset[frozenset[str]]:
+def _rules() -> tuple[frozenset[frozenset[str]], frozenset[frozenset[str]]]:
+    """Two ARKit names without side that exclude each other: on the same side of the face, and on any."""
     text = files("capture_plan.expressions").joinpath("data", "exclusive.toml").read_text("utf-8")
     table = tomllib.loads(text)
-    return frozenset(frozenset((a, b)) for a, others in table.items() for b in others)
+    same_side, any_side = (
+        frozenset(frozenset((a, b)) for a, others in table[which].items() for b in others)
+        for which in ("same_side", "any_side")
+    )
+    return same_side, any_side

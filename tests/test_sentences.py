@@ -1,0 +1,118 @@
+"""Sentences for the actor."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from capture_plan.expressions.movement import movements
+from capture_plan.expressions.pack import pack
+from capture_plan.expressions.sentences import phrases, sentence, spoken
+from capture_plan.expressions.settings import PackingSettings
+from capture_plan.rig import sample_rig
+
+RIG = sample_rig()
+
+
+def unnamed(rig=RIG):
+    return replace(rig, names=tuple(f"shape{k}" for k in range(len(rig.names))))
+
+
+def unnamed_name(name):
+    return f"shape{RIG.names.index(name)}"
+
+
+def test_no_sentence_of_the_sample_names_a_blendshape_or_an_emotion():
+    for expression in pack(RIG, RIG.names, PackingSettings()).expressions:
+        assert re.fullmatch(r"[A-Z][a-z,. A-Z-]+\.", expression.sentence)
+        assert not re.search(r"[a-z][A-Z]|frown|sad|angry|AU\d|pictur", expression.sentence), expression.sentence
+
+
+@pytest.mark.parametrize("name", RIG.names)
+def test_every_arkit_blendshape_has_words(name):
+    assert sentence(RIG, (name,)).endswith(".")
+    assert "icture" not in sentence(RIG, (name,))
+
+
+@pytest.mark.parametrize("side", ["Left", "Right"])
+def test_one_side_is_the_actors_own(side):
+    assert sentence(RIG, (f"eyeBlink{side}",)) == f"Close your {side.lower()} eye."
+
+
+def test_left_and_right_become_both():
+    assert sentence(RIG, ("browDownLeft", "browDownRight")) == "Pull both eyebrows down."
+
+
+def test_the_order_of_blendshapes_does_not_change_the_sentence():
+    names = ("jawOpen", "eyeBlinkLeft", "browInnerUp", "eyeBlinkRight")
+    assert sentence(RIG, names) == sentence(RIG, names[::-1])
+    assert sentence(RIG, names) == "Raise the inner ends of your eyebrows, close your eyes and open your jaw wide."
+
+
+def test_what_belongs_together_is_said_in_one_phrase():
+    assert spoken(("eyeLookInRight", "eyeLookOutLeft")) == ("look to your left with your eyes only",)
+    assert spoken(("mouthRollLower", "mouthRollUpper")) == ("roll both lips in over your teeth",)
+
+
+def test_where_a_mouth_moves_is_no_side_of_the_face():
+    assert spoken(("jawLeft",)) == ("slide your lower jaw to your left",)
+    assert spoken(("mouthLeft", "jawRight")) == ("slide your mouth to your left", "slide your lower jaw to your right")
+
+
+def test_many_clauses_become_two_sentences():
+    names = ("browInnerUp", "eyeBlinkLeft", "eyeBlinkRight", "noseSneerLeft", "noseSneerRight", "jawOpen")
+    assert sentence(RIG, names).count(".") == 2
+
+
+def test_every_phrase_can_be_said_and_every_merged_name_is_known():
+    table, together = phrases()
+    assert all(phrase["both"][0].islower() and not phrase["both"].endswith(".") for phrase in table.values())
+    assert all("{side}" in phrase["one"] for phrase in table.values() if "one" in phrase)
+    assert all(name in RIG.names for names, _ in together for name in names)
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("jawOpen", r"your (chin|lower lip|jaw) down( and back)? by \d+ mm"),
+        ("mouthSmileLeft", r"your left mouth corner up and outwards( and back)? by \d+ mm"),
+        ("browOuterUpRight", r"your right brow up.* by \d+ mm"),
+        ("browInnerUp", r"(both brows|your forehead) up.* by \d+ mm"),
+    ],
+)
+def test_unknown_names_are_described_by_place_way_and_millimetres(name, said):
+    text = sentence(unnamed(), (unnamed_name(name),))
+    assert text.startswith("Match the picture: move ")
+    assert re.search(said, text), text
+
+
+def test_mirrored_halves_without_names_are_told_as_one():
+    (told,) = movements(unnamed(), (unnamed_name("mouthSmileLeft"), unnamed_name("mouthSmileRight")))
+    assert told.startswith("both mouth corners up")
+
+
+def test_mirroring_the_face_exchanges_the_sides_of_a_description():
+    flip = np.array([-1, 1, 1])
+    mirrored = replace(
+        unnamed(),
+        neutral=RIG.neutral * flip,
+        deltas=RIG.deltas * flip.astype(np.float32),
+        triangles=RIG.triangles[:, ::-1].copy(),
+    )
+    name = (unnamed_name("mouthSmileLeft"),)
+    assert movements(mirrored, name)[0] == movements(unnamed(), name)[0].replace("left", "right")
+
+
+def test_twice_the_movement_is_twice_the_millimetres():
+    name = (unnamed_name("mouthSmileLeft"),)
+    far = [
+        int(re.search(r"(\d+) mm", movements(rig, name)[0])[1])
+        for rig in (unnamed(), replace(unnamed(), deltas=2 * RIG.deltas))
+    ]
+    assert far[1] == pytest.approx(2 * far[0], abs=1)
+
+
+def test_what_moves_no_skin_is_left_to_the_picture():
+    still = replace(unnamed(), deltas=RIG.deltas * ~RIG.skin[:, None])
+    assert sentence(still, ("shape0",)) == "Match the picture."
