@@ -1,6 +1,17 @@
 """What people see and print: marker sheets, expression sheets, their pictures."""
 
 from capture_plan.sheets.gl import RenderError
-from capture_plan.sheets.write import write_sheets
+from capture_plan.sheets.pictures import ExpressionPictures, expression_pictures, marker_pictures
+from capture_plan.sheets.style import Look, region_looks
+from capture_plan.sheets.write import plan_fingerprint, write_sheets
 
-__all__ = ["RenderError", "write_sheets"]
+__all__ = [
+    "ExpressionPictures",
+    "Look",
+    "RenderError",
+    "expression_pictures",
+    "marker_pictures",
+    "plan_fingerprint",
+    "region_looks",
+    "write_sheets",
+]

@@ -37,7 +37,11 @@ class Surface:
 
 
 def draw(
-    surfaces: tuple[Surface, ...], *, centre: tuple[float, float], size_mm: tuple[float, float], size_px: tuple[int, int]
+    surfaces: tuple[Surface, ...],
+    *,
+    centre: tuple[float, float],
+    size_mm: tuple[float, float],
+    size_px: tuple[int, int],
 ) -> tuple[UInt8[np.ndarray, "p q 4"], Float[np.ndarray, "p q"]]:
     """Colour with straight alpha, and the z of what is seen in each pixel, millimetres; -inf where nothing is.
 

@@ -131,7 +131,9 @@ def split(triangles: Int[np.ndarray, "f 3"], v: int) -> Split:
     edges, middle = np.unique(sides, axis=0, return_inverse=True)
     ab, bc, ca = v + middle.reshape(3, -1)
     a, b, c = triangles.T
-    finer = np.concatenate([np.stack(corner, axis=1) for corner in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
+    finer = np.concatenate(
+        [np.stack(corner, axis=1) for corner in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
+    )
     return Split(edges, finer)
 
 

@@ -18,8 +18,8 @@ from scipy.optimize import linear_sum_assignment
 from capture_plan.errors import PlanError
 
 NEAR_MM, NEAR = 2.2, 40.0  # a line closer than a marker's radius to another marker seems to name that one
-OVER = 2.5  # a line may go this much longer round than through an eye
-TIGHT = 12.0  # a name cut short by a millimetre is worth 12 mm of line
+OVER = 4.0  # a line may go this much longer round than through an eye
+TIGHT = 30.0  # a name cut short by a millimetre is worth 30 mm of line
 SAMPLES = 24  # places along a line where it is tested against the parts that stay clear
 
 

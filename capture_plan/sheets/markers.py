@@ -6,7 +6,7 @@ column beside the head. Lengths are millimetres; page coordinates run from the t
 Letters: n markers seen in a view, s places for labels.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -29,7 +29,7 @@ LONGEST_LABEL_MM, LEAST_ROOM_MM, LEAST_PITCH_MM = 22.0, 9.0, 6.2
 PROBE_DPI = 60  # of the quick picture that tells what is seen and where labels have room
 SEEN_MM = 2.0  # a marker this much behind the surface in front of it is hidden
 GRAZING = 0.12  # least cosine between the skin's normal and the view; below it a dot is only a stroke
-BESIDE_MM, BACK_MM = 16.0, 20.0  # room beside the outermost marker; the back of the head beside its labels
+BESIDE_MM = 16.0  # room beside the outermost marker
 BELOW_MM, FADE_MM = 38.0, 22.0  # of neck shown below the lowest place that matters, and how long it fades
 
 
@@ -51,6 +51,11 @@ class Face:
     landmarks: tuple[Landmark, ...]
     looks: dict[str, Look]
     anchors: Anchors
+
+    @property
+    def solid(self) -> Posed:
+        """Without lashes, which hide no marker."""
+        return replace(self.posed, pieces=tuple(p for p in self.posed.pieces if p.opacity.min() == 1))
 
     @property
     def positions(self) -> Float[np.ndarray, "n 3"]:
@@ -89,16 +94,14 @@ def seen(face: Face, view: View, shown: Picture) -> Bool[np.ndarray, " n"]:
 
 def place(face: Face, view: View, book: Booklet, *, dpi: float) -> Placed:
     """The largest scale at which the head and its labels fit on the page, and every label's place."""
-    area = Area(
-        MARGIN_MM, HEADER_MM, book.paper.width - 2 * MARGIN_MM, book.paper.height - HEADER_MM - FOOTER_MM
-    )
+    area = Area(MARGIN_MM, HEADER_MM, book.paper.width - 2 * MARGIN_MM, book.paper.height - HEADER_MM - FOOTER_MM)
     widths = {m.name: _label_width(book, m) for m in face.landmarks}
     column = max(widths.values(), default=0.0)
     for scale in SCALES:
         frame = _frame(face, view, area.width * scale, area.height * scale, column * scale)
         if frame is None:
             continue
-        probe = picture(face.posed, view, frame, size_px=pixels(frame.width / scale, frame.height / scale, PROBE_DPI))
+        probe = picture(face.solid, view, frame, size_px=pixels(frame.width / scale, frame.height / scale, PROBE_DPI))
         visible = seen(face, view, probe)
         landmarks = tuple(m for m, there in zip(face.landmarks, visible.tolist(), strict=True) if there)
         rooms = _free_rooms(probe, scale, area, column, len(landmarks))
@@ -115,7 +118,9 @@ def place(face: Face, view: View, book: Booklet, *, dpi: float) -> Placed:
 def draw_markers(book: Booklet, placed: Placed, looks: dict[str, Look]) -> None:
     """The head, leaders, markers, and labels on the last page."""
     frame = placed.picture.frame
-    book.image(placed.picture.rgb, placed.area.x, placed.area.y, frame.width / placed.scale, frame.height / placed.scale)
+    book.image(
+        placed.picture.rgb, placed.area.x, placed.area.y, frame.width / placed.scale, frame.height / placed.scale
+    )
     middle = book.paper.width / 2
     ends = placed.rooms[:, :2]
     for point, end in zip(placed.points, ends, strict=True):
@@ -152,16 +157,15 @@ def _frame(face: Face, view: View, width: float, height: float, column: float) -
     facing = marks[view.project(face.normals)[:, 2] > GRAZING]
     left, right = on[:, 0].min(), on[:, 0].max()
     need_left, need_right = facing[:, 0].min() - 4, facing[:, 0].max() + 4
-    start, fade_left, fade_right = (left + right - width) / 2, 0.0, 0.0
+    start, blank_left, blank_right = (left + right - width) / 2, 0.0, 0.0
     if right - left > width:  # the profile keeps a column for labels, the back of the head gives way to another
         if need_left - left > right - need_right:
-            start, fade_left = right + column - width, min(column + BACK_MM, need_left - (right + column - width))
+            start, blank_left = right + column - width, column
         else:
-            start = left - column
-            fade_right = min(column + BACK_MM, start + width - need_right)
-    if need_left - start < BESIDE_MM or start + width - need_right < BESIDE_MM:
+            start, blank_right = left - column, column
+    if need_left - start < BESIDE_MM + blank_left or start + width - need_right < BESIDE_MM + blank_right:
         return None
-    return Frame(start, start + width, bottom, top, FADE_MM, fade_left, fade_right)
+    return Frame(start, start + width, bottom, top, FADE_MM, blank_left, blank_right)
 
 
 def _on_page(places: Float[np.ndarray, "n 3"], frame: Frame, scale: float, area: Area) -> Float[np.ndarray, "n 2"]:

@@ -91,7 +91,16 @@ class Booklet:
         return width
 
     def paragraph(
-        self, x: float, y: float, text: str, size: float, *, width: float, lines: int, bold: bool = False, colour: str = INK
+        self,
+        x: float,
+        y: float,
+        text: str,
+        size: float,
+        *,
+        width: float,
+        lines: int,
+        bold: bool = False,
+        colour: str = INK,
     ) -> float:
         """Words broken into at most `lines` lines, smaller where they need more; returns the y below the last one."""
         broken = self.broken(text, size, width=width, bold=bold)
@@ -126,7 +135,15 @@ class Booklet:
         self._pdf.set_dash_pattern()
 
     def box(
-        self, x: float, y: float, w: float, h: float, *, fill: str | None = None, line: str | None = INK, width: float = 0.25
+        self,
+        x: float,
+        y: float,
+        w: float,
+        h: float,
+        *,
+        fill: str | None = None,
+        line: str | None = INK,
+        width: float = 0.25,
     ) -> None:
         self._stroke(fill, line, width)
         self._pdf.rect(x, y, w, h, style=_style(fill, line))

@@ -38,7 +38,7 @@ def plates(book: Booklet) -> Plates:
     """The large front view on the left, the two small ones above each other on the right."""
     width = book.paper.width - 2 * MARGIN_MM - GAP_MM
     top = 54.0
-    tall = min(book.paper.height - top - 66, 172.0)
+    tall = min(book.paper.height - top - 68, 166.0)
     large = LARGE_SHARE * width
     return Plates(top, large, tall, width - large, (tall - 12.0) / 2)
 
@@ -67,7 +67,7 @@ def draw_overview(book: Booklet, shots: list[Shot], first: int, total: int, subt
     _fields(book, left + width)
     book.line((left, 23.6), (left + width, 23.6), width=0.5)
     rows = rows_of_overview(book)
-    cell_w, cell_h = width / OVERVIEW_COLUMNS, (book.paper.height - 27 - 12) / rows
+    cell_w, cell_h = (width + 2.5) / OVERVIEW_COLUMNS, (book.paper.height - 27 - 11) / rows
     last = min(first + rows * OVERVIEW_COLUMNS, total)
     for index in range(first, last):
         row, column = divmod(index - first, OVERVIEW_COLUMNS)
@@ -98,7 +98,9 @@ def _one_side(book: Booklet, side: str) -> None:
     tip, direction = (x0 + wide - 2.5, -1) if on_right else (x0 + 2.5, 1)
     arrow = np.array([(0, 0), (4.5 * direction, -2.4), (4.5 * direction, 2.4)]) + np.array([tip, top - 4.8])
     book.polygon(arrow, fill="#ffffff", line=None)
-    book.text(x0 + wide / 2 - 2.5 * (1 if on_right else -1), top - 3.4, text, 11, bold=True, align="centre", colour="#ffffff")
+    book.text(
+        x0 + wide / 2 - 2.5 * (1 if on_right else -1), top - 3.4, text, 11, bold=True, align="centre", colour="#ffffff"
+    )
 
 
 def _pictures(book: Booklet, shot: Shot) -> None:
@@ -124,24 +126,26 @@ def _heat_bar(book: Booklet, x: float, y: float, width: float, scale_mm: float) 
 
 
 def _facts(book: Booklet, shot: Shot) -> None:
+    """Importance, blendshapes, and what is ticked and written at the shoot."""
     e, left, right = shot.expression, MARGIN_MM, book.paper.width - MARGIN_MM
-    y = book.paper.height - 54
-    book.text(left, y, f"shows {e.gain:.1%} of all movement", 9.5, bold=True)
-    book.text(right, y, f"{e.covered:.0%} covered after this one", 9.5, bold=True, align="right")
-    width = right - left
-    book.box(left, y + 2, width, 3.4, fill=WASH, line=None)
-    book.box(left, y + 2, width * min(e.covered, 1), 3.4, fill="#9db8e8", line=None)
-    start = max(e.covered - e.gain, 0)
-    book.box(left + width * start, y + 2, max(width * (min(e.covered, 1) - start), 0.3), 3.4, fill=ACCENT, line=None)
-    below = book.paragraph(left, y + 8, "Blendshapes: " + ", ".join(e.blendshapes), 8, width=width, lines=3, colour=SOFT)
-    y = max(below + 7, y + 20)
-    book.line((left, y - 6), (right, y - 6), width=0.15, colour=FAINT)
-    x = tick_boxes(book, left, y, ("pass", "retake"), size=5, pt=11)
-    book.text(x + 2, y, f"hold {HOLD_SECONDS} s (assumed)", 9, colour=SOFT)
-    book.text(right - 78, y, "take", 9, colour=SOFT)
-    book.line((right - 70, y + 0.8), (right - 52, y + 0.8), width=0.2, colour=SOFT)
-    book.text(right - 49, y, "note", 9, colour=SOFT)
-    book.line((right - 41, y + 0.8), (right, y + 0.8), width=0.2, colour=SOFT)
+    plate = plates(book)
+    y, width = plate.top + plate.tall + 9, right - left
+    book.text(left, y, f"shows {e.gain:.1%} of all movement", 10.5, bold=True)
+    book.text(right, y, f"{e.covered:.0%} covered after this one", 10.5, bold=True, align="right")
+    start, end = max(e.covered - e.gain, 0), min(e.covered, 1)
+    book.box(left, y + 2, width, 3.6, fill=WASH, line=None)
+    book.box(left, y + 2, width * start, 3.6, fill="#9db8e8", line=None)
+    book.box(left + width * start, y + 2, max(width * (end - start), 0.3), 3.6, fill=ACCENT, line=None)
+    names = "Blendshapes at full: " + ", ".join(e.blendshapes)
+    book.paragraph(left, y + 7.4, names, 8, width=width, lines=3, colour=SOFT)
+    y = book.paper.height - 29
+    book.line((left, y - 7), (right, y - 7), width=0.15, colour=FAINT)
+    x = tick_boxes(book, left, y, ("pass", "retake"), size=5.5, pt=12.5)
+    book.text(x + 2, y, f"hold {HOLD_SECONDS} s (our assumption)", 9.5, colour=SOFT)
+    y = book.paper.height - 17
+    for x, end, word in ((left, left + 62, "takes"), (left + 68, right, "notes")):
+        book.text(x, y, word, 8, colour=SOFT)
+        book.line((x + 10, y + 0.8), (end, y + 0.8), width=0.2, colour=SOFT)
 
 
 def _thumbnail(book: Booklet, shot: Shot, index: int, x: float, y: float, w: float, h: float) -> None:

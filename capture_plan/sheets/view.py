@@ -50,7 +50,8 @@ FULL_RIGHT = View("Right", -75)
 class Frame(NamedTuple):
     """The part of view space that a picture shows, millimetres.
 
-    Along its lower border it fades to white over `fade`; along its left and right border over `fade_left`, `fade_right`.
+    Along its lower border it fades to white over `fade`. It is blank along its left and right border as far as
+    `blank_left` and `blank_right`, and fades over `fade` beside a blank.
     """
 
     left: float
@@ -58,8 +59,8 @@ class Frame(NamedTuple):
     bottom: float
     top: float
     fade: float = 0.0
-    fade_left: float = 0.0
-    fade_right: float = 0.0
+    blank_left: float = 0.0
+    blank_right: float = 0.0
 
     @property
     def width(self) -> float:
@@ -114,7 +115,9 @@ def _over_white(rgba: UInt8[np.ndarray, "p q 4"], frame: Frame) -> UInt8[np.ndar
     y = (rows - np.arange(rows) - 0.5) / rows * frame.height
     x = (np.arange(columns) + 0.5) / columns * frame.width
     _fade(rgb, _step(y, frame.fade)[:, None])
-    _fade(rgb, (_step(x, frame.fade_left) * _step(frame.width - x, frame.fade_right))[None])
+    for blank, distance in ((frame.blank_left, x), (frame.blank_right, frame.width - x)):
+        if blank > 0:
+            _fade(rgb, _step(distance - blank, frame.fade)[None])
     return rgb
 
 

@@ -7,7 +7,8 @@ import hashlib
 import os
 import shutil
 import tempfile
-from dataclasses import dataclass
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
@@ -26,7 +27,7 @@ from capture_plan.sheets.head import make_head, pose
 from capture_plan.sheets.marker_table import draw_table, rows_per_page
 from capture_plan.sheets.markers import HEADER_MM, Face, draw_markers, place
 from capture_plan.sheets.page import MARGIN_MM, Booklet, paper
-from capture_plan.sheets.shots import OVERVIEW_COLUMNS, draw_expression, draw_overview, plates, number, rows_of_overview
+from capture_plan.sheets.shots import OVERVIEW_COLUMNS, draw_expression, draw_overview, number, plates, rows_of_overview
 from capture_plan.sheets.style import SOFT, region_looks
 from capture_plan.sheets.view import FRONT, LEFT, MIRROR, RIGHT, View, pixels
 
@@ -88,6 +89,7 @@ class _Drawing:
     rig: Rig
     book: Booklet
     dpi: int
+    shown: set[str] = field(default_factory=set)
 
     def all(self) -> Booklet:
         plan, book = self.plan, self.book
@@ -108,6 +110,10 @@ class _Drawing:
         for i, rows in enumerate(tables):
             self._page("marker-table" if i == 0 else f"marker-table-{i + 1}")
             draw_table(book, rows, landmarks, face.looks, face.anchors, self._worth())
+            unseen = ", ".join(m.name for m in rows if m.name not in self.shown)
+            if unseen:
+                text = f"Seen on none of the sheets, place by the table: {unseen}"
+                book.text(MARGIN_MM, book.paper.height - 12, text, 8, bold=True, fit=book.paper.width - 2 * MARGIN_MM)
         _, large, tall, small, short = plates(book)
         sizes = {"large_px": pixels(large, tall, self.dpi), "small_px": pixels(small, short, self.dpi)}
         shots: list[Shot] = []
@@ -140,13 +146,17 @@ class _Drawing:
         counts = {region: sum(m.region == region for m in face.landmarks) for region in face.looks}
         x = MARGIN_MM + 66
         legend(book, x, y + 1.2, book.paper.width - MARGIN_MM - x, face.looks, counts)
-        hidden = len(face.landmarks) - len(placed.landmarks)
-        if hidden:
-            text = f"{len(placed.landmarks)} of {len(face.landmarks)} markers are seen from here"
-            book.text(book.paper.width - MARGIN_MM, y + 13.2, text, 7.4, align="right", colour=SOFT)
+        self.shown |= {landmark.name for landmark in placed.landmarks}
+        notes = ["hollow: a spare"] if any(m.role == "backup" for m in placed.landmarks) else []
+        if len(placed.landmarks) < len(face.landmarks):
+            notes.append(f"{len(placed.landmarks)} of {len(face.landmarks)} markers are seen from here")
+        book.text(book.paper.width - MARGIN_MM, y + 13.2, "  ·  ".join(notes), 7.4, align="right", colour=SOFT)
 
     def _worth(self) -> str:
-        worth, places = self.plan.layout.worth, np.array([m.position for m in self.plan.layout.landmarks]).reshape(-1, 3)
+        worth, places = (
+            self.plan.layout.worth,
+            np.array([m.position for m in self.plan.layout.landmarks]).reshape(-1, 3),
+        )
         apart = np.linalg.norm(places[:, None] - places[None], axis=2)[np.triu_indices(len(places), 1)]
         nearest = f" · closest two {apart.min():.1f} mm" if len(apart) else ""
         return (
@@ -163,8 +173,14 @@ class _Drawing:
 def _write_pages(pdf: bytes, titles: list[str], folder: Path, dpi: int) -> list[str]:
     document = pypdfium2.PdfDocument(pdf)
     names = [f"{i + 1:02}-{title}.png" for i, title in enumerate(titles)]
-    for i, name in enumerate(track(names, "Writing pages")):
-        image = document[i].render(scale=dpi / 72).to_pil()
-        image.save(folder / name, compress_level=1, dpi=(dpi, dpi))
+    with ThreadPoolExecutor(1) as pool:  # compresses the last page while the next is rasterised
+        saved: list[Future[None]] = []
+        for i, name in enumerate(track(names, "Writing pages")):
+            image = document[i].render(scale=dpi / 72).to_pil()
+            if saved:
+                saved[-1].result()
+            saved.append(pool.submit(image.save, folder / name, compress_level=1, dpi=(dpi, dpi)))
+        for each in saved:
+            each.result()
     document.close()
     return names
