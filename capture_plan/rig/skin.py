@@ -6,7 +6,7 @@ asked in this order, tell them from skin; names help where there are any, and no
 Data       p[v]      piece: vertices joined by triangles, or by lying on the same spot at a border (a UV seam)
            h[v]      hemisphere visibility in the neutral, 0 to 1
 Name       a part called 'teeth' or 'M_EyeOcclusion' is no skin; the part with most of the area is, whatever its name
-Piece      the largest piece is skin; a further one has to be large enough, seen, moving (or called skin) and no ball
+Piece      the largest that moves is skin; a further one has to be large enough, seen, moving (or called skin), no ball
 Hidden     the inside of mouth, nostrils and eye sockets: connected vertices with h <= HIDDEN, spread while h <= DIM,
            given back as far as RIM_MM from the visible skin, since lips and lids part when they move
 Reach      a body below the neck is left off: what is further than REACH times the size of the moving face
@@ -24,16 +24,17 @@ from capture_plan.visibility import hemisphere_visibility
 NOT_SKIN = re.compile(
     r"eye(?!_?-? ?lid)|sclera|iris|pupil|cornea|lens|lacrimal|caruncle|tear|occlusion|lash|brow|teeth|tooth|denture|gum"
     r"|tongue|mouth.?(bag|sock|cav|in)|oral|palate|hair|beard|m(o|ou)stache|stubble|fur|glasses|hat|cap$|cloth|shirt"
-    r"|jacket|collar|suit|helmet|jewel|earring|armou?r",
+    r"|jacket|collar|suit|tights|skirt|genital|helmet|jewel|earring|armou?r",
     re.IGNORECASE,
 )
-SEEN_OUTSIDE = re.compile(
-    r"lacrimal|tear|occlusion|lash|blend|hair|fur|glass|hat|cap$|cloth|shirt|helmet", re.IGNORECASE
+WORN = re.compile(
+    r"lacrimal|tear|occlusion|lash|blend|hair|fur|glass|hat|cap$|cloth|shirt|suit|tights|helmet", re.IGNORECASE
 )
 SKIN = re.compile(r"skin|face|head|neck|ear(?!ring)|scalp|lip|body", re.IGNORECASE)
 HIDDEN, DIM = 0.02, 0.10  # ICT-FaceKit: 99 % of the mouth bag is below the first, lips at rest apart above the second
-RIM_MM = 4.0  # ICT-FaceKit: gives back 11,103 of its 11,248 skin vertices and takes 9 of the mouth bag
+RIM_MM = 4.0  # ICT-FaceKit: keeps 10,695 of its 11,248 skin vertices and takes 42 of the mouth bag
 PIECE_AREA, PIECE_SEEN = 0.01, 0.4  # ears: 2 % and 0.5; a lash strip 0.3 %; rows of teeth 0.38
+COVER_AREA = 0.15  # of what moves: a piece so large that never moves is hair or clothes; an eyeball has 0.08
 ROUND = 0.06  # scatter of the radius of a fitted ball over the radius: eyeballs 0.00 to 0.05, teeth and heads from 0.09
 MOVES = 0.05  # share of the largest displacement
 REACH = 2.5  # a head with its neck lies within 2.1 half diagonals of the moving face
@@ -47,18 +48,36 @@ def find_skin(
     part_names: tuple[str, ...],
 ) -> Bool[np.ndarray, " v"]:
     """True where a vertex is skin of face, ears, scalp or neck; `neutral` and `deltas` in millimetres."""
-    named_out = _named(NOT_SKIN, neutral, triangles, parts, part_names)
-    outside = _named(SEEN_OUTSIDE, neutral, triangles, parts, part_names)
-    solid = triangles[~outside[triangles].any(axis=1)]  # hair and shells hide nothing that make-up cannot reach
-    at = np.flatnonzero(~named_out & np.isin(np.arange(len(neutral)), triangles))
-    seen = np.zeros(len(neutral))
-    seen[at] = hemisphere_visibility(neutral, solid, at, rays=64)
     moving = np.linalg.norm(deltas, axis=2).max(axis=0)
     moving = moving > MOVES * moving.max()
     called_skin = np.isin(parts, [i for i, name in enumerate(part_names) if SKIN.search(name)])
-
+    named_out = _named(NOT_SKIN, neutral, triangles, parts, part_names)
     kept = triangles[~named_out[triangles].any(axis=1)]
-    skin = _skin_pieces(neutral, kept, seen, moving, called_skin)
+    if len(kept) == 0:
+        return np.zeros(len(neutral), dtype=bool)
+    piece = _seamless_pieces(neutral, kept)
+    areas = triangle_areas(neutral, kept)
+    area = np.bincount(piece[kept[:, 0]], areas, piece.max() + 1)
+    moves = np.bincount(piece, moving, len(area)) > 0
+    main = np.where(moves, area, area * 1e-9).argmax()
+
+    # what is worn over the skin hides nothing that make-up cannot reach
+    worn = (
+        ~moves
+        & (np.bincount(piece, called_skin, len(area)) == 0)
+        & (area > COVER_AREA * areas[moving[kept].any(axis=1)].sum())
+    )
+    worn[main] = False
+    over = _named(WORN, neutral, triangles, parts, part_names) | worn[piece]
+    seen = np.zeros(len(neutral))
+    at = np.unique(kept)
+    seen[at] = hemisphere_visibility(neutral, triangles[~over[triangles].any(axis=1)], at, rays=64)
+
+    skin = piece == main
+    for i in np.flatnonzero((area >= PIECE_AREA * area[main]) & ~worn):
+        of_piece = piece == i
+        if np.median(seen[of_piece]) >= PIECE_SEEN and (moving | called_skin)[of_piece].any():
+            skin |= of_piece & (i == main or not is_ball(neutral[of_piece]))
     skin &= ~_inside(neutral, kept[skin[kept].all(axis=1)], seen, skin)
     skin &= _within_reach(neutral, moving & skin)
     return _without_islands(neutral, triangles, skin)
@@ -75,27 +94,6 @@ def _named(
     area = np.bincount(parts[triangles[:, 0]], triangle_areas(neutral, triangles), len(part_names))
     out = [i for i, name in enumerate(part_names) if words.search(name) and area[i] <= area.sum() / 2]
     return np.isin(parts, out)
-
-
-def _skin_pieces(
-    neutral: Float[np.ndarray, "v 3"],
-    triangles: Int[np.ndarray, "f 3"],
-    seen: Float[np.ndarray, " v"],
-    moving: Bool[np.ndarray, " v"],
-    called_skin: Bool[np.ndarray, " v"],
-) -> Bool[np.ndarray, " v"]:
-    """Vertices of the largest piece and of each further one that is large, seen, no ball, and moving or called skin."""
-    skin = np.zeros(len(neutral), dtype=bool)
-    if len(triangles) == 0:
-        return skin
-    piece = _seamless_pieces(neutral, triangles)
-    area = np.bincount(piece[triangles[:, 0]], triangle_areas(neutral, triangles), piece.max() + 1)
-    for i in np.flatnonzero(area >= PIECE_AREA * area.max()):
-        of_piece = piece == i
-        judged = np.median(seen[of_piece]) >= PIECE_SEEN and not is_ball(neutral[of_piece])
-        if i == area.argmax() or (judged and (moving | called_skin)[of_piece].any()):
-            skin |= of_piece
-    return skin
 
 
 def _seamless_pieces(neutral: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]) -> Int[np.ndarray, " v"]:
