@@ -1,0 +1,54 @@
+"""What notebooks share, as marimo shows it: the rig of the session, progress, errors, knobs, figures, heads, sheets.
+
+A notebook is a chain of cells, each one call into the rooms below with one of these around it. Every name from a rig
+passes through HTML escaping here or in what marimo builds.
+"""
+
+from capture_plan.notebooks_support.figures import (
+    audit_view,
+    landmark_table,
+    layout_view,
+    packing_view,
+    visibility_view,
+)
+from capture_plan.notebooks_support.frame import chosen_rig, plain, rig_reference, wanted, working
+from capture_plan.notebooks_support.heads import blendshape_head, head, layout_head, packing_head, visibility_head
+from capture_plan.notebooks_support.knobs import (
+    camera_knob,
+    expression_knobs,
+    landmark_knobs,
+    landmark_settings,
+    packing_settings,
+    paper_knob,
+    session_settings,
+)
+from capture_plan.notebooks_support.paper import downloads, page_gallery, sheet_download, sheet_pages
+
+__all__ = [
+    "audit_view",
+    "blendshape_head",
+    "camera_knob",
+    "chosen_rig",
+    "downloads",
+    "expression_knobs",
+    "head",
+    "landmark_knobs",
+    "landmark_settings",
+    "landmark_table",
+    "layout_head",
+    "layout_view",
+    "packing_head",
+    "packing_settings",
+    "packing_view",
+    "page_gallery",
+    "paper_knob",
+    "plain",
+    "rig_reference",
+    "session_settings",
+    "sheet_download",
+    "sheet_pages",
+    "visibility_head",
+    "visibility_view",
+    "wanted",
+    "working",
+]

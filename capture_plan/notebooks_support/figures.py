@@ -1,0 +1,185 @@
+"""What was found, in figures and tables: one function for each stage of a plan, every number with its unit."""
+
+import html
+from typing import Any
+
+import marimo as mo
+
+from capture_plan.expressions import Packing
+from capture_plan.layout.face import Face
+from capture_plan.layout.record import Layout
+from capture_plan.layout.settings import LayoutSettings
+from capture_plan.plan.summary import proof_words
+from capture_plan.report.contents import KINDS, compare_row, marker_rows
+from capture_plan.report.words import count, millimetres, percent
+from capture_plan.rig.audit import Audit, verdict
+
+ROWS = 12  # of a table before it has pages
+
+
+def audit_view(report: Audit) -> mo.Html:
+    """The verdict, what is in the rig, and every finding."""
+    said = verdict(report)
+    kind = "success" if said.startswith("Yes") else "warn" if report.used else "danger"
+    pupils = "not found" if report.interpupillary_mm is None else f"{report.interpupillary_mm:.1f} mm"
+    skin = f"{report.skin_vertices:,} of them face skin"
+    return mo.vstack(
+        [
+            mo.callout(mo.Html(f"<p><b>Can it be shot with?</b> {html.escape(said)}</p>"), kind=kind),
+            _tiles(
+                ("Blendshapes planned", f"{len(report.used)} of {report.blendshapes}", "the others are listed below"),
+                ("Can be told apart", f"{report.rank} of {len(report.used)}", "movements that differ on the skin"),
+                ("Vertices", f"{report.vertices:,}", skin),
+                ("Between the pupils", pupils, f"1 unit of the file is {report.unit_mm:g} mm, up {report.up}"),
+            ),
+            _table(
+                [
+                    {
+                        "Finding": KINDS[finding.kind],
+                        "Plan": "left out" if finding.left_out else "planned",
+                        "What was found": finding.message,
+                        "What to do": finding.advice,
+                    }
+                    for finding in report.findings
+                ],
+                wrapped=["What was found", "What to do"],
+            )
+            if report.findings
+            else mo.md("Nothing is wrong with this rig."),
+        ],
+        gap=1,
+    )
+
+
+def visibility_view(face: Face) -> mo.Html:
+    """How well the moving skin is seen, in figures."""
+    share = face.visibility[face.moving_skin]
+    enough = LayoutSettings().min_visibility
+    return _tiles(
+        ("Skin that moves", f"{len(share):,}", "vertices that some blendshape moves"),
+        (
+            "Seen well enough",
+            percent(float((share >= enough).mean())),
+            f"from {percent(enough)} or more, in every expression",
+        ),
+        ("Seen by half", percent(float((share >= 0.5).mean())), "from half of all directions or cameras"),
+        ("Never seen", percent(float((share == 0).mean())), "hidden in some expression"),
+    )
+
+
+def layout_view(layout: Layout) -> mo.Html:
+    """What the landmarks are worth, beside layouts that people know."""
+    worth = layout.worth
+    rows = [("This layout", worth), *layout.references.items()]
+    most = max(other.error_mm for _, other in rows) or 1.0
+    compared = [compare_row(name, other, other is worth, other.error_mm / most) for name, other in rows]
+    return mo.vstack(
+        [
+            _tiles(
+                (
+                    "Landmarks",
+                    str(len(layout.landmarks)),
+                    f"at least {layout.minimum} are needed to see everything once",
+                ),
+                ("Told apart", f"{worth.rank} of {worth.full_rank}", "mixes of blendshapes"),
+                ("Predicted error", millimetres(worth.error_mm), f"of the skin, under {worth.noise_mm:g} mm of noise"),
+                (
+                    "Uncovered",
+                    str(len(layout.uncovered)),
+                    ", ".join(layout.uncovered) or "every blendshape has a landmark",
+                ),
+            ),
+            _table(
+                [
+                    {
+                        "Layout": row["name"],
+                        "Landmarks": row["markers"],
+                        "Told apart": row["rank"],
+                        "Condition number": row["condition"],
+                        "Predicted error": row["error"],
+                    }
+                    for row in compared
+                ],
+                numbers=["Landmarks", "Told apart", "Condition number", "Predicted error"],
+            ),
+        ],
+        gap=1,
+    )
+
+
+def landmark_table(layout: Layout) -> mo.Html:
+    """One row a landmark, as on the printed table."""
+    return _table(
+        [
+            {
+                "Landmark": row["name"],
+                "Where": row["label"],
+                "Side": row["side"],
+                "Seen from": row["seen"],
+                "Vertex": row["vertex"],
+                "Stands for": ", ".join(row["blendshapes"]) or "added so that blendshapes can be told apart",
+            }
+            for row in marker_rows(layout.landmarks)
+        ],
+        numbers=["Seen from", "Vertex"],
+        wrapped=["Stands for"],
+    )
+
+
+def packing_view(packing: Packing) -> mo.Html:
+    """How many expressions, what was proved, and one row for each in the order of shooting."""
+    shots = packing.expressions
+    return mo.vstack(
+        [
+            _tiles(
+                ("Expressions", str(len(shots)), proof_words(packing.proven_optimal, packing.bound)),
+                (
+                    "First five show",
+                    percent(shots[min(5, len(shots)) - 1].covered),
+                    "of the importance of all blendshapes",
+                ),
+                ("All show", percent(shots[-1].covered), "when every expression is scanned"),
+                ("Left out", count(len(packing.left_out), "blendshape"), "by the limit on expressions"),
+            ),
+            _table(
+                [
+                    {
+                        "Slate": shot.name,
+                        "What the actor does": shot.sentence,
+                        "Adds": percent(shot.gain),
+                        "Shown so far": percent(shot.covered),
+                        "Blendshapes": ", ".join(shot.blendshapes),
+                    }
+                    for shot in shots
+                ],
+                numbers=["Adds", "Shown so far"],
+                wrapped=["What the actor does", "Blendshapes"],
+            ),
+        ],
+        gap=1,
+    )
+
+
+def _tiles(*tiles: tuple[str, str, str]) -> mo.Html:
+    """Headline figures: what, how much with its unit, and a note."""
+    cells = "".join(
+        f'<div><p class="what">{html.escape(what)}</p><p class="figure">{html.escape(figure)}</p>'
+        f"<p>{html.escape(note)}</p></div>"
+        for what, figure, note in tiles
+    )
+    return mo.Html(f'<div class="tiles">{cells}</div>')
+
+
+def _table(
+    rows: list[dict[str, Any]], *, numbers: list[str] | None = None, wrapped: list[str] | None = None
+) -> mo.Html:
+    return mo.ui.table(
+        rows,
+        selection=None,
+        page_size=ROWS,
+        pagination=len(rows) > ROWS,
+        show_column_summaries=False,
+        show_data_types=False,
+        wrapped_columns=wrapped,
+        text_justify_columns={name: "right" for name in numbers or []},
+    )

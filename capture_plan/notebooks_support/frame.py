@@ -1,0 +1,70 @@
+"""The frame of every notebook: which rig it is about, progress while it works, one sentence when it cannot."""
+
+import html
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+import marimo as mo
+
+from capture_plan.errors import CapturePlanError
+from capture_plan.plan.record import SAMPLE, RigReference
+from capture_plan.progress import Reporter, show_progress
+from capture_plan.rig import Rig, read_rig, sample_rig
+
+
+def chosen_rig() -> Rig:
+    """The rig given as `-- --rig PATH`, else the sample head."""
+    path = _rig_path()
+    with working():
+        return sample_rig() if path == SAMPLE else read_rig(path)
+
+
+def rig_reference(rig: Rig) -> RigReference:
+    """How a plan of this session remembers its rig: by its full path, since nobody knows where a download ends up."""
+    path = _rig_path()
+    place = SAMPLE if path == SAMPLE else Path(path).resolve().as_posix()
+    return RigReference(rig.name, place, rig.fingerprint, len(rig.neutral))
+
+
+def plain(name: str) -> str:
+    """A name as it may stand in Markdown: every sign that could mean something there is written as its number."""
+    return "".join(sign if sign.isalnum() or sign == " " else f"&#{ord(sign)};" for sign in name)
+
+
+def wanted(button: Any) -> bool:
+    """Whether slow work is to be done now: when the button was pressed, and always where nobody can press it."""
+    return bool(button.value) or mo.app_meta().mode not in ("run", "edit")
+
+
+@contextmanager
+def working() -> Iterator[None]:
+    """Progress of what runs inside as bars in the cell; an expected error as one sentence, and the notebook waits."""
+    try:
+        with ExitStack() as bars, show_progress(_bars(bars)):
+            yield
+    except CapturePlanError as error:
+        mo.stop(True, mo.callout(mo.Html(f"<p>{html.escape(str(error))}</p>"), kind="danger"))
+
+
+def _rig_path() -> str:
+    return str(mo.cli_args().get("rig") or SAMPLE)
+
+
+def _bars(stack: ExitStack) -> Reporter:
+    """A reporter that shows each piece of work as a bar of the running cell."""
+    bars: dict[str, Any] = {}
+    shown: dict[str, int] = {}
+
+    def report(label: str, done: int, total: int) -> None:
+        if total < 2:
+            return
+        if label not in bars:
+            bar = mo.status.progress_bar(total=total, title=label, show_rate=False, show_eta=False, remove_on_exit=True)
+            bars[label], shown[label] = stack.enter_context(bar), 0
+        if done > shown[label]:
+            bars[label].update(increment=done - shown[label])
+            shown[label] = done
+
+    return report

@@ -1,0 +1,140 @@
+"""Knobs: what a person turns in a notebook, and the settings that follow.
+
+The knobs of one stage are one element whose `value` maps the fields of its settings, so that turning one of them
+recomputes that stage and what comes after it, and nothing else. Every knob starts at the setting's own default.
+"""
+
+from typing import Any
+
+import marimo as mo
+import msgspec
+
+from capture_plan.expressions import PackingSettings
+from capture_plan.layout.settings import LayoutSettings
+from capture_plan.plan.settings import Settings
+
+NO_LIMIT, ALL_SIDES = "No limit", "Not known: seen from all sides"
+
+
+def landmark_knobs() -> Any:
+    """What a person can decide about landmarks; `value` holds fields of `LayoutSettings`."""
+    start = LayoutSettings()
+    return _knobs(
+        method=(
+            _choice(
+                {
+                    "studio": "Studio: told apart and accurate",
+                    "adaptive": "Adaptive: several per blendshape",
+                    "cover": "Cover: one per blendshape",
+                },
+                start.method,
+                "Method",
+            ),
+            "How many landmarks there are, and what they have to achieve.",
+        ),
+        weights=(
+            _choice(
+                {
+                    "lexicographic": "Fewest, then the best places",
+                    "paper": "The paper's sum",
+                    "count": "Fewest only",
+                },
+                start.weights,
+                "Weights",
+            ),
+            "What makes one place better than another.",
+        ),
+        epsilon=(
+            _slider(0.1, 0.9, 0.05, start.epsilon, "Epsilon"),
+            "A landmark stands for a blendshape that moves it by this share of the largest movement.",
+        ),
+        spacing_mm=(
+            _slider(0, 20, 1, start.spacing_mm, "Spacing, mm"),
+            "Least distance between two landmarks along the skin.",
+        ),
+        noise_mm=(
+            _slider(0.05, 1.0, 0.05, start.noise_mm, "Noise, mm"),
+            "How far a measured landmark is off, as a standard deviation.",
+        ),
+        symmetric=(
+            mo.ui.switch(value=start.symmetric, label="Symmetric"),
+            "Every landmark has its mirror image on the other side.",
+        ),
+    )
+
+
+def expression_knobs() -> Any:
+    """What a person can decide about expressions; `value` holds fields of `PackingSettings`."""
+    start = PackingSettings()
+    return _knobs(
+        method=(
+            _choice(
+                {"minimum": "Minimum: provably shortest", "sequential": "Sequential: the paper's"},
+                start.method,
+                "Method",
+            ),
+            "Which list is looked for.",
+        ),
+        mu=(
+            _slider(0.1, 0.6, 0.05, start.mu, "Mu"),
+            "Two blendshapes clash where both move the skin by this share of their largest movement.",
+        ),
+        paired=(
+            mo.ui.switch(value=start.paired, label="Left and right together"),
+            "Partners are performed in one expression.",
+        ),
+        limit=(
+            mo.ui.dropdown(
+                {"No limit": None, **{str(n): n for n in (5, 8, 10, 12, 15, 20, 30)}},
+                "No limit",
+                label="Most expressions",
+            ),
+            "As many as there is time for; the plan names what is left out.",
+        ),
+    )
+
+
+def camera_knob() -> Any:
+    """Who looks at the face; the value is a name of `visibility.PRESETS`, or nothing where cameras are not known."""
+    names = {
+        "Not known: seen from all sides": None,
+        "One frontal camera": "frontal",
+        "Head-mounted pair": "head-mounted-pair",
+    }
+    return mo.ui.dropdown(names, "Not known: seen from all sides", label="Cameras")
+
+
+def paper_knob() -> Any:
+    """The paper in the printer."""
+    return mo.ui.dropdown({"A4": "a4", "US Letter": "letter"}, "A4", label="Paper")
+
+
+def landmark_settings(knobs: Any) -> LayoutSettings:
+    """What the landmark knobs say."""
+    return msgspec.convert(knobs.value, LayoutSettings)
+
+
+def packing_settings(knobs: Any) -> PackingSettings:
+    """What the expression knobs say."""
+    return msgspec.convert(knobs.value, PackingSettings)
+
+
+def session_settings(landmarks: Any, expressions: Any, cameras: Any) -> Settings:
+    """What all knobs of a session say."""
+    return Settings(
+        landmarks=landmark_settings(landmarks), expressions=packing_settings(expressions), cameras=cameras.value
+    )
+
+
+def _knobs(**knobs: tuple[Any, str]) -> Any:
+    """One element of several, each with a sentence that says what it does."""
+    cells = "".join(f"<div>{{{name}}}<p>{says}</p></div>" for name, (_, says) in knobs.items())
+    return mo.Html(f'<div class="knobs">{cells}</div>').batch(**{name: knob for name, (knob, _) in knobs.items()})
+
+
+def _slider(start: float, stop: float, step: float, value: float, label: str) -> Any:
+    return mo.ui.slider(start, stop, step, value=value, debounce=True, show_value=True, label=label, full_width=True)
+
+
+def _choice(names: dict[str, str], value: str, label: str) -> Any:
+    return mo.ui.dropdown({name: key for key, name in names.items()}, names[value], label=label, full_width=True)
