@@ -189,50 +189,60 @@ def read_mesh(gltf: Gltf, index: int, worlds: dict[int, np.ndarray]) -> Piece:
     """The mesh of node `index`, all its primitives in one, welded."""
     node = gltf.table("nodes", index)
     mesh = gltf.table("meshes", node["mesh"])
-    primitives = [p for p in mesh["primitives"] if p.get("mode", TRIANGLES) in (TRIANGLES, STRIP, FAN)]
-    title = node.get("name") or mesh.get("name") or f"mesh {node['mesh']}"
-    several = len({p.get("material") for p in primitives}) > 1
+    primitives = [
+        primitive
+        for primitive in mesh["primitives"]
+        if primitive.get("mode", TRIANGLES) in (TRIANGLES, STRIP, FAN) and "POSITION" in primitive["attributes"]
+    ]
     names = target_names(mesh, primitives)
-    blocks: dict[str, int] = {}  # primitives may use the same vertices: first vertex of each block
-    part_names, labels, corners, count = {}, [], [np.zeros((0, 3), np.int64)], 0
-    vertices, deltas = [np.zeros((0, 3))], [np.zeros((len(names), 0, 3))]
+    title = node.get("name") or mesh.get("name") or f"mesh {node['mesh']}"
+    materials = list(dict.fromkeys(primitive.get("material") for primitive in primitives))
+    blocks: dict[str, int] = {}  # first vertex of each set of vertices, which several primitives may use
+    count, labels, corners = 0, [np.zeros(0, np.int64)], [np.zeros((0, 3), np.int64)]
+    shapes = [np.zeros((1 + len(names), 0, 3))]
     for primitive in primitives:
-        attributes, targets = primitive["attributes"], primitive.get("targets", [])
-        block = json.dumps([attributes, [target.get("POSITION") for target in targets]], sort_keys=True)
-        positions = gltf.accessor(attributes["POSITION"]).astype(np.float64)
-        M = placement(gltf, node, attributes, worlds, index)
+        attributes, targets = primitive["attributes"], [t.get("POSITION") for t in primitive.get("targets", [])]
+        M = placement(gltf, node, attributes, worlds[index], worlds)
+        block = json.dumps([attributes, targets], sort_keys=True)
         if block not in blocks:
             blocks[block] = count
-            count += len(positions)
-            vertices.append(np.einsum("vij,vj->vi", M[:, :3, :3], positions) + M[:, :3, 3])
-            motion = np.zeros((len(names), len(positions), 3))
-            for k, target in enumerate(targets):
-                if "POSITION" in target:
-                    motion[k] = np.einsum("vij,vj->vi", M[:, :3, :3], gltf.accessor(target["POSITION"]))
-            deltas.append(motion)
-        triangles = primitive_triangles(gltf, primitive, len(positions))
+            count += len(M)
+            shapes.append(placed_shapes(gltf, M, attributes["POSITION"], targets))
+        triangles = primitive_triangles(gltf, primitive, len(M))
         if len(M) and np.linalg.det(M[0, :3, :3]) < 0:  # a mirrored node turns its triangles over
             triangles = triangles[:, ::-1]
         corners.append(triangles + blocks[block])
-        material = (
-            gltf.table("materials", primitive["material"]).get("name") if several and "material" in primitive else ""
-        )
-        label = part_names.setdefault(
-            f"{title}/{material or primitive.get('material', '')}" if several else title, len(part_names)
-        )
-        labels.append(np.full(len(triangles), label))
+        labels.append(np.full(len(triangles), materials.index(primitive.get("material"))))
+    part_names = (title,) if len(materials) < 2 else tuple(f"{title}/{material_name(gltf, m)}" for m in materials)
+    vertices, *deltas = np.concatenate(shapes, axis=1)
     return weld(
         Piece(
-            np.concatenate(vertices),
-            np.concatenate(corners),
-            np.concatenate([np.zeros(0, np.int64), *labels]),
-            tuple(part_names),
-            names,
-            np.concatenate(deltas, axis=1),
-            np.arange(count),
-            count,
+            vertices=vertices,
+            triangles=np.concatenate(corners),
+            labels=np.concatenate(labels),
+            part_names=part_names,
+            names=names,
+            deltas=np.array(deltas).reshape(len(names), count, 3),
+            source_index=np.arange(count),
+            count=count,
         )
     )
+
+
+def material_name(gltf: Gltf, index: int | None) -> str:
+    """What the file calls a material, or its number."""
+    return "no material" if index is None else gltf.table("materials", index).get("name") or f"material {index}"
+
+
+def placed_shapes(gltf: Gltf, M: np.ndarray, position: int, targets: list[int | None]) -> np.ndarray:
+    """Vertices and deltas (1 + k, v, 3) of accessor `position` and of `targets`, placed by the matrices M (v 4 4)."""
+    deltas = [np.zeros((len(M), 3)) if target is None else gltf.accessor(target) for target in targets]
+    for delta in deltas:
+        if len(delta) != len(M):
+            raise RigError(f"has a blendshape of {len(delta):,} vertices on a mesh of {len(M):,}: export it again")
+    placed = np.einsum("vij,kvj->kvi", M[:, :3, :3], np.stack([gltf.accessor(position), *deltas]))
+    placed[0] += M[:, :3, 3]
+    return placed
 
 
 def target_names(mesh: dict[str, Any], primitives: list[dict[str, Any]]) -> tuple[str, ...]:
@@ -254,12 +264,12 @@ def target_names(mesh: dict[str, Any], primitives: list[dict[str, Any]]) -> tupl
 
 
 def placement(
-    gltf: Gltf, node: dict[str, Any], attributes: dict[str, int], worlds: dict[int, np.ndarray], index: int
+    gltf: Gltf, node: dict[str, Any], attributes: dict[str, int], world: np.ndarray, worlds: dict[int, np.ndarray]
 ) -> np.ndarray:
     """Matrix (v 4 4) that places each vertex: its node's, or of a skinned mesh the blend of its joints' (3.7.3.3)."""
     v = gltf.table("accessors", attributes["POSITION"])["count"]
     if "skin" not in node or "JOINTS_0" not in attributes:
-        return np.broadcast_to(worlds[index], (v, 4, 4))
+        return np.broadcast_to(world, (v, 4, 4))
     skin = gltf.table("skins", node["skin"])
     J = np.stack([worlds[joint] for joint in skin["joints"]])
     if "inverseBindMatrices" in skin:
@@ -273,7 +283,10 @@ def placement(
 
 def primitive_triangles(gltf: Gltf, primitive: dict[str, Any], v: int) -> np.ndarray:
     """Triangles (f 3) of a primitive of `v` vertices, strips and fans unrolled (3.7.2.1)."""
-    corners = gltf.accessor(primitive["indices"])[:, 0].astype(np.int64) if "indices" in primitive else np.arange(v)
+    corners = gltf.accessor(primitive["indices"]) if "indices" in primitive else np.arange(v, dtype=np.uint32)[:, None]
+    if corners.dtype.kind != "u" or corners.shape[1] != 1:
+        raise RigError("has faces that are not a list of vertex numbers: export it again")
+    corners = corners[:, 0].astype(np.int64)
     if len(corners) and corners.max() >= v:
         raise RigError(f"has a face that uses vertex {corners.max():,} of {v:,}: export it again")
     mode = primitive.get("mode", TRIANGLES)
@@ -287,6 +300,8 @@ def primitive_triangles(gltf: Gltf, primitive: dict[str, Any], v: int) -> np.nda
 
 def weld(piece: Piece) -> Piece:
     """The piece with vertices joined that share their place and all their motion, each called by its first number."""
+    if piece.count == 0:
+        return piece
     rows = np.concatenate([piece.vertices[None], piece.deltas]).transpose(1, 0, 2).reshape(piece.count, -1)
     rows = np.ascontiguousarray(rows.astype(np.float32) + np.float32(0))  # + 0 makes -0 equal to 0
     _, first, inverse = np.unique(rows.view(f"V{rows.shape[1] * 4}")[:, 0], return_index=True, return_inverse=True)
@@ -316,7 +331,7 @@ def join(name: str, pieces: list[Piece]) -> RawRig:
             deltas[names.index(blendshape), start : start + len(delta)] = delta
     triangles = np.concatenate([piece.triangles + start for piece, start in zip(pieces, starts[:-1], strict=True)])
     labels = np.concatenate([np.array([part_names.index(n) for n in p.part_names])[p.labels] for p in pieces])
-    parts, part_names = vertex_parts(triangles, labels, part_names, starts[-1])
+    parts, part_names = vertex_parts(triangles, labels, part_names, int(starts[-1]))
     return RawRig(
         name=name,
         neutral=np.concatenate([piece.vertices for piece in pieces]),

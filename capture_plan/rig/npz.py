@@ -42,6 +42,9 @@ def read_npz(path: Path) -> RawRig:
         if arrays[key].dtype.kind not in kinds:
             raise RigError(f"{path.name}: '{key}' holds {arrays[key].dtype}, expected {what}: convert it before saving")
     triangles, v = arrays["faces"].astype(np.int64), len(arrays["vertices"])
+    if arrays["deltas"].shape[1] != v:
+        found = arrays["deltas"].shape[1]
+        raise RigError(f"{path.name}: 'deltas' has {found:,} vertices, 'vertices' has {v:,}: save both of one mesh")
     check_range(path, triangles, v)
     parts, part_names = read_parts(path, arrays, triangles, v)
     source_index = arrays.get("source_index", np.arange(v))

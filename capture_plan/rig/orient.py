@@ -22,7 +22,7 @@ from scipy.spatial import KDTree
 from capture_plan.errors import RigError
 from capture_plan.mesh import pieces, vertex_areas, vertex_normals
 from capture_plan.rig.raw import UNITS_MM, RawRig
-from capture_plan.rig.record import Found
+from capture_plan.rig.record import Found, Rig
 from capture_plan.rig.skin import is_ball
 
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
@@ -39,6 +39,7 @@ EYE = re.compile(
     r"sclera|iris|cornea|pupil|eye(?!.?(lash|brow|lid|occl|blend|wet|shadow|socket|tear|lac))", re.IGNORECASE
 )
 BLINK = re.compile(r"blink|eyes?.?clos", re.IGNORECASE)
+LIDS = 0.7  # share of the largest displacement in a blink: the lids alone
 COMPACT = 0.45  # least over largest extent of an eyeball, or of the half that shows
 
 
@@ -168,7 +169,7 @@ def find_unit(raw: RawRig, R: Float[np.ndarray, "3 3"], given: float | None) -> 
     return unit, "detected", f"{note}fits no usual unit: scaled to the size of a human face, one unit is {unit:.4g} mm"
 
 
-def find_eyes(raw: RawRig, side: int) -> Float[np.ndarray, "2 3"] | None:
+def find_eyes(raw: RawRig | Rig, side: int) -> Float[np.ndarray, "2 3"] | None:
     """Centres of both eyes in the file's axes, sides along axis `side`: from names, balls, or what a blink moves."""
     v = raw.neutral
     named = np.isin(raw.parts, [i for i, name in enumerate(raw.part_names) if EYE.search(name)])
@@ -178,7 +179,7 @@ def find_eyes(raw: RawRig, side: int) -> Float[np.ndarray, "2 3"] | None:
         return eyes
     blinks = [delta for name, delta in zip(raw.names, raw.deltas, strict=True) if BLINK.search(name)]
     moved = np.linalg.norm(blinks, axis=2).max(axis=0) if blinks else np.zeros(len(v))
-    return two_centres(v, moved > 0.5 * moved.max(), side)
+    return two_centres(v, moved > LIDS * moved.max(), side)
 
 
 def two_centres(
@@ -195,7 +196,7 @@ def two_centres(
     return np.stack([a, b]) if np.linalg.norm(a - mirror) < 0.25 * apart else None
 
 
-def balls(raw: RawRig, side: int) -> Bool[np.ndarray, " v"]:
+def balls(raw: RawRig | Rig, side: int) -> Bool[np.ndarray, " v"]:
     """Vertices of the largest two loose pieces that are round and lie clear of the middle."""
     v, piece = raw.neutral, pieces(raw.triangles, len(raw.neutral))
     middle = (v[:, side].min() + v[:, side].max()) / 2

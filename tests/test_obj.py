@@ -1,0 +1,141 @@
+"""Folders of OBJ files: the file's vertex order, its polygons and parts, and one clear line when files do not fit."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from capture_plan.errors import RigError
+from capture_plan.rig.obj import read_obj_folder
+
+SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+MOVED = "v 0 0 0\nv 1 0 0\nv 1 1 2\nv 0 1 0\n"
+
+
+def write(folder: Path, **files: str) -> Path:
+    folder.mkdir(exist_ok=True)
+    for stem, text in files.items():
+        (folder / f"{stem}.obj").write_text(text)
+    return folder
+
+
+def test_every_vertex_keeps_its_number(tmp_path):
+    """Also vertices that no face uses, and those with several texture coordinates."""
+    loose = "v 9 9 9\n" + SQUARE + "vt 0 0\nvt 1 1\nf 5/1 4/2 3/1\nf 5/2 3/2 2/2\n"
+    rig = read_obj_folder(write(tmp_path / "r", neutral=loose, a=loose.replace("v 1 1 0", "v 1 1 2")))
+    np.testing.assert_array_equal(rig.neutral, [[9, 9, 9], [0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    np.testing.assert_array_equal(rig.triangles, [[4, 3, 2], [4, 2, 1]])
+    np.testing.assert_array_equal(rig.source_index, np.arange(5))
+    np.testing.assert_array_equal(rig.deltas[0], [[0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 2], [0, 0, 0]])
+    assert rig.part_names[rig.parts[0]] == "(no faces)"
+
+
+@pytest.mark.parametrize(
+    "faces",
+    [
+        "f 1 2 3 4\n",
+        "f 1/7 2/7 3/7 4/7\n",
+        "f 1//3 2//3 3//3 4//3\n",
+        "f -4 -3 -2 -1\n",
+        "f 1 2 \\\n 3 4\n",
+        "f 1 2 3 4 # c\n",
+    ],
+)
+def test_a_polygon_is_a_fan_around_its_first_vertex_however_it_is_written(tmp_path, faces):
+    rig = read_obj_folder(write(tmp_path / "r", neutral=SQUARE + faces, a=MOVED + faces))
+    np.testing.assert_array_equal(rig.triangles, [[0, 1, 2], [0, 2, 3]])
+
+
+def test_negative_numbers_count_back_from_where_they_stand(tmp_path):
+    text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nf -3 -2 -1\nv 0 1 0\nf -4 -2 -1\n"
+    rig = read_obj_folder(write(tmp_path / "r", neutral=text, a=text.replace("v 1 1 0", "v 1 1 3")))
+    np.testing.assert_array_equal(rig.triangles, [[0, 1, 2], [0, 2, 3]])
+
+
+def test_colours_weights_windows_line_ends_and_comments_change_nothing(tmp_path):
+    plain = read_obj_folder(write(tmp_path / "p", neutral=SQUARE + "f 1 2 3 4\n", a=MOVED + "f 1 2 3 4\n"))
+    coloured = "# c\r\n" + SQUARE.replace("0\n", "0 0.1 0.2 0.3\r\n") + "f 1 2 3 4\r\n"
+    weighted = MOVED.replace("\n", " 1.0\n") + "f 1 2 3 4"
+    rig = read_obj_folder(write(tmp_path / "r", neutral=coloured, a=weighted))
+    np.testing.assert_array_equal(rig.deltas, plain.deltas)
+    np.testing.assert_array_equal(rig.neutral, plain.neutral)
+
+
+@pytest.mark.parametrize("keyword", ["usemtl", "g", "o"])
+def test_materials_groups_and_objects_become_parts(tmp_path, keyword):
+    faces = f"{keyword} skin\nf 1 2 3\n{keyword} eye\nf 1 3 4\n"
+    rig = read_obj_folder(write(tmp_path / "r", neutral=SQUARE + faces, a=MOVED + faces))
+    assert [rig.part_names[part] for part in rig.parts] == ["skin", "skin", "skin", "eye"]
+
+
+def test_only_what_tells_parts_apart_is_in_their_names(tmp_path):
+    faces = "o head\ng a\nusemtl grey\nf 1 2 3\ng b\nf 1 3 4\n"
+    rig = read_obj_folder(write(tmp_path / "r", neutral=SQUARE + faces, a=MOVED + faces))
+    assert rig.part_names == ("a", "b")
+
+
+def test_blendshapes_are_called_after_their_files_and_counted_as_people_count(tmp_path):
+    files = {f"morph_{i}": MOVED + "f 1 2 3 4\n" for i in (10, 2, 1)}
+    rig = read_obj_folder(write(tmp_path / "r", base=SQUARE + "f 1 2 3 4\n", **files))
+    assert rig.names == ("morph_1", "morph_2", "morph_10")
+
+
+@pytest.mark.parametrize("stem", ["neutral", "Neutral", "generic_neutral_mesh", "base", "Basis", "headRest", "default"])
+def test_the_neutral_is_known_by_its_name(tmp_path, stem):
+    rig = read_obj_folder(write(tmp_path / "r", **{stem: SQUARE + "f 1 2 3 4\n", "smile": MOVED + "f 1 2 3 4\n"}))
+    assert rig.names == ("smile",)
+    assert not rig.neutral[:, 2].any()
+
+
+def test_equal_polygons_may_start_anywhere_and_come_in_any_order(tmp_path):
+    cube = SQUARE + "v 0 0 1\n"
+    moved = MOVED + "v 0 0 1\n"
+    rig = read_obj_folder(write(tmp_path / "r", base=cube + "f 1 2 3 4\nf 1 2 5\n", a=moved + "f 5 1 2\nf 3 4 1 2\n"))
+    np.testing.assert_array_equal(rig.triangles, [[0, 1, 2], [0, 2, 3], [0, 1, 4]])
+
+
+def test_files_of_macos_and_other_kinds_are_passed_over(tmp_path):
+    folder = write(tmp_path / "r", neutral=SQUARE + "f 1 2 3 4\n", smile=MOVED + "f 1 2 3 4\n")
+    (folder / "._smile.obj").write_bytes(b"\0\5\6")
+    (folder / "notes.txt").write_text("v 1")
+    assert read_obj_folder(folder).names == ("smile",)
+
+
+@pytest.mark.parametrize(
+    ("files", "says"),
+    [
+        ({"neutral": SQUARE + "f 1 2 3 4\n"}, "holds only a neutral, neutral.obj"),
+        ({"a": SQUARE, "b": SQUARE}, "none of 2 OBJ files is called neutral"),
+        ({"my_neutral": SQUARE, "neutral_b": SQUARE}, "2 files could be the neutral, my_neutral.obj and neutral_b.obj"),
+        ({"a": SQUARE + "v 1 1 1\nf 1 2 3 4\n"}, "a.obj has 5 vertices, the neutral neutral.obj has 4"),
+        ({"a": MOVED + "f 1 2 3\n"}, "joins its vertices into other faces"),
+        ({"a": MOVED + "f 4 3 2 1\n"}, "joins its vertices into other faces"),
+        ({"a": MOVED}, "a.obj has 0 faces, the neutral neutral.obj has 1"),
+        ({"a": "v 0 0 0\nv 1 0"}, "vertex 2 reads 'v 1 0'"),
+        ({"a": "v 0 0\nv 1 0\n"}, "fewer than three coordinates"),
+        ({"a": MOVED.replace("1 1 2", "1 1,5 2")}, "vertex 3 reads 'v 1 1,5 2'"),
+        ({"a": MOVED.replace("1 1 2", "1 nan 2")}, "a.obj holds NaN"),
+        ({"a": ""}, "a.obj is empty"),
+        ({"a": "PK\x03\x04"}, "a.obj has no vertices"),
+        ({"a": SQUARE + "f 1 2 3 4\n"}, "every blendshape equals the neutral"),
+        ({"neutral": SQUARE, "a": SQUARE}, "neutral.obj has vertices but no faces"),
+        ({"neutral": SQUARE + "f 1 2 9\n", "a": MOVED}, "uses vertex 9 of 4"),
+        ({"neutral": SQUARE + "f -9 2 3\n", "a": MOVED}, "uses vertex -4 of 4"),
+        ({"neutral": SQUARE + "f 0 1 2\n", "a": MOVED}, "counted from 1"),
+        ({"neutral": SQUARE + "f 1 2\n", "a": MOVED}, "three or more vertices"),
+        ({"neutral": SQUARE + "f 1 x 2\n", "a": MOVED}, "'f 1 x 2' does not read"),
+    ],
+)
+def test_files_that_do_not_make_one_rig_are_refused_in_one_line(tmp_path, files, says):
+    neutral = {} if any(w in stem for stem in files for w in ("neutral", "b")) else {"neutral": SQUARE + "f 1 2 3 4\n"}
+    with pytest.raises(RigError) as error:
+        read_obj_folder(write(tmp_path / "r", **neutral, **files))
+    assert says in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_link_to_nothing_is_not_skipped_in_silence(tmp_path):
+    folder = write(tmp_path / "r", neutral=SQUARE + "f 1 2 3 4\n", smile=MOVED + "f 1 2 3 4\n")
+    (folder / "gone.obj").symlink_to(folder / "nothing.obj")
+    with pytest.raises(RigError, match=r"gone\.obj cannot be read"):
+        read_obj_folder(folder)
