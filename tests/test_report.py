@@ -210,14 +210,16 @@ def with_covered(plan, *covered):
 
 
 def test_one_may_stop_at_the_first_expression_that_covers_four_fifths(plan):
-    assert stop_line(with_covered(plan, 0.5, 0.79, 0.8, 1.0)).startswith("stop after expression 3: 80 %")
+    assert stop_line(with_covered(plan, 0.5, 0.79, 0.8, 1.0)) == (
+        "stop after E01, 3 of 4: 80 % of the importance is covered."
+    )
     assert stop_line(with_covered(plan, 0.5, 1.0)) == ""
 
 
 def test_the_bars_of_the_chart_grow_with_what_is_covered(plan):
-    bars = chart(with_covered(plan, 0.25, 0.5, 1.0))["bars"]
-    assert [bar["height"] for bar in bars] == [32.5, 65.0, 130.0]
-    assert all(bar["y"] + bar["height"] == pytest.approx(130) for bar in bars)
+    bars = chart(with_covered(plan, 0.25, 0.5, 0.9, 1.0))["bars"]
+    assert [bar["height"] for bar in bars] == [25.0, 50.0, 90.0, 100.0]
+    assert [bar["needed"] for bar in bars] == [True, True, True, False]
 
 
 def test_the_largest_error_fills_the_bar_of_the_comparison(plan):

@@ -75,7 +75,7 @@ def test_the_head_is_drawn(visit):
 def test_stepping_through_the_expressions_moves_the_face(visit):
     before = visit.head()
     visit.page.get_by_role("button", name="Next expression").click()
-    assert visit.page.locator('[data-role="title"]').inner_text() == "E01"
+    assert visit.page.locator('[data-role="count"]').inner_text() == "E01, 1 of 2"
     assert changed(before, visit.head()) > 0.01
     visit.page.get_by_role("button", name="Previous expression").click()
     assert changed(before, visit.head()) < 0.001
@@ -185,6 +185,6 @@ def test_the_head_alone_works_inside_an_iframe(browser, paths, tmp_path):
     frame = visit.page.frame_locator("iframe")
     frame.locator(READY).wait_for()
     frame.get_by_role("button", name="Next expression").click()
-    assert frame.locator('[data-role="title"]').inner_text() == "E01"
+    assert frame.locator('[data-role="count"]').inner_text() == "E01, 1 of 2"
     assert visit.wrong == []
     visit.context.close()

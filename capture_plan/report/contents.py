@@ -9,14 +9,14 @@ from capture_plan.layout.record import Landmark, Worth
 from capture_plan.plan.record import Plan
 from capture_plan.report.proofs import minimum_proof, packing_proof, proofs
 from capture_plan.report.words import count, millimetres, percent
-from capture_plan.sheets.style import Look, outline, region_looks
+from capture_plan.sheets import Look, region_looks
+from capture_plan.sheets.style import outline
 
 ENOUGH = 0.8  # share of the importance after which a session may stop: four fifths, the usual knee of these curves
-CHART_WIDTH, CHART_HEIGHT, CHART_GAP = 1000.0, 130.0, 0.22
 ROLE_TEXT = {
     "primary": "",
     "backup": "second view of its blendshapes",
-    "repair": "added so that blendshapes can be told apart",
+    "repair": "added to tell blendshapes apart",
 }
 SIDES = {"left": "on the left", "right": "on the right", "middle": "on the midline"}
 KINDS = {
@@ -104,9 +104,7 @@ def tiles(plan: Plan) -> list[Tile]:
 def marker_intro(landmarks: tuple[Landmark, ...]) -> str:
     repairs = sum(landmark.role == "repair" for landmark in landmarks)
     text = "Choose a row to turn the head to its marker."
-    return (
-        text if not repairs else f"{text} {count(repairs, 'marker')} were added so that blendshapes can be told apart."
-    )
+    return text if not repairs else f"{text} {count(repairs, 'marker')} were added to tell blendshapes apart."
 
 
 def marker_facts(landmark: Landmark) -> list[tuple[str, str]]:
@@ -147,32 +145,20 @@ def stop_line(plan: Plan) -> str:
     expressions = plan.packing.expressions
     for number, expression in enumerate(expressions, start=1):
         if expression.covered >= ENOUGH and number < len(expressions):
-            return f"stop after expression {number}: {percent(expression.covered)} of the importance is then covered."
+            share = percent(expression.covered)
+            return (
+                f"stop after {expression.name}, {number} of {len(expressions)}: {share} of the importance is covered."
+            )
     return ""
 
 
 def chart(plan: Plan) -> dict[str, Any]:
-    """Bars of the importance covered after each expression, in the units of the drawing."""
-    expressions = plan.packing.expressions
-    pitch = CHART_WIDTH / max(len(expressions), 1)
-    covered = [min(1.0, expression.covered) for expression in expressions]
-    bars = [
-        {
-            "x": round((i + CHART_GAP / 2) * pitch, 1),
-            "y": round(CHART_HEIGHT * (1 - share), 1),
-            "width": round((1 - CHART_GAP) * pitch, 1),
-            "height": round(CHART_HEIGHT * share, 1),
-            "enough": share < ENOUGH or i == next((j for j, s in enumerate(covered) if s >= ENOUGH), 0),
-        }
-        for i, share in enumerate(covered)
-    ]
-    said = ", ".join(f"{i}: {percent(share)}" for i, share in enumerate(covered, start=1))
-    return {
-        "bars": bars,
-        "line": CHART_HEIGHT * (1 - ENOUGH),
-        "enough": percent(ENOUGH),
-        "alt": f"Covered after expression {said}",
-    }
+    """Heights of the bars of the importance covered after each expression, in per cent of the chart's own."""
+    covered = [min(1.0, expression.covered) for expression in plan.packing.expressions]
+    before = [0.0, *covered]
+    bars = [{"height": round(100 * share, 1), "needed": before[i] < ENOUGH} for i, share in enumerate(covered)]
+    said = ", ".join(f"{expression.name} {percent(expression.covered)}" for expression in plan.packing.expressions)
+    return {"bars": bars, "line": 100 * ENOUGH, "enough": percent(ENOUGH), "alt": f"Covered after each: {said}"}
 
 
 def compare(plan: Plan) -> list[dict[str, Any]]:

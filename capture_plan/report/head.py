@@ -16,7 +16,7 @@ from jaxtyping import Float, Int
 
 from capture_plan.layout.record import Landmark
 from capture_plan.rig import Rig
-from capture_plan.sheets.style import region_looks
+from capture_plan.sheets import region_looks
 
 DELTA_STEP_MM = 0.01  # a fifth of the thinnest visible line of a head that fills a screen
 INT16 = 32767

@@ -16,19 +16,21 @@ import numpy as np
 from jaxtyping import Float
 from markupsafe import Markup
 
+from capture_plan.expressions.record import Expression
 from capture_plan.plan.files import plan_bytes, write_whole
 from capture_plan.plan.record import Plan
 from capture_plan.report.contents import contents, marker_facts, marker_rows
 from capture_plan.report.head import opaque_triangles, packed_head, packed_landmarks
 from capture_plan.report.words import percent
 from capture_plan.rig import Rig
-from capture_plan.sheets import expression_pictures, marker_pictures
+from capture_plan.sheets import ExpressionPictures, expression_pictures, marker_pictures
 from capture_plan.visibility import hemisphere_visibility
 
 ASSETS = files("capture_plan.report").joinpath("assets")
 SHADE_RAYS = 64  # smooth enough for the eye; the plan's own visibility uses more
 MARKER_PICTURE_PX, EXPRESSION_PICTURE_PX = 900, 420
 WEBP_QUALITY = 84
+VIEWS = {"front": "From the front", "left": "From the actor's left", "right": "From the actor's right"}
 # Inside a script element these could end it, open a comment, or break a line of JavaScript.
 UNSAFE = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026", "\u2028": "\\u2028", "\u2029": "\\u2029"}
 
@@ -54,34 +56,15 @@ def write_html(plan: Plan, rig: Rig, path: Path) -> Path:
 def page_html(plan: Plan, rig: Rig) -> str:
     """The plan page: pictures, tables, the 3D head and the plan's data in one document."""
     pictures = expression_pictures(plan, rig, height_px=EXPRESSION_PICTURE_PX)
-    expressions = [
-        {
-            "name": expression.name,
-            "sentence": expression.sentence,
-            "blendshapes": expression.blendshapes,
-            "covered": expression.covered,
-            "gain_text": percent(expression.gain),
-            "covered_text": percent(expression.covered),
-            "pictures": [
-                embedded(pictures[expression.name].front, f"{expression.name} from the front"),
-                embedded(pictures[expression.name].three_quarter, f"{expression.name} from three quarters"),
-                embedded(pictures[expression.name].heat, f"{expression.name}: where the skin moves"),
-            ],
-        }
-        for expression in plan.packing.expressions
-    ]
-    plates = [
-        {**embedded(picture, f"Markers, {view.lower()}"), "caption": view}
-        for view, picture in marker_pictures(plan, rig, height_px=MARKER_PICTURE_PX).items()
-    ]
+    plates = marker_pictures(plan, rig, height_px=MARKER_PICTURE_PX)
     return (
         templates()
         .get_template("page.html.jinja")
         .render(
             **contents(plan),
-            expressions=expressions,
+            expressions=[card(expression, pictures[expression.name]) for expression in plan.packing.expressions],
             markers=marker_rows(plan.layout.landmarks),
-            marker_pictures=plates,
+            marker_pictures=[plate(view, picture) for view, picture in plates.items()],
             head_json=script_json(json.dumps(viewer_data(rig, plan, openness(rig)))),
             plan_json=script_json(plan_bytes(plan).decode()),
             css=asset("style.css"),
@@ -90,9 +73,32 @@ def page_html(plan: Plan, rig: Rig) -> str:
     )
 
 
-def viewer_html(
-    rig: Rig, plan: Plan, *, expressions: bool = True, shade: Float[np.ndarray, " v"] | None = None
-) -> str:
+def card(expression: Expression, pictures: ExpressionPictures) -> dict[str, Any]:
+    """What the page shows of one expression."""
+    name = expression.name
+    return {
+        "name": name,
+        "sentence": expression.sentence,
+        "blendshapes": expression.blendshapes,
+        "covered": expression.covered,
+        "gain_text": percent(expression.gain),
+        "covered_text": percent(expression.covered),
+        "scale": f"{pictures.scale_mm:g} mm",
+        "pictures": [
+            embedded(pictures.front, f"{name} from the front"),
+            embedded(pictures.three_quarter, f"{name} from three quarters"),
+            embedded(pictures.heat, f"{name}: where the skin moves, dark red for {pictures.scale_mm:g} mm"),
+        ],
+    }
+
+
+def plate(view: str, picture: Picture) -> dict[str, Any]:
+    """What the page shows of one picture of the markers."""
+    caption = VIEWS.get(view, view)
+    return {**embedded(picture, f"Markers: {caption}"), "caption": caption}
+
+
+def viewer_html(rig: Rig, plan: Plan, *, expressions: bool = True, shade: Float[np.ndarray, " v"] | None = None) -> str:
     """The 3D head alone as a document of its own, for an `iframe srcdoc`; with or without the expression stepper.
 
     `shade` darkens vertices, 1 is full light; without it those that little light reaches are dark.

@@ -31,8 +31,7 @@ def proofs(plan: Plan) -> list[str]:
 def landmark_proofs(plan: Plan) -> list[str]:
     layout, certificate, said = plan.layout, plan.layout.certificate, []
     if minimum := minimum_proof(plan):
-        priced = count(len(certificate.blendshapes), "blendshape")
-        check = f" Prices on {priced} show it for {certificate.landmarks} without a solver."
+        check = f" Prices in plan.json show without a solver that at least {certificate.landmarks} are needed."
         said.append(f"{minimum}.{check if certificate.blendshapes else ''}")
     if layout.programs and all(program.proven_optimal for program in layout.programs):
         said.append(f"{count(len(layout.programs), 'program')} chose markers, each solved to proven optimality.")

@@ -35,16 +35,10 @@
 
   const choose = (m) => {
     viewer.onSelect(m);
-    viewer.lookAt(m);
+    if (viewer.selected === m) viewer.lookAt(m);
     root.scrollIntoView({ behavior: viewer.calm ? "auto" : "smooth", block: "center" });
   };
-  for (const row of rows) {
-    row.addEventListener("click", (event) => {
-      const shape = event.target.closest("[data-shape]");
-      if (shape) return;
-      choose(Number(row.dataset.marker));
-    });
-  }
+  for (const row of rows) row.addEventListener("click", () => choose(Number(row.dataset.marker)));
   root.addEventListener("marker", ({ detail }) => {
     for (const row of rows) row.classList.toggle("chosen", Number(row.dataset.marker) === detail.marker);
   });

@@ -72,9 +72,9 @@ CapturePlan.Panel = class {
     const expression = this.expressions[this.current];
     if (this.find("choice")) {
       this.find("choice").value = this.current;
-      this.find("count").textContent = neutral ? `Neutral face, before ${n} expressions` : `Expression ${this.current + 1} of ${n}`;
-      this.find("title").textContent = neutral ? "Neutral" : expression.name;
-      this.find("sentence").textContent = neutral ? "Relax the whole face, lips lightly closed, eyes straight ahead." : expression.sentence;
+      this.find("count").textContent = neutral ? `Neutral face, before ${n} expressions` : `${expression.name}, ${this.current + 1} of ${n}`;
+      this.find("title").textContent = neutral ? "Neutral" : expression.sentence;
+      this.find("sentence").textContent = neutral ? "Relax the whole face, lips lightly closed, eyes straight ahead." : "";
       this.find("strength").disabled = neutral;
       this.fillShapes(neutral ? [] : expression.blendshapes);
     }
@@ -173,7 +173,7 @@ CapturePlan.start = async function (root, data) {
     const head = new CapturePlan.Head(data.head, await CapturePlan.unpack(data.head));
     let panel = null, pinned = -1;
     const viewer = new CapturePlan.Viewer(stage, head, data.landmarks, (m, hover = false) => {
-      if (!hover) pinned = m;
+      if (!hover) pinned = pinned === m ? -1 : m; // a second click lets go
       const shown = m >= 0 ? m : pinned;
       viewer.select(shown);
       panel.showMarker(shown);

@@ -133,7 +133,7 @@ CapturePlan.Viewer = class {
       const text = document.createElement("span");
       text.textContent = landmark.name;
       tag.append(text);
-      tag.addEventListener("click", () => this.onSelect(this.selected === m ? -1 : m));
+      tag.addEventListener("click", () => this.onSelect(m));
       tag.addEventListener("pointerenter", (event) => event.pointerType === "mouse" && this.onSelect(m, true));
       tag.addEventListener("pointerleave", (event) => event.pointerType === "mouse" && this.onSelect(-1, true));
       this.layer.append(tag);
