@@ -295,6 +295,8 @@ FORGERIES = [
     ("share .* active vertices", _merge_first_two),
     ("listed 0 times", lambda p: change(p, expressions=p.expressions[1:], objective=p.objective - 1)),
     ("expected together", lambda p: change(p, pairs=(*p.pairs, ("jawOpen", "jawLeft")))),
+    ("are no partners", lambda p: change(p, pairs=(*p.pairs, ("jawOpen", "jawLeft")))),
+    ("exclude each other", lambda p: change(p, exclusive=(*p.exclusive, ("browInnerUp", "jawOpen")))),
     ("do not conflict", lambda p: change(p, clique=("browInnerUp", *p.clique[1:]))),
     ("do not conflict", lambda p: change(p, clique=(p.clique[0], *p.clique[:-1]))),
     ("out of order", lambda p: change(p, bound=len(p.clique) - 1, proven_optimal=False)),

@@ -1,8 +1,9 @@
 """Does a packing hold? Recomputed from the rig by code that knows no solver.
 
 Each used blendshape is performed once or listed as left out; no two in an expression share an active vertex, unless
-they are a left/right pair, nor are kept apart by a rule; pairs are together; every two members of the clique conflict,
-so that no list is shorter than the clique; what is called proven equals its bound.
+they are a left/right pair, nor are kept apart by a rule; pairs are together; pairs and rules are those that the rig
+has; every two members of the clique conflict, so that no list is shorter than the clique; what is called proven equals
+its bound.
 """
 
 from itertools import combinations
@@ -11,6 +12,7 @@ import numpy as np
 
 from capture_plan.expressions.active import active_sets
 from capture_plan.expressions.record import Packing
+from capture_plan.expressions.together import never_together, performed_together
 from capture_plan.rig import Rig
 
 
@@ -26,6 +28,7 @@ def packing_claims(rig: Rig, used: tuple[str, ...], packing: Packing, mu: float)
         "every blendshape is performed once or listed as left out": each_once(used, packing),
         "no two blendshapes of an expression overlap or exclude each other": disjoint(active, packing),
         "left and right partners are performed together": together(packing),
+        "pairs and rules are those of the rig and its names": own_rules(rig, used, packing),
         f"no list has fewer than {len(packing.clique)} expressions (a clique)": bound(active, packing),
     }
 
@@ -61,6 +64,13 @@ def together(packing: Packing) -> list[str]:
         for a, b in packing.pairs
         if (a, b) not in packing.relaxed and place.get(a) != place.get(b)
     ]
+
+
+def own_rules(rig: Rig, used: tuple[str, ...], packing: Packing) -> list[str]:
+    never, pairs = set(never_together(used)), set(performed_together(rig, used))
+    return [
+        f"nothing says that '{a}' and '{b}' exclude each other" for a, b in packing.exclusive if (a, b) not in never
+    ] + [f"'{a}' and '{b}' are no partners" for a, b in packing.pairs if (a, b) not in pairs]
 
 
 def bound(active: dict[str, np.ndarray], packing: Packing) -> list[str]:
