@@ -1,7 +1,7 @@
 """One offscreen renderer for the process, behind a lock: coloured triangles in, picture and depth out.
 
 pyrender keeps one OpenGL context, which belongs to one thread at a time, so whoever draws takes the lock, makes the
-context current, draws and lets go of it. Cameras are orthographic: a millimetre is the same number of pixels everywhere.
+context current, draws and lets go of it. Cameras are orthographic: a millimetre has the same size everywhere.
 
 Letters: v vertices, f triangles, p q pixel rows and columns. Camera space: x right, y up, z towards the camera.
 """
@@ -63,7 +63,7 @@ def draw(
 
 
 def _z_of_depth(depth: Float[np.ndarray, "p q"], near: float, far: float, camera_z: float) -> Float[np.ndarray, "p q"]:
-    """pyrender undoes a perspective: d = 2 n f / (f + n - s (f - n)); the orthographic distance is (s (f - n) + f + n) / 2."""
+    """pyrender undoes a perspective: d = 2 n f / (f + n - s (f - n)); orthographic is (s (f - n) + f + n) / 2."""
     seen = depth > 0
     s = (far + near - 2 * near * far / np.where(seen, depth, near)) / (far - near)
     return np.where(seen, camera_z - (s * (far - near) + far + near) / 2, -np.inf)
@@ -97,11 +97,11 @@ def _renderer() -> SimpleNamespace:
         import pyrender
         from pyrender.platforms.egl import EGLPlatform
 
-        EGLPlatform.make_uncurrent = _make_uncurrent
-        EGLPlatform.delete_context = _delete_context
+        setattr(EGLPlatform, "make_uncurrent", _make_uncurrent)  # noqa: B010  pyright knows the one it replaces
+        setattr(EGLPlatform, "delete_context", _delete_context)  # noqa: B010  the same
         _register_argument_type()
         offscreen = pyrender.OffscreenRenderer(64, 64)
-        offscreen._platform.make_uncurrent()
+        _make_uncurrent(offscreen._platform)
     except Exception as error:  # PyOpenGL raises AttributeError, ImportError, GLError or AssertionError, by machine
         raise RenderError(
             "pictures need OpenGL without a screen, which this machine lacks: install libegl1 and libgl1 "

@@ -22,7 +22,7 @@ SHOWN_TRIANGLES = 120_000  # beyond that a triangle is smaller than a printed do
 PULL = 0.75  # alpha of Boubekeur & Alexa 2008, their recommended value
 SHADE_RAYS = 64
 LASH_MM = 4.5  # where a lash strip has faded away
-IRIS_DEGREES, PUPIL_DEGREES = 28.0, 11.0  # half angles of a human iris (12 mm) and pupil (4.6 mm) on a 12 mm ball
+IRIS_DEGREES, PUPIL_DEGREES = 27.0, 10.5  # half angles of a human iris (12 mm) and pupil (4.6 mm) on a 12 mm ball
 
 
 class Material(NamedTuple):
@@ -35,7 +35,7 @@ class Material(NamedTuple):
 SKIN = Material((0.86, 0.84, 0.815), 0.035, 14, None)
 LASH = Material((0.03, 0.028, 0.026), 0.0, 1, 0)
 EYE = Material((0.95, 0.95, 0.95), 0.8, 220, 3)
-IRIS = Material((0.10, 0.13, 0.15), 0.8, 220, 1)
+IRIS = Material((0.17, 0.215, 0.235), 0.8, 220, 1)
 TEETH = Material((0.92, 0.90, 0.85), 0.08, 30, 1)
 TONGUE = Material((0.58, 0.33, 0.32), 0.05, 12, 1)
 PUPIL_COLOUR = (0.02, 0.02, 0.02)
@@ -104,16 +104,13 @@ class Posed:
 def make_head(rig: Rig) -> Head:
     """Sort the rig's triangles by material and split them."""
     kinds = [_material(name) for name in rig.part_names]
+    on_skin = np.isin(rig.triangles, np.flatnonzero(rig.skin)).any(axis=1)
     part = rig.parts[rig.triangles[:, 0]]
-    skin = rig.skin[rig.triangles].any(axis=1)
-    chosen = [SKIN if on_skin else kinds[p] for on_skin, p in zip(skin.tolist(), part.tolist(), strict=True)]
-    materials = dict.fromkeys(material for material in chosen if material is not None)
-    made = []
-    for material in materials:
-        triangles = rig.triangles[[each is material for each in chosen]]
-        made.append(_piece(rig, material, triangles))
-    opaque = rig.triangles[[each is not None and each is not LASH for each in chosen]]
-    return Head(rig, tuple(made), opaque)
+    share = {m: np.isin(part, [i for i, kind in enumerate(kinds) if kind == m]) & ~on_skin for m in kinds if m}
+    share[SKIN] = np.logical_or(share.get(SKIN, np.zeros_like(on_skin)), on_skin)
+    made = tuple(_piece(rig, m, rig.triangles[of_m]) for m, of_m in share.items() if of_m.any())
+    solid = np.any([of_m for m, of_m in share.items() if m is not LASH], axis=0)
+    return Head(rig, made, rig.triangles[solid])
 
 
 def pose(head: Head, vertices: Float[np.ndarray, "v 3"]) -> Posed:
@@ -140,7 +137,7 @@ def split(triangles: Int[np.ndarray, "f 3"], v: int) -> Split:
 def curved_middles(
     vertices: Float[np.ndarray, "v 3"], normals: Float[np.ndarray, "v 3"], edges: Int[np.ndarray, "e 2"]
 ) -> Float[np.ndarray, "e 3"]:
-    """m + alpha/2 sum over both ends p of ((p - m) . n_p) n_p: the mean of m's projections on the two tangent planes."""
+    """m + alpha/2 sum over both ends p of ((p - m) . n_p) n_p: m's mean projection on both tangent planes."""
     middle = vertices[edges].mean(axis=1)
     lift = np.zeros_like(middle)
     for end in edges.T:

@@ -17,7 +17,7 @@ from capture_plan.layout.record import Landmark
 from capture_plan.rig.anchors import Anchors
 from capture_plan.sheets.head import Posed
 from capture_plan.sheets.leaders import assign_anchors
-from capture_plan.sheets.page import MARGIN_MM, Booklet
+from capture_plan.sheets.page import MARGIN_MM, Align, Booklet
 from capture_plan.sheets.style import INK, SOFT, Look
 from capture_plan.sheets.view import Frame, Picture, View, picture, pixels
 
@@ -29,6 +29,7 @@ LONGEST_LABEL_MM, LEAST_ROOM_MM, LEAST_PITCH_MM = 22.0, 9.0, 6.2
 PROBE_DPI = 60  # of the quick picture that tells what is seen and where labels have room
 SEEN_MM = 2.0  # a marker this much behind the surface in front of it is hidden
 GRAZING = 0.12  # least cosine between the skin's normal and the view; below it a dot is only a stroke
+BARE_MM, LEAST_NECK_MM = 35.0, 12.0  # shown above the highest and below the lowest marker
 BESIDE_MM = 16.0  # room beside the outermost marker
 BELOW_MM, FADE_MM = 38.0, 22.0  # of neck shown below the lowest place that matters, and how long it fades
 
@@ -129,8 +130,9 @@ def draw_markers(book: Booklet, placed: Placed, looks: dict[str, Look]) -> None:
         book.line(point, end, width=0.16, colour=INK)
     for landmark, point, (x, y, room) in zip(placed.landmarks, placed.points, placed.rooms.tolist(), strict=True):
         look = looks[landmark.region]
-        book.marker(*point, look, radius=MARKER_MM, hollow=landmark.role == "backup")
-        x, align = (x - 0.8, "right") if x < middle else (x + 0.8, "left")
+        book.marker(float(point[0]), float(point[1]), look, radius=MARKER_MM, hollow=landmark.role == "backup")
+        align: Align = "right" if x < middle else "left"
+        x += -0.8 if align == "right" else 0.8
         book.text(x, y + 0.2, landmark.name, LABEL_PT, bold=True, align=align, colour=look.colour)
         book.text(x, y + 2.7, landmark.label, NAME_PT, align=align, colour=SOFT, fit=room - 0.8)
 
@@ -148,7 +150,10 @@ def _frame(face: Face, view: View, width: float, height: float, column: float) -
     middle, unit = float(view.project(face.anchors.chin[None])[0, 0]), face.anchors.pupils
     top = head[:, 1].max() + 2
     low = min(marks[:, 1].min(), float(view.project(face.anchors.chin[None])[0, 1]))
-    if top - (low - 12) > height:
+    crown = max(marks[:, 1].max() + BARE_MM, float(face.anchors.eye_left[1]) + unit)
+    cut = top > low - LEAST_NECK_MM + height  # the crown bears no markers and may fade away
+    top = min(top, low - LEAST_NECK_MM + height)
+    if top < crown:
         return None
     front = head[(np.abs(head[:, 0] - middle) < 0.3 * unit) & (head[:, 1] < low) & (facing_up > GRAZING)]
     neck_end = front[:, 1].min() if len(front) else low
@@ -158,14 +163,15 @@ def _frame(face: Face, view: View, width: float, height: float, column: float) -
     left, right = on[:, 0].min(), on[:, 0].max()
     need_left, need_right = facing[:, 0].min() - 4, facing[:, 0].max() + 4
     start, blank_left, blank_right = (left + right - width) / 2, 0.0, 0.0
-    if right - left > width:  # the profile keeps a column for labels, the back of the head gives way to another
-        if need_left - left > right - need_right:
-            start, blank_left = right + column - width, column
-        else:
-            start, blank_right = left - column, column
+    if view.azimuth > 0:  # the profile keeps a column for labels, the back of the head gives way to another
+        start = left - column
+        blank_right = column if right + column > start + width else 0.0
+    elif view.azimuth < 0:
+        start = right + column - width
+        blank_left = column if left - column < start else 0.0
     if need_left - start < BESIDE_MM + blank_left or start + width - need_right < BESIDE_MM + blank_right:
         return None
-    return Frame(start, start + width, bottom, top, FADE_MM, blank_left, blank_right)
+    return Frame(start, start + width, bottom, top, FADE_MM, blank_left, blank_right, FADE_MM if cut else 0.0)
 
 
 def _on_page(places: Float[np.ndarray, "n 3"], frame: Frame, scale: float, area: Area) -> Float[np.ndarray, "n 2"]:

@@ -52,7 +52,7 @@ class Booklet:
         pdf.set_creation_date(datetime(2000, 1, 1, tzinfo=UTC))  # equal plans give equal bytes
         pdf.set_title(_plain(title))
         pdf.set_producer("capture_plan")
-        folder = files(__package__).joinpath("fonts")
+        folder = files("capture_plan.sheets").joinpath("fonts")
         for style, file in (("", "Roboto-Regular.ttf"), ("B", "Roboto-Bold.ttf")):
             pdf.add_font("sans", style, str(folder.joinpath(file)))
         pdf.set_font("sans", size=9)

@@ -10,7 +10,7 @@ from PIL import Image
 
 from capture_plan.sheets.expression_page import HOLD_SECONDS, Shot, heat_colours
 from capture_plan.sheets.furniture import tick_boxes
-from capture_plan.sheets.page import MARGIN_MM, Booklet
+from capture_plan.sheets.page import MARGIN_MM, Align, Booklet
 from capture_plan.sheets.style import ACCENT, FAINT, INK, SOFT, WASH
 
 GAP_MM = 4.0
@@ -76,7 +76,7 @@ def draw_overview(book: Booklet, shots: list[Shot], first: int, total: int, subt
 
 
 def rows_of_overview(book: Booklet) -> int:
-    return int((book.paper.height - 39) // 50)
+    return int((book.paper.height - 38) // 47)
 
 
 def _fields(book: Booklet, right: float) -> None:
@@ -98,9 +98,8 @@ def _one_side(book: Booklet, side: str) -> None:
     tip, direction = (x0 + wide - 2.5, -1) if on_right else (x0 + 2.5, 1)
     arrow = np.array([(0, 0), (4.5 * direction, -2.4), (4.5 * direction, 2.4)]) + np.array([tip, top - 4.8])
     book.polygon(arrow, fill="#ffffff", line=None)
-    book.text(
-        x0 + wide / 2 - 2.5 * (1 if on_right else -1), top - 3.4, text, 11, bold=True, align="centre", colour="#ffffff"
-    )
+    middle = x0 + wide / 2 + 2.5 * direction
+    book.text(middle, top - 3.4, text, 11, bold=True, align="centre", colour="#ffffff")
 
 
 def _pictures(book: Booklet, shot: Shot) -> None:
@@ -120,7 +119,8 @@ def _heat_bar(book: Booklet, x: float, y: float, width: float, scale_mm: float) 
     strip = (heat_colours(np.linspace(0, 1, 400)) * 255).round().astype(np.uint8)[None].repeat(12, axis=0)
     book.image(strip, x, y, width, 2.6)
     book.box(x, y, width, 2.6, width=0.15)
-    for share, align in ((0.0, "left"), (0.5, "centre"), (1.0, "right")):
+    places: tuple[tuple[float, Align], ...] = ((0.0, "left"), (0.5, "centre"), (1.0, "right"))
+    for share, align in places:
         unit = " mm moved" if share == 1 else ""
         book.text(x + share * width, y + 6, f"{scale_mm * share:g}{unit}", 7.4, align=align, colour=INK)
 

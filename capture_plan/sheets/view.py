@@ -50,7 +50,7 @@ FULL_RIGHT = View("Right", -75)
 class Frame(NamedTuple):
     """The part of view space that a picture shows, millimetres.
 
-    Along its lower border it fades to white over `fade`. It is blank along its left and right border as far as
+    Along its lower and upper border it fades to white over `fade` and `fade_top`. It is blank along its left and right border as far as
     `blank_left` and `blank_right`, and fades over `fade` beside a blank.
     """
 
@@ -61,6 +61,7 @@ class Frame(NamedTuple):
     fade: float = 0.0
     blank_left: float = 0.0
     blank_right: float = 0.0
+    fade_top: float = 0.0
 
     @property
     def width(self) -> float:
@@ -114,7 +115,7 @@ def _over_white(rgba: UInt8[np.ndarray, "p q 4"], frame: Frame) -> UInt8[np.ndar
     rows, columns = rgb.shape[:2]
     y = (rows - np.arange(rows) - 0.5) / rows * frame.height
     x = (np.arange(columns) + 0.5) / columns * frame.width
-    _fade(rgb, _step(y, frame.fade)[:, None])
+    _fade(rgb, (_step(y, frame.fade) * _step(frame.height - y, frame.fade_top))[:, None])
     for blank, distance in ((frame.blank_left, x), (frame.blank_right, frame.width - x)):
         if blank > 0:
             _fade(rgb, _step(distance - blank, frame.fade)[None])
@@ -128,9 +129,7 @@ def _step(distance: Float[np.ndarray, " n"], width: float) -> Float[np.ndarray, 
 
 def _fade(rgb: UInt8[np.ndarray, "p q 3"], kept: Float[np.ndarray, "a b"]) -> None:
     """Keep the share `kept` of each row or column of the picture, in place."""
-    rows, columns = (np.flatnonzero(kept.min(axis=axis) < 1) for axis in (1, 0))
-    if len(rows) == 0 or len(columns) == 0:
-        return
-    part = np.s_[rows[0] : rows[-1] + 1] if kept.shape[1] == 1 else np.s_[:, columns[0] : columns[-1] + 1]
+    touched = np.flatnonzero(kept.ravel() < 1)
+    part = np.s_[touched] if kept.shape[1] == 1 else np.s_[:, touched]
     share = kept[part][..., None].astype(np.float32)
     rgb[part] = np.round(255 - (255 - rgb[part].astype(np.float32)) * share).astype(np.uint8)

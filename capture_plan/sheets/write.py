@@ -21,7 +21,7 @@ from capture_plan.plan.record import Plan
 from capture_plan.progress import track
 from capture_plan.rig import Rig
 from capture_plan.rig.regions import face_regions
-from capture_plan.sheets.expression_page import Shot, shoot
+from capture_plan.sheets.expression_page import shoot
 from capture_plan.sheets.furniture import Source, check_bar, foot_line, head_line, legend, sides
 from capture_plan.sheets.head import make_head, pose
 from capture_plan.sheets.marker_table import draw_table, rows_per_page
@@ -73,7 +73,7 @@ def draw_sheets(plan: Plan, rig: Rig, *, sheet: str, dpi: int) -> Booklet:
     """All pages of a plan, drawn."""
     if plan.rig.fingerprint != rig.fingerprint:
         raise PlanError(
-            f"the plan was made for rig {plan.rig.fingerprint}, this one is {rig.fingerprint}: plan again or give that rig"
+            f"the plan was made for rig {plan.rig.fingerprint}, this is {rig.fingerprint}: plan again or give that rig"
         )
     return _Drawing(plan, rig, Booklet(paper(sheet), f"{rig.name}: markers and expressions"), dpi).all()
 
@@ -116,9 +116,7 @@ class _Drawing:
                 book.text(MARGIN_MM, book.paper.height - 12, text, 8, bold=True, fit=book.paper.width - 2 * MARGIN_MM)
         _, large, tall, small, short = plates(book)
         sizes = {"large_px": pixels(large, tall, self.dpi), "small_px": pixels(small, short, self.dpi)}
-        shots: list[Shot] = []
-        for e in track(expressions, "Drawing expressions"):
-            shots.append(shoot(head, face.anchors, e, **sizes))
+        shots = [shoot(head, face.anchors, e, **sizes) for e in track(expressions, "Drawing expressions")]
         first = 0
         for i in range(overviews):
             self._page("expressions" if i == 0 else f"expressions-{i + 1}")
@@ -176,7 +174,7 @@ def _write_pages(pdf: bytes, titles: list[str], folder: Path, dpi: int) -> list[
     with ThreadPoolExecutor(1) as pool:  # compresses the last page while the next is rasterised
         saved: list[Future[None]] = []
         for i, name in enumerate(track(names, "Writing pages")):
-            image = document[i].render(scale=dpi / 72).to_pil()
+            image = document[i].render(scale=dpi / 72).to_pil()  # pyright: ignore[reportArgumentType]
             if saved:
                 saved[-1].result()
             saved.append(pool.submit(image.save, folder / name, compress_level=1, dpi=(dpi, dpi)))
