@@ -36,6 +36,7 @@ def test_anchors_stand_where_a_face_has_them(rig, regions):
     assert a.eye_left[1] > a.nose_tip[1] > a.mouth[1] > a.chin[1]
     assert a.nose_tip[2] == rig.neutral[rig.skin, 2].max()
     assert a.corner_left[0] > 0 > a.corner_right[0]
+    assert a.ear_left[0] > 60 > -60 > a.ear_right[0]
     assert 54 < interpupillary(rig) < 74
 
 
@@ -91,6 +92,8 @@ def test_a_face_without_openings_still_gets_its_regions(rig, regions):
     anchors = face_anchors(bare)
     assert np.linalg.norm(anchors.mouth - regions.anchors.mouth) < 20
     assert np.linalg.norm(anchors.eye_left - regions.anchors.eye_left) < 20
+    assert np.linalg.norm(anchors.corner_left - regions.anchors.corner_left) < 20
+    assert np.linalg.norm(anchors.corner_right - regions.anchors.corner_right) < 20
     same = face_regions(bare).of_vertex == regions.of_vertex
     assert same[rig.skin].mean() > 0.7
 

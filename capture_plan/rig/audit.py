@@ -40,7 +40,10 @@ WIDTH = 100  # characters of a line on the terminal
 
 
 class Audit(Struct, frozen=True, forbid_unknown_fields=True):
-    """`used` are the blendshapes that are planned for, in the rig's order; `rank` of them can be told apart at all."""
+    """`used` are the blendshapes that are planned for, in the rig's order; `rank` of them can be told apart at all.
+
+    `unit_mm`, `up` and `facing` are those of the artist's file, and `note` says how they were found.
+    """
 
     vertices: int
     triangles: int
@@ -53,6 +56,7 @@ class Audit(Struct, frozen=True, forbid_unknown_fields=True):
     facing: str
     interpupillary_mm: float | None
     findings: tuple[Finding, ...]
+    note: str = ""
 
 
 def audit(rig: Rig) -> Audit:
@@ -80,6 +84,7 @@ def audit(rig: Rig) -> Audit:
         facing=rig.facing,
         interpupillary_mm=None if pupils is None else round(pupils, 1),
         findings=tuple(findings),
+        note=rig.note,
     )
 
 
@@ -115,6 +120,7 @@ def audit_text(found: Audit) -> str:
         ("Told apart", f"{found.rank} of {len(found.used)} movements by their shape on the skin"),
     )
     lines = [f"{label:<18}{text}" for label, text in facts]
+    lines += [" " * 18 + row for row in textwrap.wrap(found.note, WIDTH - 18)]
     for left_out, title in ((True, "LEFT OUT OF THE PLAN"), (False, "PLANNED, BUT WORTH A LOOK")):
         some = [finding for finding in found.findings if finding.left_out == left_out]
         if some:
