@@ -31,6 +31,11 @@ class Claim:
     found: str
 
 
+def claim(what: str, holds: bool | np.bool, found: str) -> Claim:
+    """A claim from what NumPy compared."""
+    return Claim(what, bool(holds), found)
+
+
 def check_plan(plan: Plan, rig: Rig) -> tuple[Claim, ...]:
     """Every claim of the plan, recomputed on the rig it was made for."""
     cameras = cameras_for(plan.settings.cameras, rig.neutral, rig.skin) if plan.settings.cameras else ()
@@ -54,10 +59,10 @@ def landmark_claims(plan: Plan, rig: Rig, face: Face) -> list[Claim]:
     listed = np.array([[name in m.blendshapes for m in landmarks] for name in face.used])
     missed = [name for name, row in zip(face.used, covers, strict=True) if not row.any()]
     claims = [
-        Claim("every landmark lies on the skin", bool(rig.skin[vertices].all()), f"{len(vertices)} landmarks"),
-        Claim("positions agree with triangles and barycentric coordinates", off < 2e-3, f"{off:.4f} mm apart at most"),
-        Claim("landmarks list what moves them", bool((covers == listed).all()), f"{covers.sum()} entries"),
-        Claim(
+        claim("every landmark lies on the skin", rig.skin[vertices].all(), f"{len(vertices)} landmarks"),
+        claim("positions agree with triangles and barycentric coordinates", off < 2e-3, f"{off:.4f} mm apart at most"),
+        claim("landmarks list what moves them", (covers == listed).all(), f"{covers.sum()} entries"),
+        claim(
             "every blendshape has a landmark, but for those listed as uncovered",
             set(missed) == set(plan.layout.uncovered),
             f"{len(face.used) - len(missed)} of {len(face.used)} covered",
@@ -65,15 +70,15 @@ def landmark_claims(plan: Plan, rig: Rig, face: Face) -> list[Claim]:
     ]
     if settings.symmetric:
         alone = set(vertices.tolist()) - set(mirror_map(rig.neutral)[vertices].tolist())
-        claims.append(Claim("the layout is symmetric", not alone, f"{len(alone)} landmarks without a mirror image"))
+        claims.append(claim("the layout is symmetric", not alone, f"{len(alone)} landmarks without a mirror image"))
     if settings.method != "cover":
         skin = rig.triangles[rig.skin[rig.triangles].all(axis=1)]
         distance = geodesic_distance(surface_graph(rig.neutral, skin), vertices)[:, vertices]
         np.fill_diagonal(distance, np.inf)
         claims.append(
-            Claim(
+            claim(
                 f"landmarks stand at least {settings.spacing_mm:g} mm apart on the skin",
-                bool(distance.min() >= settings.spacing_mm - 1e-6),
+                distance.min() >= settings.spacing_mm - 1e-6,
                 f"nearest two {distance.min():.1f} mm apart",
             )
         )
@@ -81,7 +86,7 @@ def landmark_claims(plan: Plan, rig: Rig, face: Face) -> list[Claim]:
     for number, program in enumerate(plan.layout.programs):
         cost = program_cost(plan, sites, number)
         claims.append(
-            Claim(
+            claim(
                 f"program {number + 1} costs what it says, and no less than its bound",
                 abs(cost - program.objective) < TOLERANCE * len(landmarks) and cost >= program.bound - 1e-2,
                 f"{cost:.4f} for {program.landmarks} landmarks",
@@ -113,12 +118,12 @@ def bound_claims(plan: Plan, face: Face) -> list[Claim]:
     paid = prices @ sites.covers(settings.epsilon)
     bound = int(np.ceil(prices.sum() - 1e-9))
     return [
-        Claim(
+        claim(
             f"any cover needs at least {layout.certificate.landmarks} landmarks (dual prices)",
-            bool((paid <= sites.size + 1e-9).all() and (prices >= 0).all() and bound == layout.certificate.landmarks),
+            (paid <= sites.size + 1e-9).all() and (prices >= 0).all() and bound == layout.certificate.landmarks,
             f"prices add up to {prices.sum():.3f}; the solver's own bound is {layout.minimum}",
         ),
-        Claim(
+        claim(
             "the bounds and the layout agree",
             layout.certificate.landmarks <= layout.minimum <= len(layout.landmarks) or bool(layout.uncovered),
             f"{layout.certificate.landmarks} <= {layout.minimum} <= {len(layout.landmarks)} landmarks",
@@ -133,15 +138,14 @@ def worth_claims(plan: Plan, face: Face) -> list[Claim]:
         np.array([m.vertex for m in plan.layout.landmarks])
     )
     return [
-        Claim(
+        claim(
             f"rank {said.rank} of {said.full_rank}",
             (found.rank, found.full_rank) == (said.rank, said.full_rank),
             f"{found.rank} of {found.full_rank}",
         ),
-        Claim(
+        claim(
             f"predicted error {said.error_mm:.3f} mm under {said.noise_mm:g} mm of noise",
-            abs(found.error_mm - said.error_mm) < TOLERANCE
-            and bool(np.isclose(found.condition, said.condition, rtol=1e-2)),
+            abs(found.error_mm - said.error_mm) < TOLERANCE and np.isclose(found.condition, said.condition, rtol=1e-2),
             f"{found.error_mm:.3f} mm, condition {found.condition:.0f}",
         ),
     ]
@@ -155,6 +159,6 @@ def expression_claims(plan: Plan, rig: Rig) -> list[Claim]:
     running = np.cumsum([e.gain for e in packing.expressions])
     adds_up = np.allclose(running, [e.covered for e in packing.expressions], atol=1e-3)
     return [
-        *(Claim(what, not lines, "; ".join(lines) or found) for what, lines in faults.items()),
-        Claim("covered importance adds up", bool(adds_up), f"{running[-1]:.1%} after the last expression"),
+        *(claim(what, not lines, "; ".join(lines) or found) for what, lines in faults.items()),
+        claim("covered importance adds up", adds_up, f"{running[-1]:.1%} after the last expression"),
     ]

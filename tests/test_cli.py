@@ -1,0 +1,87 @@
+"""The command line: exit codes, one line for what is wrong, output in the named place only."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+
+def run(*arguments, cwd):
+    command = [sys.executable, "-c", "from capture_plan.cli import main; main()", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, cwd=cwd)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("session")
+    planned = run("plan", "sample", "-o", "plan.json", cwd=folder)
+    assert planned.returncode == 0, planned.stderr
+    assert planned.stdout == ""
+    return folder
+
+
+def test_a_plan_is_checked_and_data_go_to_standard_output(folder):
+    checked = run("check", "plan.json", "--json", cwd=folder)
+    assert checked.returncode == 0
+    assert all(claim["holds"] for claim in json.loads(checked.stdout))
+
+
+def test_a_plan_that_lies_exits_with_one(folder):
+    plan = json.loads((folder / "plan.json").read_text())
+    plan["layout"]["worth"]["rank"] = 12
+    (folder / "lie.json").write_text(json.dumps(plan))
+    checked = run("check", "lie.json", cwd=folder)
+    assert checked.returncode == 1
+    assert "FAILS  rank 12" in checked.stderr
+
+
+def test_an_audit_is_a_page_or_json(folder):
+    assert json.loads(run("audit", "sample", "--json", cwd=folder).stdout)["blendshapes"] == 52
+    page = run("audit", "sample", cwd=folder)
+    assert page.stdout == ""
+    assert "tongueOut" in page.stderr
+
+
+def test_tables_and_schema_are_written_where_asked(folder):
+    done = run("export", "plan.json", "-o", "out", "--only", "csv", "--only", "json", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    names = sorted(path.name for path in (folder / "out").iterdir())
+    assert names == ["expressions.csv", "landmarks.csv", "plan.json", "plan.schema.json"]
+    assert (folder / "out" / "plan.json").read_bytes() == (folder / "plan.json").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["plan", "nowhere", "-o", "x.json"], "nowhere"),
+        (["plan", "sample", "--epsilon", "0", "-o", "x.json"], "epsilon"),
+        (["plan", "sample", "--epsilon", "much", "-o", "x.json"], "epsilon"),
+        (["plan", "sample", "--cameras", "nothing.toml", "-o", "x.json"], "nothing.toml"),
+        (["plan", "sample", "--method", "magic", "-o", "x.json"], "magic"),
+        (["check", "nothing.json"], "nothing.json"),
+        (["export", "plan.json", "--only", "fax"], "fax"),
+        (["dance"], "dance"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line(folder, arguments, says):
+    before = sorted(folder.rglob("*"))
+    done = run(*arguments, cwd=folder)
+    assert done.returncode == 2
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert says in done.stderr
+    assert "Traceback" not in done.stderr
+    assert sorted(folder.rglob("*")) == before
+
+
+def test_output_that_cannot_be_written_is_refused_and_nothing_left(folder):
+    done = run("plan", "sample", "-o", "plan.json/inside.json", cwd=folder)
+    assert done.returncode == 2
+    assert "cannot be written" in done.stderr.splitlines()[-1]
+
+
+def test_help_names_every_command(tmp_path):
+    page = run("--help", cwd=tmp_path)
+    assert page.returncode == 0
+    for command in ("demo", "audit", "plan", "check", "render", "export", "notebook"):
+        assert command in page.stdout
