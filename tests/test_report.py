@@ -226,7 +226,7 @@ def test_the_largest_error_fills_the_bar_of_the_comparison(plan):
     rows = compare(plan)
     assert [row["share"] for row in rows] == [0.5, 1.0]
     assert [row["own"] for row in rows] == [True, False]
-    assert rows[0]["error"] == "0.31 mm"
+    assert rows[0]["error"] == "0.310 mm"
 
 
 def test_the_predicted_error_stands_with_its_unit_and_the_noise(plan):

@@ -74,7 +74,7 @@ def tiles(plan: Plan) -> list[Tile]:
     """The four figures a supervisor asks for first."""
     layout, packing, worth = plan.layout, plan.packing, plan.layout.worth
     sides = [landmark.side for landmark in layout.landmarks]
-    covered = packing.expressions[-1].covered if packing.expressions else 0
+    covered = packing.expressions[-1].covered if packing.expressions else 0.0
     solved = "all that this rig can tell apart" if worth.rank == worth.full_rank else "the others stay unknown"
     return [
         Tile(
@@ -107,12 +107,12 @@ def marker_intro(landmarks: tuple[Landmark, ...]) -> str:
     return text if not repairs else f"{text} {count(repairs, 'marker')} were added to tell blendshapes apart."
 
 
-def marker_facts(landmark: Landmark) -> list[tuple[str, str]]:
-    """Term and value of everything the card of a marker shows."""
+def marker_facts(landmark: Landmark, seers: str) -> list[tuple[str, str]]:
+    """Term and value of everything the card of a marker shows; `seers` are what its visibility is a share of."""
     why = ROLE_TEXT.get(landmark.role, "")
     facts = [
         ("Side", landmark.side),
-        ("Seen", f"from {percent(landmark.visibility)} of directions"),
+        ("Seen", f"from {percent(landmark.visibility)} of {seers}"),
         ("Vertex", f"{landmark.source_vertex:,}"),
     ]
     return [*facts, ("Why", why)] if why else facts

@@ -109,6 +109,7 @@ def viewer_html(rig: Rig, plan: Plan, *, expressions: bool = True, shade: Float[
         .render(
             title=plan.rig.name,
             expressions=plan.packing.expressions if expressions else (),
+            bare=not plan.layout.landmarks and not expressions,
             head_json=script_json(json.dumps(viewer_data(rig, plan, openness(rig) if shade is None else shade))),
             css=asset("style.css"),
             scripts=scripts("three.min.js", "head.js", "viewer.js", "panel.js"),
@@ -123,8 +124,9 @@ def viewer_data(rig: Rig, plan: Plan, shade: Float[np.ndarray, " v"]) -> dict[st
     names = tuple(shown)
     number = {name: k for k, name in enumerate(names)}
     landmarks = packed_landmarks(rig, plan.layout.landmarks)
+    seers = "the cameras" if plan.settings.cameras else "directions"
     for packed, landmark in zip(landmarks, plan.layout.landmarks, strict=True):
-        packed["facts"] = marker_facts(landmark)
+        packed["facts"] = marker_facts(landmark, seers)
     return {
         "head": packed_head(rig, names, shade),
         "landmarks": landmarks,

@@ -12,5 +12,5 @@ def percent(share: float) -> str:
 
 
 def millimetres(length: float) -> str:
-    """Hundredths where they say something, whole millimetres beyond 10."""
-    return f"{length:.2f} mm" if length < 10 else f"{length:,.0f} mm"
+    """Thousandths where they say something, whole millimetres beyond 10."""
+    return f"{length:.3f} mm" if length < 10 else f"{length:,.0f} mm"

@@ -47,8 +47,9 @@ CapturePlan.Viewer = class {
 
   buildScene() {
     this.scene = new THREE.Scene();
+    this.focus = this.face();
     this.camera = new THREE.PerspectiveCamera(24, 1, 0.1 * this.head.radius, 40 * this.head.radius);
-    this.camera.position.z = this.wholeHead();
+    this.camera.position.set(0, this.focus.y, this.wholeHead());
     this.scene.add(new THREE.HemisphereLight("#f4f6ff", "#c9b3a6", 1.9)); // the room: light from above, warm from below
     for (const [intensity, colour, x, y, z] of [[2.0, "#fff3e6", -0.75, 0.85, 1], [0.8, "#e4ecff", 1, 0, 0.8], [0.5, "#ffffff", 0.3, 0.9, -0.6]]) {
       const light = new THREE.DirectionalLight(colour, intensity);
@@ -85,6 +86,17 @@ CapturePlan.Viewer = class {
       vertexShader: "varying float z; void main() { vec4 p = modelViewMatrix * vec4(position, 1.0); z = -p.z; gl_Position = projectionMatrix * p; }",
       fragmentShader: "varying float z; uniform float near, far; void main() { float d = clamp((z - near) / (far - near), 0.0, 1.0) * 255.0; gl_FragColor = vec4(floor(d) / 255.0, fract(d), 0.0, 1.0); }",
     });
+  }
+
+  /* What the camera frames: the height of the markers' middle, and a radius that takes in the whole face around them.
+   * A rig may be a bust, so its own extent says little. */
+  face() {
+    const heights = this.landmarks.map((landmark) => this.head.neutral[3 * landmark.corners[0] + 1]);
+    const low = Math.min(...heights), high = Math.max(...heights);
+    const half = (high - low) / 2;
+    if (!(half > 0.2 * this.head.radius)) return { y: 0, radius: this.head.radius };
+    const radius = Math.min(this.head.radius, 1.85 * half);
+    return { y: (low + high) / 2 + 0.2 * half, radius }; // skulls reach further up than chins reach down
   }
 
   /* Where on its eyeball each eye vertex lies at rest, as a direction from the eyeball's middle; zero elsewhere. */
@@ -144,13 +156,14 @@ CapturePlan.Viewer = class {
       element.className = "side";
       element.textContent = text;
       this.layer.append(element);
-      return { element, point: new THREE.Vector3(side * this.head.radius * 0.72, -this.head.radius * 0.72, 0) };
+      return { element, point: new THREE.Vector3(side * this.focus.radius * 0.72, this.focus.y - this.focus.radius * 0.72, 0) };
     });
   }
 
   control(canvas) {
     this.controls = new THREE.OrbitControls(this.camera, canvas);
     Object.assign(this.controls, { enableDamping: !this.calm, dampingFactor: 0.12, enablePan: false, rotateSpeed: 0.75 });
+    this.controls.target.set(0, this.focus.y, 0);
     Object.assign(this.controls, { minDistance: this.head.radius * 1.6, maxDistance: this.head.radius * 9 });
     this.controls.addEventListener("change", () => this.draw());
     canvas.style.touchAction = ""; // the style sheet decides: on phones a vertical swipe scrolls the page
@@ -184,7 +197,7 @@ CapturePlan.Viewer = class {
   /* Far enough for the whole head at this shape of the stage. */
   wholeHead() {
     const half = Math.tan(this.camera.fov * Math.PI / 360);
-    return this.head.radius * 1.12 * Math.max(1, 0.82 / this.camera.aspect) / half;
+    return this.focus.radius * 1.12 * Math.max(1, 0.82 / this.camera.aspect) / half;
   }
 
   view(name, now = false) {
@@ -295,7 +308,7 @@ CapturePlan.Viewer = class {
     if (this.dots.instanceColor) this.dots.instanceColor.needsUpdate = true;
   }
 
-  scale() { return this.head.radius / 120; } // 120 mm: half the height of an adult head
+  scale() { return this.focus.radius / 120; } // 120 mm: half the height of an adult head
 
   resize() {
     const { clientWidth: width, clientHeight: height } = this.stage;
