@@ -136,10 +136,13 @@ def test_nodes_place_vertices_and_turn_deltas(tmp_path):
     writer = Writer()
     R = Rotation.from_euler("xyz", [20, 30, 40], degrees=True)
     writer.mesh([primitive(writer)], ["lift"], translation=[1, 2, 3], rotation=R.as_quat().tolist(), scale=[1, 2, 3])
-    writer.document["nodes"].append({"children": [0], "matrix": np.diag([2, 2, 2, 1.0]).T.ravel().tolist()})
+    matrix = [2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 7, 8, 9, 1]  # column by column: twice as large, moved by (7, 8, 9)
+    writer.document["nodes"].append({"children": [0], "matrix": matrix})
     writer.document |= {"scenes": [{"nodes": [1]}], "scene": 0}
     rig = read_gltf(writer.glb(tmp_path / "r.glb"))
-    np.testing.assert_allclose(rig.neutral, 2 * (R.apply(SQUARE * [1, 2, 3]) + np.array([1, 2, 3])), atol=1e-6)
+    np.testing.assert_allclose(
+        rig.neutral, 2 * (R.apply(SQUARE * [1, 2, 3]) + np.array([1, 2, 3])) + np.array([7, 8, 9]), atol=1e-6
+    )
     np.testing.assert_allclose(rig.deltas[0], 2 * R.apply(LIFT * [1, 2, 3]), atol=1e-6)
 
 
