@@ -199,6 +199,7 @@ def test_presets_show_the_upper_philtrum_in_the_middle_and_the_whole_face(preset
         middle = (np.array(one.size_px) - 1) / 2
         philtrum = np.array([[0.0, 686.0, 143.0]])  # between the base of the nose and the upper lip of the sample
         assert np.linalg.norm(one.project(philtrum)[0] - middle) < 0.03 * one.size_px[1]
+        assert one.position[2] > face[:, 2].max()
 
 
 def test_a_camera_file_is_read_by_name(tmp_path):

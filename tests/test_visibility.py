@@ -1,5 +1,7 @@
 """Laws of the global visibility."""
 
+import os
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -130,9 +132,12 @@ def test_a_broken_cache_entry_is_computed_again(damage):
 def test_the_cache_drops_its_oldest_entries(monkeypatch):
     monkeypatch.setattr("capture_plan.visibility.cache.ENTRIES", 3)
     vertices, triangles = sphere(6, 8)
+    stored = []
     for rays in range(1, 7):
         global_visibility(vertices, np.zeros((1, len(vertices), 3)), triangles, np.arange(2), rays=rays)
-    assert len(list(cache_dir().iterdir())) == 3
+        stored += [entry for entry in cache_dir().iterdir() if entry not in stored]
+        os.utime(stored[-1], ns=(rays, rays))
+    assert set(cache_dir().iterdir()) == set(stored[-3:])
 
 
 def test_a_folder_that_cannot_be_written_costs_only_the_cache(tmp_path, monkeypatch):

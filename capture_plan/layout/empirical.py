@@ -5,7 +5,7 @@ The points are known as vertices of the bundled sample head. The sample's face i
 Data       p_i, n_i     vertices and normals of the sample's face; u the distance between the pupils, the unit
            q_j, m_j     vertices and normals of the rig's skin
            L            p - mean of its neighbours, on the sample's mesh
-Start      p = a thin spline through eyes, lids, mouth, nose, chin and ears of both faces (radial kernel r, affine part)
+Start      p = a thin spline through eyes, mouth, nose, chin and ears of both faces (radial kernel r, affine part)
 Repeat     j(i) = nearest skin vertex in (q / u, a m): near and facing the same way;  c_i = trust in the pair
            p    = argmin  sum_i c_i |p_i - q_j(i)|² + b |L (p - p_start)|²       for b falling from stiff to soft
 Answer     for each of the 68 points a skin vertex of its own, the least sum of distances (assignment problem)
@@ -61,7 +61,7 @@ def fit_ibug68(rig: Rig) -> Placement:
     sample, points = sample_rig(), ibug68_of_sample()
     here, there = face_anchors(sample), face_anchors(rig)
     u = there.pupils
-    controls = control_points(sample, here, rig, there)
+    controls = control_points(here, there)
     if not (u > 0 and np.isfinite(controls[1]).all()):
         raise RigError(f"{rig.name}: no eyes and mouth found on the skin: the 68 points need a face to lie on")
     at, triangles = face_part(sample, here)
@@ -95,11 +95,9 @@ def face_part(rig: Rig, anchors: Anchors) -> tuple[Int[np.ndarray, " n"], Int[np
     return at, inside.reshape(-1, 3)
 
 
-def control_points(
-    sample: Rig, here: Anchors, rig: Rig, there: Anchors
-) -> tuple[Float[np.ndarray, "a 3"], Float[np.ndarray, "a 3"]]:
+def control_points(here: Anchors, there: Anchors) -> tuple[Float[np.ndarray, "a 3"], Float[np.ndarray, "a 3"]]:
     """Points of the sample and the same points of the rig, in millimetres of each."""
-    names = [
+    names = (
         "eye_left",
         "eye_right",
         "mouth",
@@ -109,21 +107,11 @@ def control_points(
         "chin",
         "ear_left",
         "ear_right",
-    ]
-    pairs = [(getattr(here, name), getattr(there, name)) for name in names]
-    if len(here.lids) and len(there.lids):
-        pairs += zip(eye_extremes(sample, here), eye_extremes(rig, there), strict=True)
-    a, b = zip(*pairs, strict=True)
-    return np.stack(a), np.stack(b)
-
-
-def eye_extremes(rig: Rig, anchors: Anchors) -> list[Float[np.ndarray, " 3"]]:
-    """Inner, outer, upper and lower end of the lid opening of each eye."""
-    lids = rig.neutral[anchors.lids]
-    left = lids[:, 0] > anchors.midline
-    return [
-        eye[(sign * eye[:, axis]).argmax()] for eye in (lids[left], lids[~left]) for axis in (0, 1) for sign in (1, -1)
-    ]
+    )
+    return (
+        np.stack([getattr(here, name) for name in names]),
+        np.stack([getattr(there, name) for name in names]),
+    )
 
 
 def spline_start(
