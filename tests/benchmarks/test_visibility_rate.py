@@ -79,6 +79,4 @@ def test_visibility_traces_at_embrees_own_rate(benchmark):
         rate = sum(traced) / benchmark.stats.stats.min
         benchmark.extra_info |= {"rays_per_second": rate, "embree_one_thread": raw, "ratio": rate / raw}
         print(f"\n{len(vertices):,} vertices: {rate / 1e6:.1f} million rays/s, {rate / raw:.2f} times one raw thread")
-        assert (
-            rate > 0.3 * raw
-        )  # two idle cores give more than one thread; a machine at work on other things gives less
+        assert rate > 0.3 * raw  # low: other work on the machine slows the two threads more than the one
