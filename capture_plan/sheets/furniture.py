@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from capture_plan.sheets.page import MARGIN_MM, Booklet
-from capture_plan.sheets.style import FAINT, INK, SOFT, Look
+from capture_plan.sheets.style import FAINT, INK, SOFT, Look, Number
 
 CHECK_BAR_MM = 50.0
 FIELDS = ("Production", "Actor", "Date")
@@ -47,7 +47,7 @@ def foot_line(book: Booklet, source: Source) -> None:
     book.text(MARGIN_MM, y, text, 7, colour=SOFT, fit=right - MARGIN_MM - wide - 4)
 
 
-def sides(book: Booklet, y: float, *, left_on_right: bool) -> None:
+def sides(book: Booklet, y: Number, *, left_on_right: bool) -> None:
     """ACTOR'S LEFT and ACTOR'S RIGHT, large, each on its own side of the picture, with an arrow pointing outwards."""
     words = ("ACTOR'S RIGHT", "ACTOR'S LEFT") if left_on_right else ("ACTOR'S LEFT", "ACTOR'S RIGHT")
     left, right = MARGIN_MM, book.paper.width - MARGIN_MM
@@ -57,7 +57,7 @@ def sides(book: Booklet, y: float, *, left_on_right: bool) -> None:
         book.text(x + 5 * direction, y, text, 16, bold=True, align="left" if direction > 0 else "right")
 
 
-def check_bar(book: Booklet, x: float, y: float) -> None:
+def check_bar(book: Booklet, x: Number, y: Number) -> None:
     """50 mm with a stroke every 10: a ruler laid beside it tells whether the printer kept the size."""
     for step in range(5):
         fill = INK if step % 2 == 0 else "#ffffff"
@@ -69,7 +69,7 @@ def check_bar(book: Booklet, x: float, y: float) -> None:
     book.text(x, y + 5.6, "50 mm: measure it with a ruler, print at 100 %", 6.4, colour=SOFT)
 
 
-def legend(book: Booklet, x: float, y: float, width: float, looks: dict[str, Look], counts: dict[str, int]) -> None:
+def legend(book: Booklet, x: Number, y: Number, width: Number, looks: dict[str, Look], counts: dict[str, int]) -> None:
     """Shape, region and how many, in rows."""
     column, row = x, y
     for region, look in looks.items():
@@ -82,7 +82,9 @@ def legend(book: Booklet, x: float, y: float, width: float, looks: dict[str, Loo
         column += wide
 
 
-def tick_boxes(book: Booklet, x: float, y: float, words: Iterable[str], *, size: float = 4.0, pt: float = 9) -> float:
+def tick_boxes(
+    book: Booklet, x: Number, y: Number, words: Iterable[str], *, size: Number = 4.0, pt: Number = 9
+) -> float:
     """Boxes with their words to the right; returns the x after the last."""
     for word in words:
         book.box(x, y - size * 0.82, size, size, fill="#ffffff", width=0.35)

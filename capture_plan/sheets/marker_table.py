@@ -12,7 +12,7 @@ from capture_plan.layout.record import Landmark
 from capture_plan.rig.anchors import Anchors
 from capture_plan.sheets.furniture import head_line
 from capture_plan.sheets.page import MARGIN_MM, Booklet
-from capture_plan.sheets.style import FAINT, INK, SOFT, WASH, Look
+from capture_plan.sheets.style import FAINT, INK, SOFT, WASH, Look, Number
 
 TOP_MM, ROW_MM, BOTTOM_MM = 33.0, 5.3, 16.0
 TICKS = ("applied", "checked", "after lunch")
@@ -57,7 +57,7 @@ def draw_table(
     book.text(left, min(y, book.paper.height - 13), note, 6.6, colour=SOFT, fit=right - left)
 
 
-def _row(book: Booklet, landmark: Landmark, look: Look, y: float, ticks: float, shaded: bool) -> None:
+def _row(book: Booklet, landmark: Landmark, look: Look, y: Number, ticks: float, shaded: bool) -> None:
     left, right = MARGIN_MM, book.paper.width - MARGIN_MM
     if shaded:
         book.box(left, y - 3.7, right - left, ROW_MM, fill=WASH, line=None)

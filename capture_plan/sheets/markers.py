@@ -18,7 +18,7 @@ from capture_plan.rig.anchors import Anchors
 from capture_plan.sheets.head import Posed
 from capture_plan.sheets.leaders import assign_anchors
 from capture_plan.sheets.page import MARGIN_MM, Align, Booklet
-from capture_plan.sheets.style import INK, SOFT, Look
+from capture_plan.sheets.style import INK, SOFT, Look, Number
 from capture_plan.sheets.view import Frame, Picture, View, picture, pixels
 
 SCALES = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 8.0, 10.0, 20.0)  # head millimetres per page millimetre
@@ -37,10 +37,10 @@ BELOW_MM, FADE_MM = 38.0, 22.0  # of neck shown below the lowest place that matt
 class Area(NamedTuple):
     """The part of the page that a view and its labels have."""
 
-    x: float
-    y: float
-    width: float
-    height: float
+    x: Number
+    y: Number
+    width: Number
+    height: Number
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ class Placed:
     """
 
     picture: Picture
-    scale: float
+    scale: Number
     area: Area
     landmarks: tuple[Landmark, ...]
     points: Float[np.ndarray, "n 2"]
@@ -93,7 +93,7 @@ def seen(face: Face, view: View, shown: Picture) -> Bool[np.ndarray, " n"]:
     return inside & facing & (places[:, 2] > shown.z[row, column] - SEEN_MM)
 
 
-def place(face: Face, view: View, book: Booklet, *, dpi: float) -> Placed:
+def place(face: Face, view: View, book: Booklet, *, dpi: Number) -> Placed:
     """The largest scale at which the head and its labels fit on the page, and every label's place."""
     area = Area(MARGIN_MM, HEADER_MM, book.paper.width - 2 * MARGIN_MM, book.paper.height - HEADER_MM - FOOTER_MM)
     widths = {m.name: _label_width(book, m) for m in face.landmarks}
@@ -142,7 +142,7 @@ def _label_width(book: Booklet, landmark: Landmark) -> float:
     return 1.2 + max(name, min(book.width(landmark.label, NAME_PT), LONGEST_LABEL_MM))
 
 
-def _frame(face: Face, view: View, width: float, height: float, column: float) -> Frame | None:
+def _frame(face: Face, view: View, width: Number, height: Number, column: Number) -> Frame | None:
     """The part of view space a picture of this size shows, or nothing where the face does not fit."""
     head = view.project(face.posed.vertices[face.skin])
     marks = view.project(face.positions)
@@ -174,13 +174,13 @@ def _frame(face: Face, view: View, width: float, height: float, column: float) -
     return Frame(start, start + width, bottom, top, FADE_MM, blank_left, blank_right, FADE_MM if cut else 0.0)
 
 
-def _on_page(places: Float[np.ndarray, "n 3"], frame: Frame, scale: float, area: Area) -> Float[np.ndarray, "n 2"]:
+def _on_page(places: Float[np.ndarray, "n 3"], frame: Frame, scale: Number, area: Area) -> Float[np.ndarray, "n 2"]:
     x = area.x + (places[:, 0] - frame.left) / scale
     y = area.y + (frame.top - places[:, 1]) / scale
     return np.stack([x, y], axis=1)
 
 
-def _free_rooms(probe: Picture, scale: float, area: Area, column: float, n: int) -> Float[np.ndarray, "s 3"]:
+def _free_rooms(probe: Picture, scale: Number, area: Area, column: Number, n: int) -> Float[np.ndarray, "s 3"]:
     """Rooms for labels along both edges, as wide as the head drawn beside them leaves free, a label's height apart."""
     height = probe.frame.height / scale
     pitch = float(np.clip((height - 14) * 2 / max(1.5 * n, 1), LEAST_PITCH_MM, 8.0))
@@ -199,7 +199,7 @@ def _free_rooms(probe: Picture, scale: float, area: Area, column: float, n: int)
     return np.array(rooms).reshape(-1, 3)
 
 
-def _clear(face: Face, view: View, frame: Frame, scale: float, area: Area) -> Float[np.ndarray, "d 4"]:
+def _clear(face: Face, view: View, frame: Frame, scale: Number, area: Area) -> Float[np.ndarray, "d 4"]:
     """Ellipses on the page around the openings of the eyes and of the mouth."""
     a = face.anchors
     eye, mouth = 0.24 * a.pupils / scale, float(np.linalg.norm(a.corner_left - a.corner_right)) / 2 / scale

@@ -16,9 +16,10 @@ from jaxtyping import Float, UInt8
 from PIL import Image
 
 from capture_plan.errors import PlanError
-from capture_plan.sheets.style import INK, Look, outline, rgb
+from capture_plan.sheets.style import INK, Look, Number, outline, rgb
 
 Align = Literal["left", "centre", "right"]
+
 JPEG_QUALITY = 92  # no block is seen at 300 dpi on clay; a page of pictures stays near half a megabyte
 POINT_MM = 25.4 / 72
 MARGIN_MM = 8.0  # what common printers leave white, and a little
@@ -26,8 +27,8 @@ MARGIN_MM = 8.0  # what common printers leave white, and a little
 
 class Paper(NamedTuple):
     name: str
-    width: float
-    height: float
+    width: Number
+    height: Number
 
 
 PAPERS = {"a4": Paper("a4", 210.0, 297.0), "letter": Paper("letter", 215.9, 279.4)}
@@ -65,21 +66,21 @@ class Booklet:
     def bytes(self) -> bytes:
         return bytes(self._pdf.output())
 
-    def width(self, text: str, size: float, *, bold: bool = False) -> float:
+    def width(self, text: str, size: Number, *, bold: bool = False) -> float:
         self._pdf.set_font("sans", "B" if bold else "", size)
         return self._pdf.get_string_width(_plain(text))
 
     def text(
         self,
-        x: float,
-        y: float,
+        x: Number,
+        y: Number,
         text: str,
-        size: float,
+        size: Number,
         *,
         bold: bool = False,
         align: Align = "left",
         colour: str = INK,
-        fit: float | None = None,
+        fit: Number | None = None,
     ) -> float:
         """One line with its baseline at y; smaller, then cut short, where it is wider than `fit`. Returns its width."""
         text = _plain(text)
@@ -92,12 +93,12 @@ class Booklet:
 
     def paragraph(
         self,
-        x: float,
-        y: float,
+        x: Number,
+        y: Number,
         text: str,
-        size: float,
+        size: Number,
         *,
-        width: float,
+        width: Number,
         lines: int,
         bold: bool = False,
         colour: str = INK,
@@ -114,7 +115,7 @@ class Booklet:
             self.text(x, y - size * POINT_MM * 0.2, line, size, bold=bold, colour=colour, fit=width)
         return y
 
-    def broken(self, text: str, size: float, *, width: float, bold: bool = False) -> list[str]:
+    def broken(self, text: str, size: Number, *, width: Number, bold: bool = False) -> list[str]:
         """The lines that a paragraph takes."""
         lines = [""]
         for word in _plain(text).split():
@@ -126,7 +127,7 @@ class Booklet:
         return lines
 
     def line(
-        self, start: Iterable[float], end: Iterable[float], *, width: float = 0.2, colour: str = INK, dash: float = 0
+        self, start: Iterable[float], end: Iterable[float], *, width: Number = 0.2, colour: str = INK, dash: Number = 0
     ) -> None:
         self._pdf.set_draw_color(*rgb(colour))
         self._pdf.set_line_width(width)
@@ -136,36 +137,41 @@ class Booklet:
 
     def box(
         self,
-        x: float,
-        y: float,
-        w: float,
-        h: float,
+        x: Number,
+        y: Number,
+        w: Number,
+        h: Number,
         *,
         fill: str | None = None,
         line: str | None = INK,
-        width: float = 0.25,
+        width: Number = 0.25,
     ) -> None:
         self._stroke(fill, line, width)
         self._pdf.rect(x, y, w, h, style=_style(fill, line))
 
     def polygon(
-        self, corners: Float[np.ndarray, "n 2"], *, fill: str | None = None, line: str | None = INK, width: float = 0.25
+        self,
+        corners: Float[np.ndarray, "n 2"],
+        *,
+        fill: str | None = None,
+        line: str | None = INK,
+        width: Number = 0.25,
     ) -> None:
         self._stroke(fill, line, width)
         self._pdf.polygon([tuple(corner) for corner in corners.tolist()], style=_style(fill, line))
 
-    def marker(self, x: float, y: float, look: Look, *, radius: float, hollow: bool = False) -> None:
+    def marker(self, x: Number, y: Number, look: Look, *, radius: Number, hollow: bool = False) -> None:
         """A region's shape with a white rim, so that it is seen on dark and light alike."""
         corners = outline(look.shape) * radius + np.array([x, y])
         self.polygon(corners, fill="#ffffff", line="#ffffff", width=0.75)
         self.polygon(corners, fill="#ffffff" if hollow else look.colour, line=look.colour, width=0.4 if hollow else 0.1)
 
-    def image(self, pixels: UInt8[np.ndarray, "p q 3"], x: float, y: float, w: float, h: float) -> None:
+    def image(self, pixels: UInt8[np.ndarray, "p q 3"], x: Number, y: Number, w: Number, h: Number) -> None:
         file = io.BytesIO()
         Image.fromarray(pixels).save(file, "JPEG", quality=JPEG_QUALITY, subsampling=0)
         self._pdf.image(file, x, y, w, h)
 
-    def _fitted(self, text: str, size: float, bold: bool, fit: float) -> tuple[str, float]:
+    def _fitted(self, text: str, size: Number, bold: bool, fit: Number) -> tuple[str, float]:
         wide = self.width(text, size, bold=bold)
         if wide <= fit:
             return text, size
@@ -174,7 +180,7 @@ class Booklet:
             text = text.rstrip("…")[:-1] + "…"
         return text, size
 
-    def _stroke(self, fill: str | None, line: str | None, width: float) -> None:
+    def _stroke(self, fill: str | None, line: str | None, width: Number) -> None:
         if fill is not None:
             self._pdf.set_fill_color(*rgb(fill))
         if line is not None:

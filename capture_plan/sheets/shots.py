@@ -11,7 +11,7 @@ from PIL import Image
 from capture_plan.sheets.expression_page import HOLD_SECONDS, Shot, heat_colours
 from capture_plan.sheets.furniture import tick_boxes
 from capture_plan.sheets.page import MARGIN_MM, Align, Booklet
-from capture_plan.sheets.style import ACCENT, FAINT, INK, SOFT, WASH
+from capture_plan.sheets.style import ACCENT, FAINT, INK, SOFT, WASH, Number
 
 GAP_MM = 4.0
 LARGE_SHARE = 0.6  # of the width, for the front view
@@ -115,7 +115,7 @@ def _pictures(book: Booklet, shot: Shot) -> None:
     _heat_bar(book, x, below + short + 1.2, small, shot.scale_mm)
 
 
-def _heat_bar(book: Booklet, x: float, y: float, width: float, scale_mm: float) -> None:
+def _heat_bar(book: Booklet, x: Number, y: Number, width: Number, scale_mm: Number) -> None:
     strip = (heat_colours(np.linspace(0, 1, 400)) * 255).round().astype(np.uint8)[None].repeat(12, axis=0)
     book.image(strip, x, y, width, 2.6)
     book.box(x, y, width, 2.6, width=0.15)
@@ -148,7 +148,7 @@ def _facts(book: Booklet, shot: Shot) -> None:
         book.line((x + 10, y + 0.8), (end, y + 0.8), width=0.2, colour=SOFT)
 
 
-def _thumbnail(book: Booklet, shot: Shot, index: int, x: float, y: float, w: float, h: float) -> None:
+def _thumbnail(book: Booklet, shot: Shot, index: int, x: Number, y: Number, w: Number, h: Number) -> None:
     e = shot.expression
     book.box(x, y, w, h, line=FAINT, width=0.2)
     text_h = 15.0

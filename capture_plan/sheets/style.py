@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from capture_plan.layout.record import Landmark
 
+Number = float | int  # what a person writes as 8 or 7.5
 INK, SOFT, FAINT, WASH = "#1d1f22", "#5b5f66", "#c9ccd1", "#f1f2f4"
 ACCENT = "#0b57d0"
 
@@ -80,6 +81,6 @@ def rgb(colour: str) -> tuple[int, int, int]:
     return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
 
 
-def _around(corners: int, start_degrees: float) -> Float[np.ndarray, "n 2"]:
+def _around(corners: int, start_degrees: Number) -> Float[np.ndarray, "n 2"]:
     angle = np.radians(start_degrees + 360 * np.arange(corners) / corners)
     return np.stack([np.cos(angle), np.sin(angle)], axis=1)

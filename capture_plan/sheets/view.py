@@ -15,8 +15,10 @@ from jaxtyping import Float, UInt8
 from capture_plan.sheets.gl import Surface, draw
 from capture_plan.sheets.head import Posed, Shown
 from capture_plan.sheets.light import lit
+from capture_plan.sheets.style import Number
 
 MM_PER_INCH = 25.4
+SIDE_FADE = 1.6  # the back of a head is rounder than a neck and wants a longer fade
 
 
 @dataclass(frozen=True)
@@ -39,19 +41,19 @@ class View:
         return seen * np.array([-1, 1, 1]) if self.mirrored else seen
 
 
-FRONT = View("Front", 0)
-LEFT = View("Left three-quarter", 42)
-RIGHT = View("Right three-quarter", -42)
-MIRROR = View("In the mirror", 0, mirrored=True)
-FULL_LEFT = View("Left", 75)
-FULL_RIGHT = View("Right", -75)
+FRONT = View("Front", 0.0)
+LEFT = View("Left three-quarter", 42.0)
+RIGHT = View("Right three-quarter", -42.0)
+MIRROR = View("In the mirror", 0.0, mirrored=True)
+FULL_LEFT = View("Left", 75.0)
+FULL_RIGHT = View("Right", -75.0)
 
 
 class Frame(NamedTuple):
     """The part of view space that a picture shows, millimetres.
 
-    Along its lower and upper border it fades to white over `fade` and `fade_top`. It is blank along its left and right border as far as
-    `blank_left` and `blank_right`, and fades over `fade` beside a blank.
+    Along its lower and upper border it fades to white over `fade` and `fade_top`. It is blank along its left and right
+    border as far as `blank_left` and `blank_right`, and fades over `SIDE_FADE` times `fade` beside a blank.
     """
 
     left: float
@@ -87,7 +89,7 @@ class Picture(NamedTuple):
         return np.stack([column, row], axis=1)
 
 
-def pixels(width_mm: float, height_mm: float, dpi: float) -> tuple[int, int]:
+def pixels(width_mm: Number, height_mm: Number, dpi: Number) -> tuple[int, int]:
     """Width and height in pixels."""
     return round(width_mm * dpi / MM_PER_INCH), round(height_mm * dpi / MM_PER_INCH)
 
@@ -118,7 +120,7 @@ def _over_white(rgba: UInt8[np.ndarray, "p q 4"], frame: Frame) -> UInt8[np.ndar
     _fade(rgb, (_step(y, frame.fade) * _step(frame.height - y, frame.fade_top))[:, None])
     for blank, distance in ((frame.blank_left, x), (frame.blank_right, frame.width - x)):
         if blank > 0:
-            _fade(rgb, _step(distance - blank, frame.fade)[None])
+            _fade(rgb, _step(distance - blank, SIDE_FADE * frame.fade)[None])
     return rgb
 
 

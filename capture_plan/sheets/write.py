@@ -156,10 +156,10 @@ class _Drawing:
             np.array([m.position for m in self.plan.layout.landmarks]).reshape(-1, 3),
         )
         apart = np.linalg.norm(places[:, None] - places[None], axis=2)[np.triu_indices(len(places), 1)]
-        nearest = f" · closest two {apart.min():.1f} mm" if len(apart) else ""
+        nearest = f" · nearest two {apart.min():.1f} mm" if len(apart) else ""
         return (
-            f"{worth.landmarks} markers · tell {worth.rank} of {worth.full_rank} movements apart · predicted error "
-            f"{worth.error_mm:.2f} mm under {worth.noise_mm:g} mm noise{nearest}"
+            f"{worth.landmarks} markers · rank {worth.rank} of {worth.full_rank} · predicted error "
+            f"{worth.error_mm:.2f} mm at {worth.noise_mm:g} mm noise{nearest}"
         )
 
     def _packed(self) -> str:
