@@ -9,7 +9,7 @@ import io
 import json
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import jinja2
 import numpy as np
@@ -35,6 +35,7 @@ VIEWS = {"front": "From the front", "left": "From the actor's left", "right": "F
 UNSAFE = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026", "\u2028": "\\u2028", "\u2029": "\\u2029"}
 
 
+@runtime_checkable
 class Picture(Protocol):
     """What the page needs of a Pillow image."""
 
@@ -109,7 +110,7 @@ def viewer_html(rig: Rig, plan: Plan, *, expressions: bool = True, shade: Float[
         .render(
             title=plan.rig.name,
             expressions=plan.packing.expressions if expressions else (),
-            bare=not plan.layout.landmarks and not expressions,
+            marked=bool(plan.layout.landmarks),
             head_json=script_json(json.dumps(viewer_data(rig, plan, openness(rig) if shade is None else shade))),
             css=asset("style.css"),
             scripts=scripts("three.min.js", "head.js", "viewer.js", "panel.js"),
