@@ -1,1 +1,53 @@
-"""Plans facial capture sessions: markers to place, expressions to scan, and every page the set needs."""
+"""Plans facial capture sessions: markers to place, expressions to scan, and every page the set needs.
+
+What stands here loads when it is first used, so that importing the package costs nothing.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from capture_plan.plan.check import check_plan
+    from capture_plan.plan.files import read_plan, write_plan
+    from capture_plan.plan.make import make_plan
+    from capture_plan.plan.settings import Settings
+    from capture_plan.report import write_html
+    from capture_plan.rig.audit import audit
+    from capture_plan.rig.read import read_rig
+    from capture_plan.rig.record import Rig
+    from capture_plan.rig.sample import sample_rig
+    from capture_plan.sheets import write_sheets
+
+__all__ = [
+    "Rig",
+    "Settings",
+    "audit",
+    "check_plan",
+    "make_plan",
+    "read_plan",
+    "read_rig",
+    "sample_rig",
+    "write_html",
+    "write_plan",
+    "write_sheets",
+]
+
+_HOME = {
+    "Rig": "rig.record",
+    "Settings": "plan.settings",
+    "audit": "rig.audit",
+    "check_plan": "plan.check",
+    "make_plan": "plan.make",
+    "read_plan": "plan.files",
+    "read_rig": "rig.read",
+    "sample_rig": "rig.sample",
+    "write_html": "report",
+    "write_plan": "plan.files",
+    "write_sheets": "sheets",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOME:
+        raise AttributeError(f"module 'capture_plan' has no attribute '{name}'")
+    return getattr(import_module(f"capture_plan.{_HOME[name]}"), name)

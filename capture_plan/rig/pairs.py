@@ -13,6 +13,7 @@ Source  Carrigan et al. 2020, section 4.4; made dimensionless. Names only break 
 """
 
 import re
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -30,6 +31,7 @@ SIDES = (("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT"), ("l", "r"), ("
 WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+|[^A-Za-z0-9]+")
 
 
+@lru_cache(maxsize=2)  # the audit and the packing ask for the same rig
 def blendshape_pairs(rig: Rig) -> tuple[tuple[str, str], ...]:
     """(left, right) names of partners, the subject's own sides, in the order of the left ones in the rig."""
     side, overlap, unlike = laterality(rig), self_symmetry(rig), unlikeness(rig)
