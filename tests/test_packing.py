@@ -146,6 +146,21 @@ def test_greedy_colours_never_clash():
     assert not (graph & (colours[:, None] == colours)).any()
 
 
+def test_colours_that_greedy_misses_are_found():
+    missed = 0
+    for seed in range(25):
+        sides = np.arange(24) % 3  # items of one side never conflict: three colours do, and a triangle needs them
+        pairs = np.argwhere(np.triu(sides[:, None] != sides))
+        pairs = pairs[np.random.default_rng(seed).random(len(pairs)) < 0.3]
+        sets = np.zeros((24, len(pairs)), dtype=bool)
+        sets[pairs.T, np.arange(len(pairs))] = True
+        missed += greedy(conflict_graph(sets)).max() > 2
+        colours = colour(sets, 3)
+        assert colours is not None
+        assert (colours[pairs[:, 0]] != colours[pairs[:, 1]]).all()
+    assert missed > 0
+
+
 def test_the_core_keeps_what_has_enough_conflicts_among_itself():
     graph = np.zeros((6, 6), dtype=bool)
     graph[:5, :5] = conflict_graph(RING)
