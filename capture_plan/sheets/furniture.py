@@ -84,7 +84,7 @@ def legend(book: Booklet, x: Number, y: Number, width: Number, looks: dict[str, 
 
 def tick_boxes(
     book: Booklet, x: Number, y: Number, words: Iterable[str], *, size: Number = 4.0, pt: Number = 9
-) -> float:
+) -> Number:
     """Boxes with their words to the right; returns the x after the last."""
     for word in words:
         book.box(x, y - size * 0.82, size, size, fill="#ffffff", width=0.35)

@@ -4,7 +4,7 @@ A rig's triangles are split into four, as often as `SHOWN_TRIANGLES` allows, wit
 surface that the normals at the two ends of its edge suggest (Phong tessellation: Boubekeur & Alexa 2008, eq. 3-4). The
 rig's own vertices stay where they are, so a landmark lies on what is drawn. Lash strips are too thin for that.
 
-Letters: v vertices of the rig, u vertices shown, f triangles.
+Letters: v vertices of the rig, u vertices shown, f triangles before and g after splitting, e edges.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from capture_plan.mesh import half_edges, pieces, vertex_normals
 from capture_plan.rig import Rig
 from capture_plan.visibility import hemisphere_visibility
 
-SHOWN_TRIANGLES = 120_000  # beyond that a triangle is smaller than a printed dot
+SHOWN_TRIANGLES = 60_000  # outlines of a head are smooth to 0.1 mm long before
 PULL = 0.75  # alpha of Boubekeur & Alexa 2008, their recommended value
 SHADE_RAYS = 64
 LASH_MM = 4.5  # where a lash strip has faded away
@@ -32,12 +32,12 @@ class Material(NamedTuple):
     splits: int | None  # how often its triangles are split; none: as often as allowed
 
 
-SKIN = Material((0.86, 0.84, 0.815), 0.035, 14, None)
-LASH = Material((0.03, 0.028, 0.026), 0.0, 1, 0)
-EYE = Material((0.95, 0.95, 0.95), 0.8, 220, 3)
-IRIS = Material((0.17, 0.215, 0.235), 0.8, 220, 1)
-TEETH = Material((0.92, 0.90, 0.85), 0.08, 30, 1)
-TONGUE = Material((0.58, 0.33, 0.32), 0.05, 12, 1)
+SKIN = Material((0.86, 0.84, 0.815), 0.035, 14.0, None)
+LASH = Material((0.03, 0.028, 0.026), 0.0, 1.0, 0)
+EYE = Material((0.95, 0.95, 0.95), 0.8, 220.0, 3)
+IRIS = Material((0.17, 0.215, 0.235), 0.8, 220.0, 1)
+TEETH = Material((0.92, 0.90, 0.85), 0.08, 30.0, 1)
+TONGUE = Material((0.58, 0.33, 0.32), 0.05, 12.0, 1)
 PUPIL_COLOUR = (0.02, 0.02, 0.02)
 INSIDE_COLOUR = (0.46, 0.37, 0.36)  # of mouth and nostrils, which hang together with the skin
 # First word that a part's name contains decides; nothing of None is drawn: shells that hide the eye they lie on.
@@ -55,7 +55,7 @@ class Split(NamedTuple):
     """One subdivision: a new vertex in the middle of every edge, four triangles for one."""
 
     edges: Int[np.ndarray, "e 2"]
-    triangles: Int[np.ndarray, "f 3"]
+    triangles: Int[np.ndarray, "g 3"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,7 +202,7 @@ def _paint_irises(
 
 def _refine(
     vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"], splits: tuple[Split, ...]
-) -> tuple[Float[np.ndarray, "u 3"], Int[np.ndarray, "f 3"]]:
+) -> tuple[Float[np.ndarray, "u 3"], Int[np.ndarray, "g 3"]]:
     for edges, finer in splits:
         middles = curved_middles(vertices, vertex_normals(vertices, triangles), edges)
         vertices, triangles = np.concatenate([vertices, middles]), finer

@@ -66,7 +66,7 @@ class Booklet:
     def bytes(self) -> bytes:
         return bytes(self._pdf.output())
 
-    def width(self, text: str, size: Number, *, bold: bool = False) -> float:
+    def width(self, text: str, size: Number, *, bold: bool = False) -> Number:
         self._pdf.set_font("sans", "B" if bold else "", size)
         return self._pdf.get_string_width(_plain(text))
 
@@ -81,7 +81,7 @@ class Booklet:
         align: Align = "left",
         colour: str = INK,
         fit: Number | None = None,
-    ) -> float:
+    ) -> Number:
         """One line with its baseline at y; smaller, then cut short, where it is wider than `fit`. Returns its width."""
         text = _plain(text)
         if fit is not None:
@@ -102,7 +102,7 @@ class Booklet:
         lines: int,
         bold: bool = False,
         colour: str = INK,
-    ) -> float:
+    ) -> Number:
         """Words broken into at most `lines` lines, smaller where they need more; returns the y below the last one."""
         broken = self.broken(text, size, width=width, bold=bold)
         while len(broken) > lines and size > 5:
@@ -171,7 +171,7 @@ class Booklet:
         Image.fromarray(pixels).save(file, "JPEG", quality=JPEG_QUALITY, subsampling=0)
         self._pdf.image(file, x, y, w, h)
 
-    def _fitted(self, text: str, size: Number, bold: bool, fit: Number) -> tuple[str, float]:
+    def _fitted(self, text: str, size: Number, bold: bool, fit: Number) -> tuple[str, Number]:
         wide = self.width(text, size, bold=bold)
         if wide <= fit:
             return text, size
