@@ -14,8 +14,6 @@ from capture_plan.report.contents import KINDS, compare_row, marker_rows
 from capture_plan.report.words import count, millimetres, percent
 from capture_plan.rig.audit import Audit, verdict
 
-ROWS = 12  # of a table before it has pages
-
 
 def audit_view(report: Audit) -> mo.Html:
     """The verdict, what is in the rig, and every finding."""
@@ -42,7 +40,6 @@ def audit_view(report: Audit) -> mo.Html:
                     }
                     for finding in report.findings
                 ],
-                wrapped=["What was found", "What to do"],
             )
             if report.findings
             else mo.md("Nothing is wrong with this rig."),
@@ -100,7 +97,8 @@ def layout_view(layout: Layout) -> mo.Html:
                     }
                     for row in compared
                 ],
-                numbers=["Landmarks", "Told apart", "Condition number", "Predicted error"],
+                numbers=("Landmarks", "Told apart", "Condition number", "Predicted error"),
+                strong=0,
             ),
         ],
         gap=1,
@@ -121,8 +119,8 @@ def landmark_table(layout: Layout) -> mo.Html:
             }
             for row in marker_rows(layout.landmarks)
         ],
-        numbers=["Seen from", "Vertex"],
-        wrapped=["Stands for"],
+        numbers=("Seen from", "Vertex"),
+        names=("Stands for",),
     )
 
 
@@ -152,8 +150,8 @@ def packing_view(packing: Packing) -> mo.Html:
                     }
                     for shot in shots
                 ],
-                numbers=["Adds", "Shown so far"],
-                wrapped=["What the actor does", "Blendshapes"],
+                numbers=("Adds", "Shown so far"),
+                names=("Blendshapes",),
             ),
         ],
         gap=1,
@@ -171,15 +169,15 @@ def _tiles(*tiles: tuple[str, str, str]) -> mo.Html:
 
 
 def _table(
-    rows: list[dict[str, Any]], *, numbers: list[str] | None = None, wrapped: list[str] | None = None
+    rows: list[dict[str, Any]], *, numbers: tuple[str, ...] = (), names: tuple[str, ...] = (), strong: int = -1
 ) -> mo.Html:
-    return mo.ui.table(
-        rows,
-        selection=None,
-        page_size=ROWS,
-        pagination=len(rows) > ROWS,
-        show_column_summaries=False,
-        show_data_types=False,
-        wrapped_columns=wrapped,
-        text_justify_columns={name: "right" for name in numbers or []},
+    """Rows of the same columns: `numbers` stand to the right, `names` are small; the row number `strong` stands out."""
+    sorts = {column: "number" if column in numbers else "names" if column in names else "" for column in rows[0]}
+    head = "".join(f'<th class="{sort}">{html.escape(column)}</th>' for column, sort in sorts.items())
+    body = "".join(
+        f'<tr class="{"strong" if i == strong else ""}">'
+        + "".join(f'<td class="{sorts[column]}">{html.escape(str(cell))}</td>' for column, cell in row.items())
+        + "</tr>"
+        for i, row in enumerate(rows)
     )
+    return mo.Html(f'<div class="rows"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>')

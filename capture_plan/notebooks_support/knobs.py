@@ -49,7 +49,7 @@ def landmark_knobs() -> Any:
             "A landmark stands for a blendshape that moves it by this share of the largest movement.",
         ),
         spacing_mm=(
-            _slider(0, 20, 1, start.spacing_mm, "Spacing, mm"),
+            _slider(0.0, 20.0, 1.0, start.spacing_mm, "Spacing, mm"),
             "Least distance between two landmarks along the skin.",
         ),
         noise_mm=(

@@ -1,0 +1,197 @@
+"""The notebooks as people open them: marimo apps in Chromium, a knob turned, the result changed."""
+
+import os
+import re
+import socket
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.request
+from contextlib import contextmanager
+
+import pytest
+
+from capture_plan.notebook import notebooks_folder
+
+START_S = 60  # a server on a busy machine
+WORK_MS = 90_000
+READY_HEAD = "#viewer.ready canvas"
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+@contextmanager
+def served(arguments, port, folder):
+    """The address of a server that runs while the block does."""
+    environment = os.environ | {"MARIMO_SKIP_UPDATE_CHECK": "1"}
+    log = folder / "server.log"
+    with log.open("wb") as output:
+        server = subprocess.Popen(arguments, cwd=folder, env=environment, stdout=output, stderr=subprocess.STDOUT)
+    try:
+        wait_for(f"http://127.0.0.1:{port}/health", server, log)
+        yield f"http://127.0.0.1:{port}/"
+    finally:
+        server.terminate()
+        try:
+            server.wait(10)
+        except subprocess.TimeoutExpired:
+            server.kill()
+            server.wait()
+
+
+def wait_for(address, server, log):
+    until = time.monotonic() + START_S
+    while time.monotonic() < until:
+        if server.poll() is not None:
+            break
+        try:
+            urllib.request.urlopen(address, timeout=2).close()
+            return
+        except (urllib.error.URLError, OSError):
+            time.sleep(0.1)
+    pytest.fail(f"no server at {address}: {log.read_text()}")
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory):
+    """The session notebook, opened by the command line from another folder."""
+    port, command = (
+        free_port(),
+        [sys.executable, "-c", "from capture_plan.cli import main; main()", "notebook", "sample"],
+    )
+    with served([*command, "--headless", "--port", str(port)], port, tmp_path_factory.mktemp("session")) as address:
+        yield address
+
+
+@pytest.fixture(scope="module")
+def stages(tmp_path_factory):
+    """One server for the notebooks of all stages, on a rig that holds no more than it must."""
+    port, folder = free_port(), str(notebooks_folder())
+    command = [sys.executable, "-m", "marimo", "run", folder, "--headless", "--no-sandbox", "--port", str(port)]
+    with served(command, port, tmp_path_factory.mktemp("stages")) as address:
+        yield address
+
+
+@pytest.fixture
+def visit(browser):
+    """Opens an address on a page that asks nothing of a network; afterwards nothing may have gone wrong."""
+    context = browser.new_context(viewport={"width": 1280, "height": 900}, reduced_motion="reduce")
+    wrong = []
+
+    def watch(request):
+        if not re.match(r"(https?|wss?)://(127\.0\.0\.1|localhost)|data:|blob:|about:", request.url):
+            wrong.append(f"asked for {request.url}")
+
+    def visit(address):
+        page = context.new_page()
+        page.set_default_timeout(WORK_MS)
+        page.on("request", watch)
+        page.on("pageerror", lambda error: wrong.append(str(error)))
+        page.goto(address)
+        page.wait_for_selector("h1")
+        return page
+
+    yield visit
+    context.close()
+    assert not wrong
+
+
+def figure(page, what):
+    """The tile called `what`."""
+    return page.locator(".tiles > div", has=page.locator(f"p.what:text-is('{what}')")).locator("p.figure")
+
+
+def turn(page, label, key, times):
+    """Move the slider beside `label` by so many steps."""
+    slider = page.locator("marimo-slider", has_text=label).get_by_role("slider")
+    slider.focus()
+    for _ in range(times):
+        slider.press(key)
+
+
+def changed(page, tile, before):
+    """Wait until the tile shows something else."""
+    page.wait_for_function(
+        "([what, before]) => [...document.querySelectorAll('.tiles > div')].some((tile) =>"
+        " tile.querySelector('.what').textContent === what && tile.querySelector('.figure').textContent !== before)",
+        arg=[tile, before],
+    )
+    return figure(page, tile).inner_text()
+
+
+def assert_no_error(page):
+    text = page.locator("body").inner_text()
+    assert "Traceback" not in text
+    assert "This cell" not in text
+    assert (
+        page.locator(".marimo-error, [data-testid='marimo-error'], marimo-callout-output[data-kind*='danger']").count()
+        == 0
+    )
+
+
+def colours_of_the_head(page, number=0):
+    """How many colours the 3D head of the numbered frame shows."""
+    frame = page.frame_locator("iframe").nth(number)
+    frame.locator(READY_HEAD).wait_for(state="attached")
+    from io import BytesIO
+
+    import numpy as np
+    from PIL import Image
+
+    shot = Image.open(BytesIO(frame.locator(".stage").screenshot())).convert("RGB")
+    return len(np.unique(np.asarray(shot).reshape(-1, 3), axis=0))
+
+
+@pytest.mark.parametrize(
+    ("name", "tile"),
+    [("rig", "Blendshapes planned"), ("visibility", "Seen well enough")],
+)
+def test_a_notebook_opens_with_its_figures_and_a_head(visit, stages, name, tile):
+    page = visit(f"{stages}?file={name}.py")
+    assert re.match(r"\d", figure(page, tile).inner_text())
+    assert colours_of_the_head(page) > 500
+    assert_no_error(page)
+
+
+def test_a_higher_epsilon_gives_another_number_of_landmarks(visit, stages):
+    page = visit(f"{stages}?file=landmarks.py")
+    before = figure(page, "Landmarks").inner_text()
+    turn(page, "Epsilon", "ArrowRight", 4)
+    assert int(changed(page, "Landmarks", before)) > 0
+    assert_no_error(page)
+
+
+def test_a_higher_mu_gives_another_number_of_expressions(visit, stages):
+    page = visit(f"{stages}?file=expressions.py")
+    before = figure(page, "Expressions").inner_text()
+    turn(page, "Mu", "ArrowRight", 4)
+    assert int(changed(page, "Expressions", before)) < int(before)
+    assert_no_error(page)
+
+
+def test_the_sheets_notebook_shows_pages_as_pictures(visit, stages):
+    page = visit(f"{stages}?file=sheets.py")
+    first = page.locator(".pages img").first
+    first.wait_for()
+    assert first.evaluate("(picture) => picture.decode().then(() => picture.naturalWidth)") > 400
+    assert_no_error(page)
+
+
+def test_the_session_walks_from_the_rig_to_the_downloads(visit, session):
+    page = visit(session)
+    page.get_by_text("Sheets for print (PDF)").wait_for()
+    before = {tile: figure(page, tile).inner_text() for tile in ("Landmarks", "Expressions", "Seen well enough")}
+    assert colours_of_the_head(page, 1) > 500
+    turn(page, "Epsilon", "ArrowRight", 4)
+    assert changed(page, "Landmarks", before["Landmarks"]) != before["Landmarks"]
+    assert figure(page, "Expressions").inner_text() == before["Expressions"]
+    assert figure(page, "Seen well enough").inner_text() == before["Seen well enough"]
+    with page.expect_download() as download:
+        page.get_by_text("plan.json", exact=True).last.click()
+    assert download.value.suggested_filename == "plan.json"
+    assert_no_error(page)
