@@ -21,7 +21,7 @@ from capture_plan.sheets.expression_page import heat_colours, heat_scale, moveme
 from capture_plan.sheets.furniture import CHECK_BAR_MM
 from capture_plan.sheets.head import curved_middles, make_head, pose, split
 from capture_plan.sheets.markers import Face, draw_markers, place, seen
-from capture_plan.sheets.page import PAPERS, Booklet
+from capture_plan.sheets.page import PAPERS, Booklet, paper
 from capture_plan.sheets.style import LOOKS, outline, rgb
 from capture_plan.sheets.view import FRONT, LEFT, MIRROR, RIGHT, picture, pixels
 
@@ -169,9 +169,9 @@ def test_the_subjects_left_is_on_the_right_of_the_front_page(face):
             assert (point[0] > 105) == (mark.side == "left")
 
 
-@pytest.mark.parametrize(("paper", "size"), [("a4", (210.0, 297.0)), ("letter", (215.9, 279.4))])
-def test_pages_have_the_size_of_the_paper(face, paper, size):
-    book = Booklet(PAPERS[paper], "test")
+@pytest.mark.parametrize(("name", "size"), [("a4", (210.0, 297.0)), ("letter", (215.9, 279.4))])
+def test_pages_have_the_size_of_the_paper(name, size):
+    book = Booklet(PAPERS[name], "test")
     book.add_page("test")
     page = pypdfium2.PdfDocument(book.bytes())[0]
     assert np.array(page.get_size()) * 25.4 / 72 == pytest.approx(size, abs=0.01)
@@ -225,7 +225,7 @@ def test_a_plan_of_another_rig_is_refused_and_nothing_written(rig, plan, tmp_pat
 
 def test_an_unknown_paper_and_an_unusable_folder_are_refused(rig, plan, tmp_path):
     with pytest.raises(PlanError, match="choose one of a4, letter"):
-        write_sheets(plan, rig, tmp_path, paper="a5", dpi=30)  # pyright: ignore[reportArgumentType]
+        paper("a5")
     (tmp_path / "file").write_text("")
     with pytest.raises(PlanError, match="choose another folder"):
         write_sheets(plan, rig, tmp_path / "file", dpi=30)

@@ -36,7 +36,7 @@ def portrait(rig: Rig, anchors: Anchors, view: View, aspect: float) -> Frame:
     """Head and some neck in a frame of width = `aspect` x height, ears included, seen from the front or the side."""
     head, u = view.project(rig.neutral[rig.skin]), anchors.pupils
     chin, eyes = float(anchors.chin[1]), float(anchors.eye_left[1])
-    top = min(head[:, 1].max(), eyes + 2.4 * u) + 0.05 * u
+    top = min(head[:, 1].max(), eyes + 3.5 * u) + 0.05 * u
     bottom = chin - 0.62 * u  # an open jaw is about 0.5 u lower
     on = head[head[:, 1] > chin]
     left, right = on[:, 0].min() - 0.05 * u, on[:, 0].max() + 0.05 * u
@@ -51,7 +51,7 @@ def movement(rig: Rig, expression: Expression) -> tuple[Float[np.ndarray, "v 3"]
     """Where the expression puts every vertex, and how far that is from the neutral."""
     weights = np.zeros(len(rig.names))
     number = {name: k for k, name in enumerate(rig.names)}
-    for name, weight in zip(expression.blendshapes, expression.weights, strict=True):
+    for name, weight in expression.pose.items():
         weights[number[name]] = weight
     posed = rig.pose(weights)
     return posed, np.linalg.norm(posed - rig.neutral, axis=1)

@@ -177,7 +177,7 @@ def _piece(rig: Rig, material: Material, triangles: Int[np.ndarray, "f 3"]) -> P
 def _lash_opacity(rig: Rig, vertices: Int[np.ndarray, " v"]) -> Float[np.ndarray, " v"]:
     """Lashes are strips meant for a texture of hairs: dark at the lid, gone at their tips."""
     away, _ = KDTree(rig.neutral[rig.skin]).query(rig.neutral[vertices])
-    return np.clip(0.8 * (1 - away / LASH_MM), 0.0, 0.8)
+    return np.clip(0.6 * (1 - away / LASH_MM), 0.0, 0.6)
 
 
 def _paint_irises(

@@ -2,13 +2,13 @@
 
 Data       p[i]      points to be named, millimetres on the page
            a[s]      anchors: free places for a label's end of the line; at least as many as points
-Cost       c[i, s] = |p_i - a_s|  +  NEAR times other points that the line touches  +  OVER times its length inside
-                     the parts of the face that should stay clear (eyes and mouth)  +  TIGHT times what the label
-                     is wider than the room at the anchor
+Cost       c[i, s] = d (1 + d^2 / LONG^2) with d = |p_i - a_s|
+                     +  NEAR times other points that the line touches
+                     +  OVER times its length inside the parts of the face that should stay clear (eyes and mouth)
+                     +  TIGHT times what the label is wider than the room at the anchor
 Model      the assignment of least total cost; then, while two lines cross, exchange their anchors
 Ends       two crossing lines are the diagonals of a convex quadrilateral, and two opposite sides of it are together
-           shorter: each exchange shortens the total length, of which there are finitely many. An assignment of least
-           length alone has no crossing to begin with.
+           shorter: each exchange shortens the total length, of which there are finitely many.
 """
 
 import numpy as np
@@ -20,6 +20,7 @@ from capture_plan.errors import PlanError
 NEAR_MM, NEAR = 2.2, 40.0  # a line closer than a marker's radius to another marker seems to name that one
 OVER = 4.0  # a line may go this much longer round than through an eye
 TIGHT = 30.0  # a name cut short by a millimetre is worth 30 mm of line
+LONG_MM = 60.0  # beyond this many lines together may be longer, to spare one a way across the face
 SAMPLES = 24  # places along a line where it is tested against the parts that stay clear
 
 
@@ -79,7 +80,7 @@ def _cost(
     nearest = other[:, None] - np.clip(along, 0, 1)[..., None] * line[:, :, None]
     touched = (np.linalg.norm(nearest, axis=3) < NEAR_MM) & (along > 0)
     touched &= ~np.eye(len(points), dtype=bool)[:, None]
-    cost = length + NEAR * touched.sum(axis=2)
+    cost = length * (1 + (length / LONG_MM) ** 2) + NEAR * touched.sum(axis=2)
     steps = (np.arange(SAMPLES) + 0.5) / SAMPLES
     for x, y, half_width, half_height in clear:
         along_line = points[:, None, None] + steps[:, None] * line[:, :, None]  # n s t 2

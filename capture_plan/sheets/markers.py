@@ -7,6 +7,7 @@ Letters: n markers seen in a view, s places for labels.
 """
 
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -24,8 +25,8 @@ from capture_plan.sheets.view import Frame, Picture, View, picture, pixels
 SCALES = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 8.0, 10.0, 20.0)  # head millimetres per page millimetre
 HEADER_MM, FOOTER_MM = 31.0, 34.0
 MARKER_MM = 1.45  # radius on the page
-LABEL_PT, NAME_PT = 8.5, 6.2
-LONGEST_LABEL_MM, LEAST_ROOM_MM, LEAST_PITCH_MM = 22.0, 9.0, 6.2
+SQUEEZE, LONGEST_LEADER = 0.78, 0.48  # share of a label's width it can do with; of the page's width
+LONGEST_LABEL_MM, LEAST_ROOM_MM = 26.0, 9.0
 PROBE_DPI = 60  # of the quick picture that tells what is seen and where labels have room
 SEEN_MM = 2.0  # a marker this much behind the surface in front of it is hidden
 GRAZING = 0.12  # least cosine between the skin's normal and the view; below it a dot is only a stroke
@@ -41,6 +42,42 @@ class Area(NamedTuple):
     y: Number
     width: Number
     height: Number
+
+
+class LabelStyle(NamedTuple):
+    """How a marker's number and name stand beside the head; `least` and `most` are heights from label to label."""
+
+    lines: int
+    number_pt: float
+    name_pt: float
+    least: float
+    most: float
+
+    def width(self, book: Booklet, landmark: Landmark) -> Number:
+        number = book.width(landmark.name, self.number_pt, bold=True)
+        name = min(book.width(landmark.label, self.name_pt), LONGEST_LABEL_MM)
+        return 1.2 + (max(number, name) if self.lines == 2 else number + 1.2 + name)
+
+    def pitch(self, area: Area, n: int) -> float:
+        """Half as many places again as are needed, if there is room for them."""
+        return float(np.clip((area.height - 17) * 2 / max(1.5 * n, 1), self.least, self.most))
+
+    def draw(self, book: Booklet, landmark: Landmark, look: Look, x: float, y: float, room: float) -> None:
+        """Beside the end of the leader at (x, y), away from the head."""
+        on_left = x < book.paper.width / 2
+        align: Align = "right" if on_left else "left"
+        x += -0.8 if on_left else 0.8
+        down = 0.2 if self.lines == 2 else 0.9
+        wide = book.text(x, y + down, landmark.name, self.number_pt, bold=True, align=align, colour=look.colour)
+        if self.lines == 2:
+            book.text(x, y + 2.7, landmark.label, self.name_pt, align=align, colour=SOFT, fit=room - 0.8)
+        elif room - wide > 4:
+            x += -(wide + 1.2) if on_left else wide + 1.2
+            book.text(x, y + 0.9, landmark.label, self.name_pt, align=align, colour=SOFT, fit=room - wide - 2)
+
+
+TWO_LINES = LabelStyle(2, 8.5, 6.2, 6.2, 8.0)
+ONE_LINE = LabelStyle(1, 7.0, 5.6, 2.6, 6.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +114,7 @@ class Placed:
     picture: Picture
     scale: Number
     area: Area
+    style: LabelStyle
     landmarks: tuple[Landmark, ...]
     points: Float[np.ndarray, "n 2"]
     rooms: Float[np.ndarray, "n 3"]
@@ -96,23 +134,25 @@ def seen(face: Face, view: View, shown: Picture) -> Bool[np.ndarray, " n"]:
 def place(face: Face, view: View, book: Booklet, *, dpi: Number) -> Placed:
     """The largest scale at which the head and its labels fit on the page, and every label's place."""
     area = Area(MARGIN_MM, HEADER_MM, book.paper.width - 2 * MARGIN_MM, book.paper.height - HEADER_MM - FOOTER_MM)
-    widths = {m.name: _label_width(book, m) for m in face.landmarks}
-    column = max(widths.values(), default=0.0)
-    for scale in SCALES:
+    styles = {style: {m.name: style.width(book, m) for m in face.landmarks} for style in (TWO_LINES, ONE_LINE)}
+    for scale, (style, widths) in product(SCALES, styles.items()):
+        column = max(widths.values(), default=0.0)
         frame = _frame(face, view, area.width * scale, area.height * scale, column * scale)
         if frame is None:
             continue
         probe = picture(face.solid, view, frame, size_px=pixels(frame.width / scale, frame.height / scale, PROBE_DPI))
         visible = seen(face, view, probe)
         landmarks = tuple(m for m, there in zip(face.landmarks, visible.tolist(), strict=True) if there)
-        rooms = _free_rooms(probe, scale, area, column, len(landmarks))
+        rooms = _free_rooms(probe, scale, area, column, style.pitch(area, len(landmarks)))
         if len(rooms) < len(landmarks):
             continue
         points = _on_page(view.project(face.positions[visible]), frame, scale, area)
         labels = np.array([widths[m.name] for m in landmarks])
         chosen = assign_anchors(points, rooms[:, :2], _clear(face, view, frame, scale, area), labels, rooms[:, 2])
+        if scale < SCALES[-1] and not _readable(points, rooms[chosen], labels, area):
+            continue
         shown = picture(face.posed, view, frame, size_px=pixels(frame.width / scale, frame.height / scale, dpi))
-        return Placed(shown, scale, area, landmarks, points, rooms[chosen])
+        return Placed(shown, scale, area, style, landmarks, points, rooms[chosen])
     raise PlanError(f"{len(face.landmarks)} markers do not fit on {book.paper.name} paper: plan fewer landmarks")
 
 
@@ -122,7 +162,6 @@ def draw_markers(book: Booklet, placed: Placed, looks: dict[str, Look]) -> None:
     book.image(
         placed.picture.rgb, placed.area.x, placed.area.y, frame.width / placed.scale, frame.height / placed.scale
     )
-    middle = book.paper.width / 2
     ends = placed.rooms[:, :2]
     for point, end in zip(placed.points, ends, strict=True):
         book.line(point, end, width=0.7, colour="#ffffff")
@@ -131,15 +170,15 @@ def draw_markers(book: Booklet, placed: Placed, looks: dict[str, Look]) -> None:
     for landmark, point, (x, y, room) in zip(placed.landmarks, placed.points, placed.rooms.tolist(), strict=True):
         look = looks[landmark.region]
         book.marker(float(point[0]), float(point[1]), look, radius=MARKER_MM, hollow=landmark.role == "backup")
-        align: Align = "right" if x < middle else "left"
-        x += -0.8 if align == "right" else 0.8
-        book.text(x, y + 0.2, landmark.name, LABEL_PT, bold=True, align=align, colour=look.colour)
-        book.text(x, y + 2.7, landmark.label, NAME_PT, align=align, colour=SOFT, fit=room - 0.8)
+        placed.style.draw(book, landmark, look, float(x), float(y), float(room))
 
 
-def _label_width(book: Booklet, landmark: Landmark) -> float:
-    name = book.width(landmark.name, LABEL_PT, bold=True)
-    return 1.2 + max(name, min(book.width(landmark.label, NAME_PT), LONGEST_LABEL_MM))
+def _readable(
+    points: Float[np.ndarray, "n 2"], rooms: Float[np.ndarray, "n 3"], labels: Float[np.ndarray, " n"], area: Area
+) -> bool:
+    """No name has to be cut short, and no leader runs across half the page."""
+    length = np.linalg.norm(points - rooms[:, :2], axis=1)
+    return bool((rooms[:, 2] >= SQUEEZE * labels).all() and (length < LONGEST_LEADER * area.width).all())
 
 
 def _frame(face: Face, view: View, width: Number, height: Number, column: Number) -> Frame | None:
@@ -180,15 +219,16 @@ def _on_page(places: Float[np.ndarray, "n 3"], frame: Frame, scale: Number, area
     return np.stack([x, y], axis=1)
 
 
-def _free_rooms(probe: Picture, scale: Number, area: Area, column: Number, n: int) -> Float[np.ndarray, "s 3"]:
-    """Rooms for labels along both edges, as wide as the head drawn beside them leaves free, a label's height apart."""
-    height = probe.frame.height / scale
-    pitch = float(np.clip((height - 14) * 2 / max(1.5 * n, 1), LEAST_PITCH_MM, 8.0))
+def _free_rooms(probe: Picture, scale: float, area: Area, column: float, pitch: float) -> Float[np.ndarray, "s 3"]:
+    """Rooms for labels along both edges, `pitch` apart, as wide as the head drawn beside them leaves free."""
     drawn = (probe.rgb.min(axis=2) < 246) & np.isfinite(probe.z)
     per_mm = probe.z.shape[1] / area.width
     rooms = []
-    for row in np.arange(area.y + 13, area.y + height - 4, pitch):
-        rows = slice(max(int((row - area.y - 3.4) * per_mm), 0), int((row - area.y + 3.6) * per_mm))
+    for row in np.arange(area.y + 13, area.y + area.height - 4, pitch):
+        rows = slice(
+            max(int((row - area.y - min(pitch / 2, 3.4)) * per_mm), 0),
+            int((row - area.y + min(pitch / 2, 3.6)) * per_mm),
+        )
         columns = np.flatnonzero(drawn[rows].any(axis=0))
         free = (columns[0], drawn.shape[1] - columns[-1]) if len(columns) else (drawn.shape[1],) * 2
         left, right = (min(column, edge / per_mm - 1.5) for edge in free)

@@ -11,6 +11,7 @@ from importlib.resources import files
 from typing import Literal, NamedTuple
 
 import numpy as np
+from fontTools.ttLib import TTFont
 from fpdf import FPDF
 from jaxtyping import Float, UInt8
 from PIL import Image
@@ -22,6 +23,7 @@ Align = Literal["left", "centre", "right"]
 
 JPEG_QUALITY = 92  # no block is seen at 300 dpi on clay; a page of pictures stays near half a megabyte
 POINT_MM = 25.4 / 72
+UNKNOWN = "\ufffd"
 MARGIN_MM = 8.0  # what common printers leave white, and a little
 
 
@@ -51,12 +53,13 @@ class Booklet:
         pdf.set_auto_page_break(False)
         pdf.set_margin(0)
         pdf.set_creation_date(datetime(2000, 1, 1, tzinfo=UTC))  # equal plans give equal bytes
-        pdf.set_title(_plain(title))
         pdf.set_producer("capture_plan")
         folder = files("capture_plan.sheets").joinpath("fonts")
         for style, file in (("", "Roboto-Regular.ttf"), ("B", "Roboto-Bold.ttf")):
             pdf.add_font("sans", style, str(folder.joinpath(file)))
+        self._known = frozenset(TTFont(str(folder.joinpath("Roboto-Regular.ttf"))).getBestCmap() or ())
         pdf.set_font("sans", size=9)
+        pdf.set_title(self._printable(title))
 
     def add_page(self, title: str) -> None:
         """`title` names the page's PNG."""
@@ -68,7 +71,7 @@ class Booklet:
 
     def width(self, text: str, size: Number, *, bold: bool = False) -> Number:
         self._pdf.set_font("sans", "B" if bold else "", size)
-        return self._pdf.get_string_width(_plain(text))
+        return self._pdf.get_string_width(self._printable(text))
 
     def text(
         self,
@@ -83,7 +86,7 @@ class Booklet:
         fit: Number | None = None,
     ) -> Number:
         """One line with its baseline at y; smaller, then cut short, where it is wider than `fit`. Returns its width."""
-        text = _plain(text)
+        text = self._printable(text)
         if fit is not None:
             text, size = self._fitted(text, size, bold, fit)
         width = self.width(text, size, bold=bold)
@@ -118,7 +121,7 @@ class Booklet:
     def broken(self, text: str, size: Number, *, width: Number, bold: bool = False) -> list[str]:
         """The lines that a paragraph takes."""
         lines = [""]
-        for word in _plain(text).split():
+        for word in self._printable(text).split():
             longer = f"{lines[-1]} {word}".strip()
             if lines[-1] and self.width(longer, size, bold=bold) > width:
                 lines.append(word)
@@ -171,11 +174,16 @@ class Booklet:
         Image.fromarray(pixels).save(file, "JPEG", quality=JPEG_QUALITY, subsampling=0)
         self._pdf.image(file, x, y, w, h)
 
+    def _printable(self, text: str) -> str:
+        """One line of letters that the face has; a letter it lacks becomes a question mark in a diamond."""
+        plain = (letter if letter.isprintable() else " " for letter in text)
+        return "".join(letter if ord(letter) in self._known else UNKNOWN for letter in plain)
+
     def _fitted(self, text: str, size: Number, bold: bool, fit: Number) -> tuple[str, Number]:
         wide = self.width(text, size, bold=bold)
         if wide <= fit:
             return text, size
-        size = max(size * fit / wide, size * 0.8)
+        size = max(size * fit / wide, size * 0.72)
         while len(text) > 1 and self.width(text, size, bold=bold) > fit:
             text = text.rstrip("…")[:-1] + "…"
         return text, size
@@ -190,8 +198,3 @@ class Booklet:
 
 def _style(fill: str | None, line: str | None) -> str:
     return ("D" if line is not None else "") + ("F" if fill is not None else "")
-
-
-def _plain(text: str) -> str:
-    """Printable characters on one line."""
-    return "".join(letter if letter.isprintable() else " " for letter in text)

@@ -137,6 +137,8 @@ def _facts(book: Booklet, shot: Shot) -> None:
     book.box(left, y + 2, width * start, 3.6, fill="#9db8e8", line=None)
     book.box(left + width * start, y + 2, max(width * (end - start), 0.3), 3.6, fill=ACCENT, line=None)
     names = "Blendshapes at full: " + ", ".join(e.blendshapes)
+    if e.drivers:
+        names += f"; held besides: {', '.join(e.drivers)}"
     book.paragraph(left, y + 7.4, names, 8, width=width, lines=3, colour=SOFT)
     y = book.paper.height - 29
     book.line((left, y - 7), (right, y - 7), width=0.15, colour=FAINT)
