@@ -1,0 +1,171 @@
+"""Which standard a blendshape's name follows, and what it says in plain words.
+
+    recognise("eyeBlink_L")                       ARKit      eyeBlinkLeft  left   "eye closed (left)"
+    recognise("au_12_l")                          FACS       AU12          left   "lip corner puller (left)"
+    recognise("CTRL_expressions_mouthFunnelUL")   MetaHuman  mouthFunnelUL left   "mouth funnel (upper left)"
+    recognise("Expressions_mouthSmile_max")       MB-Lab     mouthSmile    none   "mouth smile, upper end of its slider"
+    recognise("blink_l")                          VRM        blinkLeft     left   "left eye closed"
+
+Confidence  1 the standard's own spelling; 0.9 a house spelling of it; 0.7 a word of the standard that others use too
+            ("happy"); 0.6 the shape of a name only. What the user's own name map says has confidence 1.
+Names are hints for people and for recorded weights; which blendshapes are partners, geometry decides (`pairs.py`).
+"""
+
+import re
+import tomllib
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, replace
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from capture_plan.rig.name_map import NameMap
+from capture_plan.rig.names import WORD, Side, arkit_name, side_of
+
+OWN, HOUSE, SHARED, SHAPE = 1.0, 0.9, 0.7, 0.6
+UNIT = re.compile(
+    r"(?:.*[:|/.])?(?:(?!(?:au|facs|l|r|left|right)[^a-z])[a-z]+[^a-z0-9]+)*"  # what the unit belongs to: mesh.face_AU12
+    r"(?:(?P<before>l|r|left|right)[^a-z0-9]+)?(?:au|facs)[ _.-]*0*(?P<number>[1-9]\d?)"
+    r"(?:[ _.-]*(?P<side>l|r|lf|rt|left|right|b|both))?(?:\.\d+)?",
+    re.IGNORECASE,
+)
+INTENSITY = re.compile(r"AU\d\d_[rc]")  # OpenFace: r for regressed, c for classified, neither a side
+CONTROL = re.compile(r"(?:.*[:|.])?CTRL_expressions[_.]")
+ENDS = re.compile(r"(?P<base>[A-Za-z]*[a-z](?:Left|Right)?)(?P<quadrant>[UD]?(?:IN|OUT)?[LRCUDM]?)(?P<phase>Ph\d)?")
+SLIDER = re.compile(r"(?P<prefix>Expressions_)?(?P<base>[A-Za-z]\w*?\d*)_(?P<end>min|max)")
+PLACES = {"U": "upper", "D": "lower", "IN": "inner", "OUT": "outer", "C": "centre", "L": "left", "R": "right"}
+
+
+@dataclass(frozen=True)
+class Recognised:
+    """`name` as the standard spells it, the subject's `side`, plain `words`, `confidence` from 0 to 1.
+
+    `arkit` are the ARKit blendshapes that do nearly the same, for recorded weights; none where there is none like it.
+    """
+
+    standard: str
+    name: str
+    side: Side | None
+    words: str
+    confidence: float
+    arkit: tuple[str, ...] = ()
+
+
+def recognise(name: str, *, mine: NameMap | None = None) -> Recognised | None:
+    """What `name` means: by the user's own map, else by the standard that it fits best; None where by none."""
+    if mine is not None and (meant := mine.meaning(name)):
+        found = recognise(meant)
+        return replace(found, confidence=OWN) if found else Recognised("yours", meant, side_of(meant), meant, OWN)
+    readings = [found for reader in READERS if (found := reader(name))]
+    return max(readings, key=lambda found: found.confidence, default=None)
+
+
+def recognise_all(names: Collection[str], *, mine: NameMap | None = None) -> dict[str, Recognised | None]:
+    """Every name's meaning, each read beside the others: AU12_r is a right side where there is an AU12_l."""
+    found = {name: recognise(name, mine=mine) for name in names}
+    for name, meaning in found.items():
+        if meaning and INTENSITY.fullmatch(name) and name[:-1] + "l" in found:
+            found[name] = _unit(int(name[2:4]), "right", HOUSE)
+    return found
+
+
+def slider_pairs(names: Collection[str]) -> tuple[tuple[str, str], ...]:
+    """(min, max) names that are the two ends of one MB-Lab slider: opposite weights of one movement."""
+    present = set(names)
+    return tuple(
+        (name, name[:-3] + "max") for name in names if SLIDER.fullmatch(name) and name[:-3] + "max" in present - {name}
+    )
+
+
+def _arkit(name: str) -> Recognised | None:
+    found = arkit_name(name)
+    if found is None:
+        return None
+    table = _data("arkit")
+    base = found if found in table else found.removesuffix("Left").removesuffix("Right")
+    side: Side | None = None if found in table else "left" if found.endswith("Left") else "right"
+    halved = side is not None and table[base]["sides"] != "both"
+    own = not halved and name in (found, found[0].upper() + found[1:])  # Live Link opens with a capital
+    return Recognised("ARKit", found, side, _with(table[base]["words"], side), OWN if own else HOUSE, (found,))
+
+
+def _facs(name: str) -> Recognised | None:
+    match = UNIT.fullmatch(name)
+    if match is None or f"AU{int(match['number'])}" not in _data("facs"):
+        return None
+    number, word = int(match["number"]), (match["side"] or match["before"] or "").lower()
+    if INTENSITY.fullmatch(name):
+        return _unit(number, None, SHARED)
+    side: Side | None = "left" if word.startswith("l") else "right" if word.startswith("r") else None
+    return _unit(number, side, OWN if re.fullmatch(r"AU\d+[LR]?", name) else HOUSE)
+
+
+def _unit(number: int, side: Side | None, confidence: float) -> Recognised:
+    entry = _data("facs")[f"AU{number}"]
+    nearest = tuple(name for base in entry["arkit"] for name in _sided(base, side))
+    return Recognised("FACS", f"AU{number}", side, _with(entry["words"], side), confidence, nearest)
+
+
+def _metahuman(name: str) -> Recognised | None:
+    prefix = CONTROL.match(name)
+    short = name[prefix.end() :] if prefix else name
+    match = ENDS.fullmatch(short)
+    table = _data("metahuman")
+    if match is None or not (prefix or match["base"] in table):
+        return None
+    base, quadrant = match["base"], match["quadrant"]
+    known = base in table
+    side: Side | None = {"L": "left", "R": "right"}.get(quadrant[-1:])  # type: ignore[assignment]
+    places = [PLACES[letters] for letters in re.findall("IN|OUT|[UDCLR]", quadrant)]
+    words = " ".join(word.lower() for word in WORD.findall(base)) + (f" ({' '.join(places)})" if places else "")
+    if match["phase"]:
+        words += f", phase {match['phase'][2:]}"
+    if base.startswith("eyeLook") and base[7:] in ("Left", "Right") and side:
+        way = "Out" if base[7:].lower() == side else "In"
+        nearest: tuple[str, ...] = (f"eyeLook{way}{side.capitalize()}",)
+    else:
+        nearest = _sided(table[base], side) if table.get(base) else ()
+    confidence = OWN if prefix and known else SHAPE if prefix else SHARED
+    return Recognised("MetaHuman", short, side, words, confidence, nearest)
+
+
+def _vrm(name: str) -> Recognised | None:
+    for preset, entry in _data("vrm").items():
+        if name in (preset, preset.capitalize()) or name.lower() in (preset.lower(), entry.get("vrm0")):
+            sided = preset.endswith(("Left", "Right")) and not preset.startswith("look")
+            side: Side | None = side_of(preset) if sided else None
+            own = OWN if name == preset and any(map(str.isupper, name)) else SHARED if len(name) > 1 else SHAPE
+            return Recognised("VRM", preset, side, entry["words"], own, tuple(entry["arkit"]))
+    return None
+
+
+def _mblab(name: str) -> Recognised | None:
+    match = SLIDER.fullmatch(name)
+    if match is None:
+        return None
+    end = {"min": "lower", "max": "upper"}[match["end"]]
+    side = side_of(match["base"])
+    words = " ".join(word.lower() for word in WORD.findall(match["base"]) if word not in ("L", "R"))
+    words = f"{_with(words, side)}, {end} end of its slider"
+    return Recognised("MB-Lab", f"{match['base']}_{match['end']}", side, words, OWN if match["prefix"] else SHAPE)
+
+
+READERS: tuple[Callable[[str], Recognised | None], ...] = (_arkit, _facs, _metahuman, _vrm, _mblab)
+
+
+@cache
+def _data(standard: str) -> dict[str, Any]:
+    return tomllib.loads(files("capture_plan.rig").joinpath("data", f"{standard}.toml").read_text(encoding="utf-8"))
+
+
+def _sided(base: str, side: Side | None) -> tuple[str, ...]:
+    """ARKit's names for a movement without a side: the one asked for, both, or the undivided one."""
+    if _data("arkit")[base]["sides"] == "direction":
+        return (base,)
+    if side is not None:
+        return (base + side.capitalize(),)
+    return (base,) if _data("arkit")[base]["sides"] == "none" else (base + "Left", base + "Right")
+
+
+def _with(words: str, side: Side | None) -> str:
+    return f"{words} ({side})" if side else words
