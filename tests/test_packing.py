@@ -257,6 +257,17 @@ def test_no_expression_asks_for_what_no_face_can_do(rig, used, packing):
     assert pack(rig, used, PackingSettings(poseable=False)).exclusive == ()
 
 
+def test_a_corrective_is_performed_on_what_it_corrects(rig, used, packing):
+    (shot,) = (e for e in packing.expressions if "mouthClose" in e.blendshapes)
+    assert packing.drivers == (("mouthClose", "jawOpen"),)
+    assert shot.drivers == ("jawOpen",)
+    assert shot.pose["jawOpen"] == 1
+    others = [name for name in shot.blendshapes if name != "mouthClose"]
+    jaw, *active = active_sets(rig, ("jawOpen", *others), 0.3)
+    assert not any((jaw & one).any() for one in active)
+    assert pack(rig, used, PackingSettings(poseable=False)).drivers == ()
+
+
 def test_the_same_input_gives_the_same_packing(rig, used, packing):
     assert pack(rig, used, PackingSettings()) == packing
 
@@ -317,6 +328,8 @@ FORGERIES = [
     ("out of order", lambda p: change(p, bound=len(p.clique) - 1, proven_optimal=False)),
     ("proof is misstated", lambda p: change(p, proven_optimal=False)),
     ("expressions listed", lambda p: change(p, objective=p.objective + 1)),
+    ("is no corrective", lambda p: change(p, drivers=(*p.drivers, ("browInnerUp", "jawOpen")))),
+    ("its blendshapes need", lambda p: change(p, expressions=tuple(change(e, drivers=()) for e in p.expressions))),
     ("cannot be performed", lambda p: change(p, exclusive=(*p.exclusive, tuple(p.expressions[0].blendshapes[:2])))),
 ]
 

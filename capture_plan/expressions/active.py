@@ -21,6 +21,17 @@ def active_sets(rig: Rig, used: tuple[str, ...], mu: float) -> Bool[np.ndarray, 
     return (moved >= mu * largest) & (moved > 0) & (largest > STILL_MM)
 
 
+def performed_sets(
+    rig: Rig, used: tuple[str, ...], mu: float, drivers: tuple[tuple[str, str], ...]
+) -> Bool[np.ndarray, "k v"]:
+    """Active sets of what an actor shows: a corrective's together with those of the blendshape that it corrects."""
+    active = active_sets(rig, used, mu)
+    shown = active.copy()
+    for corrective, driver in drivers:
+        shown[used.index(corrective)] |= active[used.index(driver)]
+    return shown
+
+
 def vertex_kinds(rig: Rig, used: tuple[str, ...], mu: float) -> Int[np.ndarray, "k v"]:
     """0 static, 1 smoothing, 2 active, for every blendshape of `used` and every vertex (the paper's Fig. 2)."""
     moving = skin_displacement(rig, used) > STILL_MM

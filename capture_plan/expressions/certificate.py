@@ -10,9 +10,9 @@ from itertools import combinations
 
 import numpy as np
 
-from capture_plan.expressions.active import active_sets
+from capture_plan.expressions.active import performed_sets
 from capture_plan.expressions.record import Packing
-from capture_plan.expressions.together import never_together, performed_together
+from capture_plan.expressions.together import driven, never_together, performed_together
 from capture_plan.rig import Rig
 
 
@@ -23,12 +23,12 @@ def packing_faults(rig: Rig, used: tuple[str, ...], packing: Packing, mu: float)
 
 def packing_claims(rig: Rig, used: tuple[str, ...], packing: Packing, mu: float) -> dict[str, list[str]]:
     """What a packing claims, and for each claim the lines that say what does not hold."""
-    active = dict(zip(used, active_sets(rig, used, mu), strict=True))
+    active = dict(zip(used, performed_sets(rig, used, mu, packing.drivers), strict=True))
     return {
         "every blendshape is performed once or listed as left out": each_once(used, packing),
         "no two blendshapes of an expression overlap or exclude each other": disjoint(active, packing),
         "left and right partners are performed together": together(packing),
-        "pairs and rules are those of the rig and its names": own_rules(rig, used, packing),
+        "pairs, rules and drivers are those of the rig and its names": own_rules(rig, used, packing),
         f"no list has fewer than {len(packing.clique)} expressions (a clique)": bound(active, packing),
     }
 
@@ -67,10 +67,18 @@ def together(packing: Packing) -> list[str]:
 
 
 def own_rules(rig: Rig, used: tuple[str, ...], packing: Packing) -> list[str]:
-    never, pairs = set(never_together(used)), set(performed_together(rig, used))
+    never, pairs, drivers = set(never_together(used)), set(performed_together(rig, used)), set(driven(rig, used))
+    driver_of = dict(packing.drivers)
     return [
-        f"nothing says that '{a}' and '{b}' exclude each other" for a, b in packing.exclusive if (a, b) not in never
-    ] + [f"'{a}' and '{b}' are no partners" for a, b in packing.pairs if (a, b) not in pairs]
+        *(f"nothing says that '{a}' and '{b}' exclude each other" for a, b in packing.exclusive if (a, b) not in never),
+        *(f"'{a}' and '{b}' are no partners" for a, b in packing.pairs if (a, b) not in pairs),
+        *(f"'{a}' is no corrective of '{b}'" for a, b in packing.drivers if (a, b) not in drivers),
+        *(
+            f"{e.name} holds {list(e.drivers)}, its blendshapes need {needed}"
+            for e in packing.expressions
+            if (needed := [driver_of[name] for name in e.blendshapes if name in driver_of]) != list(e.drivers)
+        ),
+    ]
 
 
 def bound(active: dict[str, np.ndarray], packing: Packing) -> list[str]:

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from capture_plan.errors import RigError
-from capture_plan.expressions.active import active_sets, skin_displacement
+from capture_plan.expressions.active import active_sets, performed_sets, skin_displacement
 from capture_plan.expressions.colouring import largest_clique
 from capture_plan.expressions.conflicts import maximal_sets
 from capture_plan.expressions.importance import (
@@ -25,7 +25,7 @@ from capture_plan.expressions.record import Expression, Packing
 from capture_plan.expressions.sentences import sentence
 from capture_plan.expressions.sequential import Weigh, sequential
 from capture_plan.expressions.settings import PackingSettings
-from capture_plan.expressions.together import never_together, performed_together
+from capture_plan.expressions.together import driven, never_together, performed_together
 from capture_plan.rig import Rig
 
 Items = list[tuple[int, ...]]
@@ -43,7 +43,8 @@ def pack(
         raise RigError(f"{rig.name}: no blendshape moves the skin: nothing to pack into expressions")
     pairs = performed_together(rig, used) if settings.paired else ()
     items = _items(used, pairs)
-    active = active_sets(rig, used, settings.mu)
+    drivers = driven(rig, used) if settings.poseable else ()
+    active = performed_sets(rig, used, settings.mu, drivers)
     exclusive = never_together(used) if settings.poseable else ()
     sets = maximal_sets(_item_sets(used, items, active, exclusive))
     overlapping = maximal_sets(_item_sets(used, items, active, ()))
@@ -59,7 +60,7 @@ def pack(
     done = {k for expression in shot for k in expression}
     return Packing(
         method=settings.method,
-        expressions=_expressions(rig, used, shot, worth / worth.sum()),
+        expressions=_expressions(rig, used, shot, worth / worth.sum(), dict(drivers)),
         objective=len(chosen),
         bound=bound,
         proven_optimal=len(chosen) == bound,
@@ -68,6 +69,7 @@ def pack(
         pairs=pairs,
         relaxed=(),
         exclusive=exclusive,
+        drivers=drivers,
         left_out=tuple(name for k, name in enumerate(used) if k not in done),
     )
 
@@ -120,7 +122,7 @@ def _weigh(rig: Rig, used: tuple[str, ...], items: Items, worth: Float[np.ndarra
 
 
 def _expressions(
-    rig: Rig, used: tuple[str, ...], chosen: list[list[int]], share: Float[np.ndarray, " k"]
+    rig: Rig, used: tuple[str, ...], chosen: list[list[int]], share: Float[np.ndarray, " k"], driver_of: dict[str, str]
 ) -> tuple[Expression, ...]:
     gain = np.array([share[expression].sum() for expression in chosen])
     covered = np.minimum(np.cumsum(gain), 1)
@@ -133,6 +135,7 @@ def _expressions(
             gain=round(float(gain[number - 1]), 6),
             covered=round(float(covered[number - 1]), 6),
             sentence=sentence(rig, names[number - 1]),
+            drivers=tuple(driver_of[name] for name in names[number - 1] if name in driver_of),
         )
         for number in range(1, len(chosen) + 1)
     )

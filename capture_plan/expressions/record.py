@@ -9,6 +9,9 @@ class Expression(Struct, frozen=True, forbid_unknown_fields=True):
     `gain` is its share of the importance of all blendshapes (uniqueness, which depends on the order, left aside),
     `covered` the share after it, both 0 to 1. `sentence` tells the actor what to do in plain words; sides in it are
     the actor's own.
+
+    `drivers` are held at full weight besides: what one of the blendshapes corrects and is not performed without (lips
+    closed over an open jaw). They show here and are scanned for themselves in another expression.
     """
 
     name: str
@@ -17,6 +20,12 @@ class Expression(Struct, frozen=True, forbid_unknown_fields=True):
     gain: float
     covered: float
     sentence: str
+    drivers: tuple[str, ...] = ()
+
+    @property
+    def pose(self) -> dict[str, float]:
+        """The weight of every blendshape that is not at rest in the picture."""
+        return dict(zip(self.blendshapes, self.weights, strict=True)) | dict.fromkeys(self.drivers, 1.0)
 
 
 class Packing(Struct, frozen=True, forbid_unknown_fields=True):
@@ -29,7 +38,8 @@ class Packing(Struct, frozen=True, forbid_unknown_fields=True):
     expression, so that anybody can check a limit without a solver; a partner in it stands for its pair, whose active
     set is the union of both. `pairs` are left/right partners that are performed together; `relaxed` those pairs that
     had to be split. `exclusive` are blendshapes that no face performs at once, kept apart although they may share no
-    active vertex: conflicts in the clique are of either kind.
+    active vertex: conflicts in the clique are of either kind. `drivers` are pairs of a corrective and what it
+    corrects: the corrective counts as active wherever either is.
     """
 
     method: str
@@ -42,4 +52,5 @@ class Packing(Struct, frozen=True, forbid_unknown_fields=True):
     pairs: tuple[tuple[str, str], ...]
     relaxed: tuple[tuple[str, str], ...]
     exclusive: tuple[tuple[str, str], ...]
+    drivers: tuple[tuple[str, str], ...]
     left_out: tuple[str, ...]

@@ -13,6 +13,7 @@ from importlib.resources import files
 from itertools import combinations
 
 from capture_plan.rig import Rig
+from capture_plan.rig.findings import correctives
 from capture_plan.rig.names import arkit_name, side_of
 from capture_plan.rig.pairs import blendshape_pairs
 
@@ -31,6 +32,12 @@ def performed_together(rig: Rig, used: tuple[str, ...]) -> tuple[tuple[str, str]
         named[left]: named[right] for left, right in (LOOK_LEFT, LOOK_RIGHT)
     }
     return tuple((left, right_of[left]) for left, _ in pairs)
+
+
+def driven(rig: Rig, used: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
+    """(corrective, what it corrects) among `used`: what cannot be performed for itself, as ARKit's mouthClose."""
+    found = [finding.blendshapes for finding in correctives(rig, used)]
+    return tuple((names[0], names[1]) for names in found if len(names) == 2)
 
 
 def never_together(used: tuple[str, ...]) -> tuple[tuple[str, str], ...]:

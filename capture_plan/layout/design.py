@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Int
 from msgspec.structs import replace
 
-from capture_plan.errors import InfeasibleError
+from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.layout.cover import Cover, dual_prices
 from capture_plan.layout.empirical import place_ibug68
 from capture_plan.layout.face import Face
@@ -41,11 +41,9 @@ def design_layout(face: Face, settings: LayoutSettings) -> Layout:
     observation = face.observation(settings.noise_mm)
     everywhere = np.arange(len(sites.visibility))
     single = best_cover(sites, settings, reachable, everywhere, None)
-    references = {
-        SIXTY_EIGHT: observation.worth(place_ibug68(face.rig)),
-        SINGLE_COVER: observation.worth(sites.members(single.chosen)),
-    }
-    rounds, added = _choose(face, sites, settings, single, observation, references[SIXTY_EIGHT])
+    references = sixty_eight(face, observation) | {SINGLE_COVER: observation.worth(sites.members(single.chosen))}
+    target_mm = references[SIXTY_EIGHT].error_mm if SIXTY_EIGHT in references else settings.noise_mm
+    rounds, added = _choose(face, sites, settings, single, observation, target_mm)
     order, round_of = _in_order(face.rig, sites, rounds, added)
     return Layout(
         method=settings.method,
@@ -68,8 +66,16 @@ def design_layout(face: Face, settings: LayoutSettings) -> Layout:
     )
 
 
+def sixty_eight(face: Face, observation: Observation) -> dict[str, Worth]:
+    """What 68 points are worth on this face; nothing where it has no eyes and mouth to lay them on."""
+    try:
+        return {SIXTY_EIGHT: observation.worth(place_ibug68(face.rig))}
+    except RigError:
+        return {}
+
+
 def _choose(
-    face: Face, sites: Sites, settings: LayoutSettings, single: Cover, observation: Observation, bar: Worth
+    face: Face, sites: Sites, settings: LayoutSettings, single: Cover, observation: Observation, target_mm: float
 ) -> tuple[list[Cover], Int[np.ndarray, " a"]]:
     """The covers and the repair that the method asks for."""
     if settings.method == "cover":
@@ -81,7 +87,7 @@ def _choose(
     if settings.method == "adaptive":
         return rounds, np.empty(0, dtype=int)
     chosen = np.concatenate([cover.chosen for cover in rounds])
-    return rounds, repair(observation, sites, chosen, target_mm=bar.error_mm, spacing=spacing)
+    return rounds, repair(observation, sites, chosen, target_mm=target_mm, spacing=spacing)
 
 
 def _in_order(

@@ -1,9 +1,10 @@
 """The face as landmarks are chosen from it: which skin moves, how well it is seen, where landmarks may stand."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.settings import LayoutSettings
@@ -32,18 +33,28 @@ class Face:
         """Length of every used delta on the skin, 0 elsewhere, millimetres."""
         return np.where(self.rig.skin, self.rig.displacement[self.rows], 0)
 
+    @cached_property
+    def mirror(self) -> Int[np.ndarray, " v"]:
+        """The mirror image of every vertex."""
+        return mirror_map(self.rig.neutral)
+
     @property
     def moving_skin(self) -> Bool[np.ndarray, " v"]:
         """Skin that some used blendshape moves."""
         return self.rig.skin & moving(self.displacement)
 
+    @property
+    def markable(self) -> Bool[np.ndarray, " v"]:
+        """Skin that may carry a landmark: what moves, and its mirror image, which may stay still on a lopsided rig."""
+        return self.rig.skin & (self.moving_skin | self.moving_skin[self.mirror])
+
     def allowed(self, settings: LayoutSettings) -> Bool[np.ndarray, " v"]:
-        """Skin that moves and is seen well enough in every expression.
+        """Markable skin that is seen well enough in every expression.
 
         Raises:
             InfeasibleError: there is none.
         """
-        allowed = self.moving_skin & (self.visibility > 0) & (self.visibility >= settings.min_visibility)
+        allowed = self.markable & (self.visibility > 0) & (self.visibility >= settings.min_visibility)
         if not allowed.any():
             raise InfeasibleError(
                 f"no moving skin is seen from {settings.min_visibility:.0%} of the directions: lower min_visibility"
@@ -68,7 +79,7 @@ class Face:
             self.visibility,
             allowed,
             neutral=self.rig.neutral,
-            mirror=mirror_map(self.rig.neutral),
+            mirror=self.mirror,
             spacing_mm=settings.spacing_mm if settings.method != "cover" else 0.0,
         )
 
@@ -80,7 +91,7 @@ class Face:
 def see_face(rig: Rig, used: tuple[str, ...], cameras: tuple[Camera, ...] = ()) -> Face:
     """Visibility of every skin vertex in every expression, from anywhere or, where they are known, from the cameras."""
     face = Face(rig, used, np.zeros(len(rig.neutral)))
-    at, deltas = np.flatnonzero(face.moving_skin), rig.deltas[face.rows]
+    at, deltas = np.flatnonzero(face.markable), rig.deltas[face.rows]
     visibility = np.zeros(len(rig.neutral))
     if cameras:
         visibility[at] = camera_visibility(rig.neutral, deltas, rig.triangles, at, cameras)

@@ -10,7 +10,8 @@ Share = Annotated[float, Meta(ge=0, le=1)]
 class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Lengths in millimetres, shares from 0 to 1.
 
-    `method`: `studio` is adaptive multi-cover repaired to full rank and to the error of a 68-point layout; `adaptive`
+    `method`: `studio` is adaptive multi-cover repaired to full rank and to the error of a 68-point layout (where the
+    rig has no face to lay 68 points on, to an error of `noise_mm`); `adaptive`
     is Algorithm 1 of Zell & McDonnell 2022; `cover` is their single set cover. `weights`: fewest landmarks first and
     then the best places (`lexicographic`), the paper's own sum (`paper`), or the number alone (`count`).
     `epsilon`: a vertex can stand for a blendshape that moves it by this share of the blendshape's largest movement;

@@ -17,6 +17,7 @@ from jaxtyping import Float
 from markupsafe import Markup
 
 from capture_plan.expressions.record import Expression
+from capture_plan.layout.record import Landmark
 from capture_plan.plan.files import plan_bytes, write_whole
 from capture_plan.plan.record import Plan
 from capture_plan.report.contents import contents, marker_facts, marker_rows
@@ -66,7 +67,7 @@ def page_html(plan: Plan, rig: Rig) -> str:
             expressions=[card(expression, pictures[expression.name]) for expression in plan.packing.expressions],
             markers=marker_rows(plan.layout.landmarks),
             marker_pictures=[plate(view, picture) for view, picture in plates.items()],
-            head_json=script_json(json.dumps(viewer_data(rig, plan, openness(rig)))),
+            head_json=script_json(json.dumps(plan_head(rig, plan))),
             plan_json=script_json(plan_bytes(plan).decode()),
             css=asset("style.css"),
             scripts=scripts("three.min.js", "head.js", "viewer.js", "panel.js", "page.js"),
@@ -99,48 +100,67 @@ def plate(view: str, picture: Picture) -> dict[str, Any]:
     return {**embedded(picture, f"Markers: {caption}"), "caption": caption}
 
 
-def viewer_html(rig: Rig, plan: Plan, *, expressions: bool = True, shade: Float[np.ndarray, " v"] | None = None) -> str:
-    """The 3D head alone as a document of its own, for an `iframe srcdoc`; with or without the expression stepper.
+def viewer_html(rig: Rig, plan: Plan) -> str:
+    """The plan's 3D head alone, with its landmarks and expressions, as a document for an `iframe srcdoc`."""
+    return head_html(rig, plan_head(rig, plan))
 
-    `shade` darkens vertices, 1 is full light; without it those that little light reaches are dark.
-    """
+
+def head_html(rig: Rig, head: dict[str, Any]) -> str:
+    """A head as `head_data` describes it as a document of its own."""
     return (
         templates()
         .get_template("standalone.html.jinja")
         .render(
-            title=plan.rig.name,
-            expressions=plan.packing.expressions if expressions else (),
-            marked=bool(plan.layout.landmarks),
-            head_json=script_json(json.dumps(viewer_data(rig, plan, openness(rig) if shade is None else shade))),
+            title=rig.name,
+            expressions=head["expressions"],
+            marked=bool(head["landmarks"]),
+            head_json=script_json(json.dumps(head)),
             css=asset("style.css"),
             scripts=scripts("three.min.js", "head.js", "viewer.js", "panel.js"),
         )
     )
 
 
-def viewer_data(rig: Rig, plan: Plan, shade: Float[np.ndarray, " v"]) -> dict[str, Any]:
-    """What `CapturePlan.start` reads: the head with its shade, its landmarks and its expressions."""
-    shown = dict.fromkeys(plan.audit.used)
-    shown |= dict.fromkeys(name for expression in plan.packing.expressions for name in expression.blendshapes)
-    names = tuple(shown)
+def plan_head(rig: Rig, plan: Plan) -> dict[str, Any]:
+    """What `CapturePlan.start` reads of a plan."""
+    return head_data(
+        rig,
+        plan.audit.used,
+        landmarks=plan.layout.landmarks,
+        expressions=plan.packing.expressions,
+        seers="the cameras" if plan.settings.cameras else "directions",
+    )
+
+
+def head_data(
+    rig: Rig,
+    used: tuple[str, ...],
+    *,
+    landmarks: tuple[Landmark, ...] = (),
+    expressions: tuple[Expression, ...] = (),
+    seers: str = "directions",
+    shade: Float[np.ndarray, " v"] | None = None,
+) -> dict[str, Any]:
+    """What `CapturePlan.start` reads: the head with its `used` blendshapes, its landmarks and its expressions.
+
+    `shade` darkens vertices, 1 is full light; without it those that little light reaches are dark.
+    """
+    names = tuple(dict.fromkeys([*used, *(name for expression in expressions for name in expression.pose)]))
     number = {name: k for k, name in enumerate(names)}
-    landmarks = packed_landmarks(rig, plan.layout.landmarks)
-    seers = "the cameras" if plan.settings.cameras else "directions"
-    for packed, landmark in zip(landmarks, plan.layout.landmarks, strict=True):
-        packed["facts"] = marker_facts(landmark, seers)
+    packed = packed_landmarks(rig, landmarks)
+    for shown, landmark in zip(packed, landmarks, strict=True):
+        shown["facts"] = marker_facts(landmark, seers)
     return {
-        "head": packed_head(rig, names, shade),
-        "landmarks": landmarks,
+        "head": packed_head(rig, names, openness(rig) if shade is None else shade),
+        "landmarks": packed,
         "expressions": [
             {
                 "name": expression.name,
                 "sentence": expression.sentence,
                 "blendshapes": expression.blendshapes,
-                "weights": [
-                    [number[name], w] for name, w in zip(expression.blendshapes, expression.weights, strict=True)
-                ],
+                "weights": [[number[name], w] for name, w in expression.pose.items()],
             }
-            for expression in plan.packing.expressions
+            for expression in expressions
         ],
     }
 

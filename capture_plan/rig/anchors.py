@@ -172,7 +172,7 @@ def _mouth(
             and centre[2] > eyes[2] - unit
         ):
             corners = points[[points[:, 0].argmax(), points[:, 0].argmin()]]
-            front = points[np.abs(points[:, 0] - x0) < 0.2 * width]
+            front = points[np.argsort(np.abs(points[:, 0] - x0), kind="stable")[: max(2, len(points) // 5)]]
             return np.r_[x0, front[:, 1].mean(), front[:, 2].max()], corners, loop, ("mouth",)
     drop, how = _tear(rig, eyes, unit, x0)
     skin = rig.neutral[rig.skin]

@@ -148,6 +148,9 @@ def find_unit(raw: RawRig, R: Float[np.ndarray, "3 3"], given: float | None) -> 
     moving = np.linalg.norm(raw.deltas, axis=2).max(axis=0)
     middle = (raw.neutral[:, side].min() + raw.neutral[:, side].max()) / 2
     breadth = 2 * float(np.abs(raw.neutral[moving > MOVES * moving.max(), side] - middle).max())
+    breadth = breadth or float(np.ptp(raw.neutral, axis=0).max())
+    if breadth == 0:
+        raise RigError(f"{raw.name}: all vertices lie in one place: export the neutral again")
     eyes = find_eyes(raw, side)
     pupils = 0.0 if eyes is None else float(abs(eyes[0, side] - eyes[1, side]))
     human = breadth > 0 and HUMAN_SPREAD[0] < pupils / breadth < HUMAN_SPREAD[1]
