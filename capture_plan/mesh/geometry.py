@@ -53,7 +53,7 @@ def boundary_vertices(triangles: Int[np.ndarray, "f 3"]) -> Int[np.ndarray, " b"
 
 
 def pieces(triangles: Int[np.ndarray, "f 3"], v: int) -> Int[np.ndarray, " v"]:
-    """Number of the connected piece of each of `v` vertices, from 0; a vertex without triangles is a piece of its own."""
+    """Number of the connected piece of each of `v` vertices, from 0; one without triangles is a piece of its own."""
     pairs = half_edges(triangles)
     graph = coo_array((np.ones(len(pairs), dtype=bool), (pairs[:, 0], pairs[:, 1])), shape=(v, v))
     return connected_components(graph, directed=False)[1]

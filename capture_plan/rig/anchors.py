@@ -136,7 +136,7 @@ def _eyes(
     moving = rig.displacement.max(axis=0)
     face = rig.neutral[rig.skin & (moving > 0.05 * moving.max())] if moving.any() else rig.neutral[rig.skin]
     low, high = np.percentile(face, 1, axis=0), np.percentile(face, 99, axis=0)
-    unit = EYE_SPREAD * (high[0] - low[0])
+    unit = EYE_SPREAD * (high[0] - low[0]) or EYE_SPREAD * float(np.ptp(rig.neutral, axis=0).max())
     y = low[1] + 0.66 * (high[1] - low[1])  # the moving face reaches from below the chin to the brows
     return np.array([[x0 + side * unit / 2, y, high[2] - 0.5 * unit] for side in (1, -1)]), nothing, ()
 
