@@ -62,9 +62,9 @@ def best_cover(
     spacing: Spacing | None,
 ) -> Cover:
     """The cover of blendshapes `rows` by sites `open_` that `settings.weights` calls best, at the spacing if given."""
-    covers = sites.covers(settings.epsilon)[np.ix_(rows, open_)]
-    w = importance_weights(sites.reach, sites.visibility, settings.alpha)[np.ix_(rows, open_)]
-    size = sites.size[open_]
+    reach, size = sites.reach[np.ix_(rows, open_)], sites.size[open_]
+    covers = reach >= settings.epsilon
+    w = importance_weights(reach, sites.visibility[open_], settings.alpha)
     position = np.full(len(sites.visibility), -1)
     position[open_] = np.arange(len(open_))
     cliques: list[np.ndarray] = []

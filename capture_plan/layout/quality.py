@@ -8,7 +8,7 @@ def importance_weights(
     reach: Float[np.ndarray, "k s"], visibility: Float[np.ndarray, " s"], alpha: float
 ) -> Float[np.ndarray, "k s"]:
     """w[k, s] = 2 - (1 - alpha) r[k, s] - alpha l[s]; with 1 in place of 2 a perfect site would be free."""
-    return 2 - (1 - alpha) * reach - alpha * visibility
+    return 2 - alpha * visibility - (1 - alpha) * reach
 
 
 def total_quality(covers: Bool[np.ndarray, "k s"], w: Float[np.ndarray, "k s"]) -> Float[np.ndarray, " s"]:

@@ -20,6 +20,7 @@ def generated_face(k, v, seed=0):
     distance2 = ((place[None] - centre[:, None]) ** 2).sum(axis=2)
     ripple = 1 + 0.3 * np.sin(6 * place[None, :, 0] * rng.uniform(0.5, 2, (k, 1)) + rng.uniform(0, 6, (k, 1)))
     reach = relative_displacement(np.exp(-distance2 / (2 * width**2)) * ripple)
+    reach = reach.astype(np.float32)  # as rigs keep their deltas
     return single_sites(reach, rng.uniform(0.5, 1, v), np.ones(v, dtype=bool))
 
 
