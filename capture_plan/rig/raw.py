@@ -17,7 +17,10 @@ UNITS_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "dm": 100.0, "in": 25.4, "ft": 3
 
 @dataclass(frozen=True, eq=False)
 class RawRig:
-    """Arrays as in `Rig`, lengths in the file's unit; `unit_mm`, `up`, `facing` are the format's promise, if any."""
+    """Arrays as in `Rig`, lengths in the file's unit; `unit_mm`, `up`, `facing` are the format's promise, if any.
+
+    `note` says in a sentence what a person should know of how the file was understood.
+    """
 
     name: str
     neutral: Float[np.ndarray, "v 3"]
@@ -30,6 +33,7 @@ class RawRig:
     unit_mm: float | None = None
     up: str | None = None
     facing: str | None = None
+    note: str = ""
 
     def __post_init__(self) -> None:
         check_blendshapes(self.name, self.neutral, self.triangles, self.deltas, self.names)

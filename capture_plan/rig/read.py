@@ -1,6 +1,7 @@
 """Reading a rig: the reader for its format, then one unit, one pose of the axes, and the face skin.
 
-Formats    a folder of OBJ files (`obj.py`), `.npz` (`npz.py`), `.glb` and `.gltf` (`gltf.py`)
+Formats    a folder of OBJ files (`obj.py`), `.npz` (`npz.py`), `.glb` and `.gltf` (`gltf.py`),
+           `.fbx` (`fbx.py`)
 Result     millimetres, +y up, facing +z, the subject's left +x; the origin and the vertex order stay the file's
 """
 
@@ -11,6 +12,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from capture_plan.errors import RigError
+from capture_plan.rig.fbx import read_fbx
 from capture_plan.rig.gltf import read_gltf
 from capture_plan.rig.npz import read_npz
 from capture_plan.rig.obj import is_obj, read_obj_folder
@@ -19,8 +21,8 @@ from capture_plan.rig.raw import RawRig
 from capture_plan.rig.record import Rig
 from capture_plan.rig.skin import find_skin
 
-READERS = {".npz": read_npz, ".glb": read_gltf, ".gltf": read_gltf}
-FORMATS = "a folder of OBJ files, .npz, .glb or .gltf"
+READERS = {".npz": read_npz, ".glb": read_gltf, ".gltf": read_gltf, ".fbx": read_fbx}
+FORMATS = "a folder of OBJ files, .npz, .glb, .gltf or .fbx"
 
 
 def read_rig(
@@ -63,7 +65,7 @@ def read_rig(
         unit_found=frame.unit_found,
         up_found=frame.up_found,
         facing_found=frame.facing_found,
-        note=frame.note,
+        note="; ".join(filter(None, (raw.note, frame.note))),
     )
 
 
