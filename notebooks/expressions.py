@@ -52,8 +52,8 @@ def figures(packing):
 
 
 @app.cell
-def head(packing, report, rig):
-    parts.packing_head(rig, report, packing)
+def head(packing, rig):
+    parts.packing_head(rig, packing)
     return
 
 

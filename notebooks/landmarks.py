@@ -59,8 +59,8 @@ def figures(layout):
 
 
 @app.cell
-def head(layout, report, rig):
-    parts.layout_head(rig, report, layout)
+def head(face, layout):
+    parts.layout_head(face, layout)
     return
 
 

@@ -87,8 +87,8 @@ def visibility_figures(face):
 
 
 @app.cell
-def visibility_head(face, report):
-    parts.visibility_head(face, report)
+def visibility_head(face):
+    parts.visibility_head(face)
     return
 
 
@@ -180,7 +180,7 @@ def planned(cameras, expressions, landmarks, layout, packing, report, rig):
 
 @app.cell
 def plan_head(plan, rig):
-    parts.head(rig, plan)
+    parts.plan_view(rig, plan)
     return
 
 

@@ -62,8 +62,8 @@ def about_the_head():
 
 
 @app.cell
-def head(face, report):
-    parts.visibility_head(face, report)
+def head(face):
+    parts.visibility_head(face)
     return
 
 

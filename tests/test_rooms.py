@@ -16,7 +16,8 @@ FLOORS = (
     {"layout", "expressions"},
     {"plan"},
     {"sheets", "exports"},
-    {"report", "terminal", "notebook"},
+    {"report", "terminal"},
+    {"notebook", "notebooks_support"},
     {"cli"},
 )
 ONLY_IN = {
@@ -26,7 +27,7 @@ ONLY_IN = {
     "OpenGL": {"sheets"},
     "PIL": {"sheets"},
     "fpdf": {"sheets"},
-    "marimo": set(),
+    "marimo": {"notebooks_support"},
 }
 
 

@@ -12,7 +12,7 @@ from capture_plan.notebooks_support.figures import (
     visibility_view,
 )
 from capture_plan.notebooks_support.frame import chosen_rig, plain, rig_reference, wanted, working
-from capture_plan.notebooks_support.heads import blendshape_head, head, layout_head, packing_head, visibility_head
+from capture_plan.notebooks_support.heads import blendshape_head, layout_head, packing_head, plan_view, visibility_head
 from capture_plan.notebooks_support.knobs import (
     camera_knob,
     expression_knobs,
@@ -31,7 +31,6 @@ __all__ = [
     "chosen_rig",
     "downloads",
     "expression_knobs",
-    "head",
     "landmark_knobs",
     "landmark_settings",
     "landmark_table",
@@ -43,6 +42,7 @@ __all__ = [
     "page_gallery",
     "paper_knob",
     "plain",
+    "plan_view",
     "rig_reference",
     "session_settings",
     "sheet_download",
