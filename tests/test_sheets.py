@@ -294,3 +294,22 @@ def test_unknown_regions_take_free_looks(rig, plan):
 def test_the_picture_of_a_page_is_a_jpeg_in_the_pdf_at_full_resolution(written):
     with Image.open(io.BytesIO(written[1].read_bytes())) as image:
         assert image.mode == "RGB"
+
+
+def test_the_left_three_quarter_brings_the_subjects_left_nearer_to_the_viewer():
+    cheeks = np.array([[60.0, 0, 80], [-60.0, 0, 80]])
+    assert LEFT.project(cheeks)[0, 2] > LEFT.project(cheeks)[1, 2]
+    assert RIGHT.project(cheeks)[0, 2] < RIGHT.project(cheeks)[1, 2]
+    np.testing.assert_allclose(LEFT.rotation @ LEFT.rotation.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(LEFT.rotation) == pytest.approx(1)
+
+
+@pytest.mark.parametrize(("page", "left_is_on_the_right"), [(0, True), (1, True), (2, True), (3, False)])
+def test_actors_left_stands_on_the_side_where_the_actors_left_is_drawn(written, page, left_is_on_the_right):
+    text = pypdfium2.PdfDocument(written[0])[page].get_textpage()
+    width = 210 / 25.4 * 72
+    top, bottom = (297 - 25) / 25.4 * 72, (297 - 31.5) / 25.4 * 72
+    first = text.get_text_bounded(left=0, right=width / 2, bottom=bottom, top=top)
+    second = text.get_text_bounded(left=width / 2, right=width, bottom=bottom, top=top)
+    assert ("LEFT" in second, "RIGHT" in first) == (left_is_on_the_right, left_is_on_the_right)
+    assert ("RIGHT" in second, "LEFT" in first) == (not left_is_on_the_right, not left_is_on_the_right)

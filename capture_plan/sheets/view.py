@@ -45,8 +45,6 @@ FRONT = View("Front", 0.0)
 LEFT = View("Left three-quarter", 42.0)
 RIGHT = View("Right three-quarter", -42.0)
 MIRROR = View("In the mirror", 0.0, mirrored=True)
-FULL_LEFT = View("Left", 75.0)
-FULL_RIGHT = View("Right", -75.0)
 
 
 class Frame(NamedTuple):
