@@ -24,7 +24,7 @@ from capture_plan.rig.names import WORD, Side, arkit_name, side_of
 
 OWN, HOUSE, SHARED, SHAPE = 1.0, 0.9, 0.7, 0.6
 UNIT = re.compile(
-    r"(?:.*[:|/.])?(?:(?!(?:au|facs|l|r|left|right)[^a-z])[a-z]+[^a-z0-9]+)*"  # what the unit belongs to: mesh.face_AU12
+    r"(?:.*[:|/.])?(?:(?!(?:au|facs|l|r|left|right)[^a-z])[a-z]+[^a-z0-9]+)*"  # before the unit: mesh.face_AU12
     r"(?:(?P<before>l|r|left|right)[^a-z0-9]+)?(?:au|facs)[ _.-]*0*(?P<number>[1-9]\d?)"
     r"(?:[ _.-]*(?P<side>l|r|lf|rt|left|right|b|both))?(?:\.\d+)?",
     re.IGNORECASE,

@@ -1,0 +1,163 @@
+"""Which recorded weight drives which blendshape, and why; what is left out, and why.
+
+A column drives, of these, the first that the rig has
+    1  what the user's name map says            [weights] "AU25_r" = "jawOpen"
+    2  the blendshape of the same name
+    3  the blendshape that means the same        EyeBlinkLeft -> eyeBlink_L, AU12 -> AU12L and AU12R
+    4  both halves of what it moves undivided, or the undivided one together with the other half     cheekPuff_L
+    5  the ARKit blendshapes nearest to it       AU12_r -> mouthSmileLeft, mouthSmileRight
+A blendshape is driven by the best of these alone: what comes later for the same one is left out.
+Weights    w[t, k] = sum_c s[c, k] x[t, c] with the shares s; OpenFace's intensities, 0 to 5, have the share 1/5
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from capture_plan.errors import RigError
+from capture_plan.rig.name_map import NameMap
+from capture_plan.rig.recognise import INTENSITY, Recognised, recognise, recognise_all
+
+INTENSITY_FULL = 5.0  # OpenFace: AU12_r runs from 0 to 5
+QUADRANTS = ("UL", "UR", "DL", "DR")  # of MetaHuman lips
+HOW = ("by your name map", "same name", "means the same", "half and whole", "nearest")
+NO_FIT = len(HOW)
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Column `column`, times `share`, drives `blendshape`; `how` is one of `HOW`."""
+
+    column: str
+    blendshape: str
+    share: float
+    how: str
+
+
+@dataclass(frozen=True)
+class WeightMapping:
+    """`drives` in the columns' order; `left_out`: columns and why; `idle`: blendshapes that nothing drives."""
+
+    drives: tuple[Drive, ...]
+    left_out: tuple[tuple[str, str], ...]
+    idle: tuple[str, ...]
+
+    def text(self) -> str:
+        """The mapping as lines to read."""
+        wide = max((len(one.column) for one in self.drives), default=0)
+        high = max((len(one.blendshape) for one in self.drives), default=0)
+        lines = [
+            f"{one.column:<{wide}}  drives {one.blendshape:<{high}}  {one.how}"
+            + ("" if one.share == 1 else f", times {one.share:.3g}")
+            for one in self.drives
+        ]
+        lines += [f"{column} is left out: {why}" for column, why in self.left_out]
+        if self.idle:
+            lines.append(f"nothing drives {', '.join(self.idle)}")
+        return "\n".join(lines) + "\n"
+
+
+def map_weights(
+    columns: Sequence[str],
+    names: Sequence[str],
+    *,
+    mine: NameMap | None = None,
+    skipped: Iterable[tuple[str, str]] = (),
+    scale: float = 1.0,
+) -> WeightMapping:
+    """Which of `columns` drives which of the blendshapes `names`; `skipped` were left out by the reader already.
+
+    `scale` is what one unit of the columns is worth (0.01 where they are per cent). RigError when nothing fits.
+    """
+    offers = _offers(columns, names, mine)
+    best: dict[str, int] = {}
+    for _, blendshape, rank, _ in offers:
+        best[blendshape] = min(rank, best.get(blendshape, NO_FIT))
+    drives, beaten, taken = [], {}, {}
+    for column, blendshape, rank, share in offers:
+        first = taken.setdefault(blendshape, column) if rank == best[blendshape] else ""
+        if rank > best[blendshape] or (rank > 0 and share == 1 and first != column):
+            beaten[column] = f"{blendshape} is driven by another column already"
+            continue
+        worth = scale / INTENSITY_FULL if INTENSITY.fullmatch(column) else scale
+        drives.append(Drive(column, blendshape, share * worth, HOW[rank]))
+    driving, driven = {drive.column for drive in drives}, {drive.blendshape for drive in drives}
+    if not drives:
+        raise RigError(
+            f"none of the {len(columns)} weights ({', '.join(columns[:3])} ...) fits a blendshape of the rig "
+            f"({', '.join(names[:3])} ...): write a name map"
+        )
+    left_out = [*skipped]
+    left_out += [(column, beaten.get(column) or _why(column, mine)) for column in columns if column not in driving]
+    return WeightMapping(tuple(drives), tuple(left_out), tuple(name for name in names if name not in driven))
+
+
+def drive(
+    mapping: WeightMapping, columns: Sequence[str], names: Sequence[str], x: Float[np.ndarray, "t c"]
+) -> Float[np.ndarray, "t k"]:
+    """w[t, k] = sum_c s[c, k] x[t, c]."""
+    s = np.zeros((len(columns), len(names)))
+    for one in mapping.drives:
+        s[columns.index(one.column), names.index(one.blendshape)] = one.share
+    return x @ s
+
+
+def _offers(columns: Sequence[str], names: Sequence[str], mine: NameMap | None) -> list[tuple[str, str, int, float]]:
+    """(column, blendshape, rank in HOW, share) of everything that each column could drive by its first rank."""
+    meant, means = recognise_all(columns, mine=mine), recognise_all(names, mine=mine)
+    offers, parts = [], []
+    for column in columns:
+        known = meant[column]
+        if mine is not None and column in mine.weights:
+            for blendshape, share in mine.weights[column].items():
+                if blendshape not in names:
+                    raise RigError(f"the name map lets '{column}' drive '{blendshape}', which the rig does not have")
+                offers.append((column, blendshape, 0, share))
+        elif column in names:
+            offers.append((column, column, 1, 1.0))
+        elif known is not None:
+            ranked = [(name, *_fit(known, other)) for name, other in means.items() if other is not None]
+            first = min((rank for _, rank, _ in ranked), default=NO_FIT)
+            for name, rank, part in ranked:
+                if rank == first < NO_FIT:
+                    offers.append((column, name, rank, 0.0 if part else 1.0))
+                    parts += [name] if part else []
+    return [(column, name, rank, share or 1 / max(1, parts.count(name))) for column, name, rank, share in offers]
+
+
+def _fit(column: Recognised, blendshape: Recognised) -> tuple[int, bool]:
+    """Rank in HOW with which a column drives a blendshape, and whether it is only a part of what does."""
+    same = (column.standard, column.name) == (blendshape.standard, blendshape.name)
+    if same and column.side == blendshape.side:
+        return 2, False
+    if same and column.standard == "FACS":
+        halves = column.side is None or blendshape.side is None
+        return (3 if halves else NO_FIT), blendshape.side is None
+    if column.standard == blendshape.standard != "ARKit":
+        return NO_FIT, False
+    rank = 3 if column.standard == blendshape.standard else 4
+    part = column.standard == "MetaHuman" and column.name[-2:] in QUADRANTS
+    if set(column.arkit) & set(blendshape.arkit):
+        return rank, part
+    if any(half in (whole + "Left", whole + "Right") for half in column.arkit for whole in blendshape.arkit):
+        return rank, True
+    if any(half in (whole + "Left", whole + "Right") for whole in column.arkit for half in blendshape.arkit):
+        return rank, False
+    return NO_FIT, False
+
+
+def _why(column: str, mine: NameMap | None) -> str:
+    """Why a column drives nothing."""
+    low = column.lower()
+    if mine is not None and column in mine.weights:
+        return "your name map says so"
+    if INTENSITY.fullmatch(column) and column.endswith("c"):
+        return f"it says whether, {column[:-1]}r says how much"
+    if low.startswith(("head", "pose_")):
+        return "it moves the whole head, which is held still"
+    if "eye" in low and low.endswith(("yaw", "pitch", "roll")):
+        return "it turns an eyeball, whose blendshapes have weights of their own"
+    known = recognise(column, mine=mine)
+    return f"the rig has no blendshape for it: {known.words}" if known else "its name says nothing that is known here"

@@ -1,0 +1,222 @@
+"""Reading a take: the reader for its format, then the rig's unit and axes, and the head held still.
+
+Meshes    a folder of numbered OBJ or PLY files, `.npz` (`meshes.py`)
+Weights   `.csv`, `.json`, `.npz` (`weights.py`) on a rig; `.glb`, `.gltf`, `.vrm` with their own (`animation.py`)
+Result    millimetres, +y up, facing +z. Meshes are laid onto the rig's neutral; without a rig, unit and axes are found
+          from the frames themselves, as those of a rig are from its blendshapes
+"""
+
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from capture_plan.errors import RigError
+from capture_plan.rig.name_map import NameMap
+from capture_plan.rig.neutral import read_neutral
+from capture_plan.rig.orient import axes_matrix, check_given, find_frame
+from capture_plan.rig.raw import UNITS_MM, RawRig
+from capture_plan.rig.read import read_rig
+from capture_plan.rig.record import Rig
+from capture_plan.rig.sequence.animation import read_animation
+from capture_plan.rig.sequence.frames import ChosenFrames, Frames, PosedFrames, evenly
+from capture_plan.rig.sequence.mapping import drive, map_weights
+from capture_plan.rig.sequence.meshes import MeshTake, read_archive, read_folder
+from capture_plan.rig.sequence.record import Sequence
+from capture_plan.rig.sequence.rigid import HeldFrames, hold, still_vertices, stillness
+from capture_plan.rig.sequence.weights import WeightTable, read_csv, read_json
+
+TABLES = {".csv": read_csv, ".json": read_json}
+GLTF = (".glb", ".gltf", ".vrm")
+FORMATS = "a folder of numbered OBJ or PLY files, .npz, .csv, .json, .glb or .gltf"
+CONVERT = {
+    ".abc": "Alembic, which no Python package reads: import it in Blender, export numbered OBJ files",
+    ".fbx": "FBX, whose animation is not read here: export it as .glb with its shape keys' animation",
+    ".mcd": "a vertex cache without a mesh: export numbered OBJ files",
+    ".pc2": "a vertex cache without a mesh: export numbered OBJ files",
+    ".bvh": "a skeleton's motion: export blendshape weights or meshes",
+    ".c3d": "motion of markers, not of a mesh: export blendshape weights or meshes",
+}
+USUAL_FPS = 30.0
+PERCENT_ABOVE = 5.0  # a weight of 1 is full, and rigs are overdriven to 2 or so
+SAME_HEAD_MM = 0.5  # so near the rig's own neutral, a take shows the same head
+NO_FIT_MM = 25.0  # a person's head on another person's mesh is within 10; a mesh of another vertex order is beyond
+ORIENT_SAMPLE = 12  # frames that stand for blendshapes when unit and axes are looked for
+
+
+def read_sequence(
+    path: str | Path,
+    *,
+    rig: Rig | None = None,
+    neutral: str | Path | None = None,
+    fps: float | None = None,
+    name_map: NameMap | None = None,
+    unit_mm: float | None = None,
+    up: str | None = None,
+    facing: str | None = None,
+) -> Sequence:
+    """The take at `path`, in millimetres, +y up, facing +z, the head held still.
+
+    `rig` is what recorded weights drive, or the mesh that the frames are of; `neutral` is the actor's neutral (an OBJ
+    file, or a rig of the same mesh), otherwise the rig's or the first frame. `name_map` tells which weight drives what.
+    `unit_mm`, `up`, `facing` are as in `read_rig`, for meshes without a rig. RigError in one line when it is unusable.
+    """
+    path = Path(path)
+    check_given(unit_mm, up, facing)
+    if fps is not None and not (np.isfinite(fps) and fps > 0):
+        raise RigError(f"{fps:g} frames in a second, expected a number above 0, such as 60")
+    try:
+        take = read_take(path)
+    except RigError as error:
+        told = str(error)
+        raise RigError(told if told.startswith(path.name) else f"{path.name}: it {told}") from error
+    except OSError as error:
+        raise RigError(f"{path.name} cannot be read ({error.strerror or error}): check the file") from error
+    if isinstance(take, WeightTable):
+        if rig is None and path.suffix.lower() in GLTF:
+            rig = read_rig(path, unit_mm=unit_mm, up=up, facing=facing)
+        return drive_rig(path, take, rig, fps, name_map)
+    if rig is None:
+        return orient_take(path, take, neutral, fps, unit_mm, up, facing)
+    return lay_onto(path, take, rig, neutral, fps, unit_mm)
+
+
+def read_take(path: Path) -> WeightTable | MeshTake:
+    """The take as its file has it."""
+    suffix = path.suffix.lower()
+    if not path.exists():
+        raise RigError(f"{path.name} does not exist: give {FORMATS}")
+    if path.is_dir():
+        return read_folder(path)
+    if suffix in CONVERT:
+        raise RigError(f"{path.name} is {CONVERT[suffix]}")
+    if suffix in (".obj", ".ply"):
+        raise RigError(f"{path.name} is a single frame: give the folder that holds all of them")
+    if suffix in TABLES:
+        return TABLES[suffix](path)
+    if suffix in GLTF:
+        return read_animation(path)
+    if suffix == ".npz":
+        return read_archive(path)
+    raise RigError(f"{path.name} is not a format that is read here: give {FORMATS}")
+
+
+def drive_rig(path: Path, take: WeightTable, rig: Rig | None, fps: float | None, mine: NameMap | None) -> Sequence:
+    """A rig driven by recorded weights."""
+    if rig is None:
+        raise RigError(f"{path.name} holds weights, not meshes: give the rig that they drive")
+    notes = [*take.notes]
+    ours = [not column.startswith("AU") for column in take.columns]
+    largest = float(np.abs(take.weights[:, ours]).max(initial=0))
+    scale = 0.01 if largest > PERCENT_ABOVE else 1.0
+    if scale != 1:
+        notes.append(f"weights reach {largest:.0f}: they are taken as per cent")
+    mapping = map_weights(take.columns, rig.names, mine=mine, skipped=take.skipped, scale=scale)
+    weights = drive(mapping, take.columns, rig.names, take.weights)
+    rate = frame_rate(fps, take.fps, notes)
+    return Sequence(path.stem, rig.neutral, rig.triangles, PosedFrames(rig, weights), rate, rig, mapping, tuple(notes))
+
+
+def lay_onto(
+    path: Path, take: MeshTake, rig: Rig, neutral: str | Path | None, fps: float | None, unit_mm: float | None
+) -> Sequence:
+    """Frames of the rig's mesh, laid onto its neutral."""
+    notes = [*take.notes]
+    frames, shape = on_rig(path, take, rig)
+    still = stillness(rig.displacement.max(axis=0)) * rig.skin
+    start = frames.block(0, 1)[0] if shape is None else shape
+    if neutral is not None:
+        start = read_neutral(Path(neutral), rig)
+    unit = unit_mm or take.unit_mm or find_scale(path, start, rig, still)
+    placed = hold(start * unit, rig.neutral, still)
+    apart = float(still @ np.linalg.norm(placed - rig.neutral, axis=1) / still.sum())
+    if apart > NO_FIT_MM:
+        raise RigError(
+            f"{path.name} lies {apart:.0f} mm off the rig {rig.name} where the face is still: "
+            "it is another mesh, or its vertex order was lost"
+        )
+    if neutral is None and shape is None and apart < SAME_HEAD_MM:
+        placed = rig.neutral
+    elif neutral is None and shape is None:
+        notes.append("the first frame stands for the neutral: give the actor's neutral where it is none")
+    held = HeldFrames(frames, placed, still, unit)
+    rate = frame_rate(fps, take.fps, notes)
+    return Sequence(path.stem, placed, rig.triangles, held, rate, rig, None, tuple(notes))
+
+
+def on_rig(path: Path, take: MeshTake, rig: Rig) -> tuple[Frames, Float[np.ndarray, "v 3"] | None]:
+    """Frames and neutral of the rig's vertices, where the take has those of the artist's whole file."""
+    count = take.frames.block(0, 1).shape[1]
+    if count == len(rig.neutral):
+        return take.frames, take.neutral
+    if count <= rig.source_index.max():
+        raise RigError(
+            f"{path.name} has {count:,} vertices, the rig {rig.name} has {len(rig.neutral):,}: "
+            "bring the take onto the rig's mesh first"
+        )
+    shape = None if take.neutral is None else take.neutral[rig.source_index]
+    return ChosenFrames(take.frames, rig.source_index), shape
+
+
+def find_scale(path: Path, start: Float[np.ndarray, "v 3"], rig: Rig, still: Float[np.ndarray, " v"]) -> float:
+    """Millimetres in the take's unit: the usual one that makes its head as large as the rig's, within a third."""
+    a = still / still.sum()
+    spread = [float(np.sqrt(a @ ((x - a @ x) ** 2).sum(axis=1))) for x in (rig.neutral, start)]
+    if spread[1] == 0:
+        raise RigError(f"{path.name}: all vertices of its first frame lie in one place: export it again")
+    scale = spread[0] / spread[1]
+    near = min((rig.unit_mm, *UNITS_MM.values()), key=lambda unit: abs(np.log(scale / unit)))
+    return near if abs(np.log(scale / near)) < np.log(4 / 3) else scale
+
+
+def orient_take(
+    path: Path,
+    take: MeshTake,
+    neutral: str | Path | None,
+    fps: float | None,
+    unit_mm: float | None,
+    up: str | None,
+    facing: str | None,
+) -> Sequence:
+    """Frames of a mesh that no rig describes: unit and axes as found from the neutral and some frames."""
+    if take.triangles is None or len(take.triangles) == 0:
+        raise RigError(f"{path.name} has frames without faces: add 'faces', or give the rig of the same mesh")
+    notes = [*take.notes]
+    start = take.frames.block(0, 1)[0] if take.neutral is None else take.neutral
+    if neutral is not None:
+        raise RigError(f"{path.name}: a neutral of its own needs a rig: put it beside the frames as neutral.obj")
+    if take.neutral is None:
+        notes.append("the first frame stands for the neutral")
+    size = float(np.ptp(start, axis=0).max())
+    rough = 250 / size if size > 0 else 1.0  # a head is about that tall: enough to tell still from moving
+    still = still_vertices(take.frames, start * rough, rough)
+    some = evenly(len(take.frames), ORIENT_SAMPLE)
+    held = np.stack([hold(take.frames.block(t, t + 1)[0] * rough, start * rough, still) for t in some]) / rough
+    moving = [t for t, x in zip(some, held, strict=True) if np.abs(x - start).max() > 1e-6 * size]
+    v = len(start)
+    raw = RawRig(
+        name=path.stem,
+        neutral=start,
+        triangles=take.triangles,
+        deltas=np.stack([x - start for t, x in zip(some, held, strict=True) if t in moving] or [0 * start]).astype(
+            np.float32
+        ),
+        names=tuple(f"frame {t}" for t in moving) or ("frame 0",),
+        parts=np.zeros(v, dtype=np.int32),
+        part_names=("mesh",),
+        source_index=np.arange(v, dtype=np.int32),
+        unit_mm=take.unit_mm,
+    )
+    frame = find_frame(raw, unit_mm=unit_mm, up=up, facing=facing)
+    notes += [frame.note] if frame.note else []
+    placed = start @ (frame.unit_mm * axes_matrix(frame.up, frame.facing)).T
+    frames = HeldFrames(take.frames, placed, still, frame.unit_mm)
+    rate = frame_rate(fps, take.fps, notes)
+    return Sequence(path.stem, placed, take.triangles, frames, rate, None, None, tuple(notes))
+
+
+def frame_rate(given: float | None, told: float | None, notes: list[str]) -> float:
+    """What is given, else what the file says, else the usual one with a note."""
+    if given is None and told is None:
+        notes.append(f"the file does not say its frame rate: {USUAL_FPS:g} in a second is assumed")
+    return given or told or USUAL_FPS
