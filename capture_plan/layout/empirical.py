@@ -56,14 +56,14 @@ def fit_ibug68(rig: Rig) -> Placement:
     """The 68 points on a rig, with the residual of the fit that placed them.
 
     Raises:
-        RigError: the rig shows no two eyes or no mouth to start from.
+        RigError: the skin has fewer than 68 vertices.
     """
     sample, points = sample_rig(), ibug68_of_sample()
     here, there = face_anchors(sample), face_anchors(rig)
     u = there.pupils
     controls = control_points(here, there)
-    if not (u > 0 and np.isfinite(controls[1]).all()):
-        raise RigError(f"{rig.name}: no eyes and mouth found on the skin: the 68 points need a face to lie on")
+    if rig.skin.sum() < len(points):
+        raise RigError(f"{rig.name}: {rig.skin.sum()} skin vertices for {len(points)} points: a finer mesh is needed")
     at, triangles = face_part(sample, here)
     start = spline_start(sample.neutral[at], controls, here.pupils, u)
     skin = np.flatnonzero(rig.skin)

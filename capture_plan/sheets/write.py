@@ -27,7 +27,7 @@ from capture_plan.sheets.head import make_head, pose
 from capture_plan.sheets.marker_table import draw_table, rows_per_page
 from capture_plan.sheets.markers import HEADER_MM, Face, draw_markers, place
 from capture_plan.sheets.page import MARGIN_MM, Booklet, paper
-from capture_plan.sheets.shots import OVERVIEW_COLUMNS, draw_expression, draw_overview, number, plates, rows_of_overview
+from capture_plan.sheets.shots import draw_expression, draw_overview, number, overview_grid, plates
 from capture_plan.sheets.style import SOFT, region_looks
 from capture_plan.sheets.view import FRONT, LEFT, MIRROR, RIGHT, View, pixels
 
@@ -100,17 +100,17 @@ class _Drawing:
         per_table = rows_per_page(book)
         tables = [landmarks[i : i + per_table] for i in range(0, len(landmarks), per_table)]
         expressions = plan.packing.expressions
-        per_overview = rows_of_overview(book) * OVERVIEW_COLUMNS
-        overviews = -(-len(expressions) // per_overview)
+        rows, columns = overview_grid(book, len(expressions))
+        overviews = -(-len(expressions) // (rows * columns))
         self.source = Source(
             self.rig.name, plan_fingerprint(plan), len(TITLES) + len(tables) + overviews + len(expressions)
         )
         for view in track(tuple(TITLES), "Drawing marker sheets"):
             self._marker_sheet(face, view)
-        for i, rows in enumerate(tables):
+        for i, some in enumerate(tables):
             self._page("marker-table" if i == 0 else f"marker-table-{i + 1}")
-            draw_table(book, rows, landmarks, face.looks, face.anchors, self._worth())
-            unseen = ", ".join(m.name for m in rows if m.name not in self.shown)
+            draw_table(book, some, landmarks, face.looks, face.anchors, self._worth())
+            unseen = ", ".join(m.name for m in some if m.name not in self.shown)
             if unseen:
                 text = f"Seen on none of the sheets, place by the table: {unseen}"
                 book.text(MARGIN_MM, book.paper.height - 12, text, 8, bold=True, fit=book.paper.width - 2 * MARGIN_MM)
