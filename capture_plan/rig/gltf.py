@@ -19,11 +19,10 @@ from capture_plan.errors import RigError
 from capture_plan.rig import vrm
 from capture_plan.rig.gltf_file import AGAIN, Gltf, load, whole
 from capture_plan.rig.gltf_scene import Worlds, placement, scene_nodes, titles, world_matrices
-from capture_plan.rig.raw import RawRig, vertex_parts
+from capture_plan.rig.raw import MOST_DISPLACEMENTS, RawRig, vertex_parts
 from capture_plan.rig.source import Source
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
-MOST_DISPLACEMENTS = 64_000_000  # (1 + k) v, 12 bytes each: 800 blendshapes of 80,000 vertices
 MOST_CORNERS = 48_000_000
 DAMAGE = (
     *(KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError, ArithmeticError),

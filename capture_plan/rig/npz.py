@@ -9,14 +9,15 @@ Optional   units            "mm", "cm", "dm", "m", "in" or "ft"
 Pickled objects are refused: loading them would run what they hold.
 """
 
+import math
 import zipfile
-import zlib
-from pathlib import Path
 
 import numpy as np
 
 from capture_plan.errors import RigError
 from capture_plan.rig.raw import UNITS_MM, RawRig, vertex_parts
+from capture_plan.rig.source import Source
+from capture_plan.rig.zipped import DAMAGE, MOST_BYTES
 
 NEEDED = {"vertices": 2, "faces": 2, "deltas": 3, "names": 1}  # dimensions
 KINDS = (
@@ -28,7 +29,7 @@ KINDS = (
 PART_KEYS = ("part", "parts", "material", "group")
 
 
-def read_npz(path: Path) -> RawRig:
+def read_npz(path: Source) -> RawRig:
     """The rig in the archive at `path`; its axes are unknown. RigError when an array is missing or misshapen."""
     arrays = load(path)
     for key, dimensions in NEEDED.items():
@@ -63,24 +64,37 @@ def read_npz(path: Path) -> RawRig:
     )
 
 
-def load(path: Path) -> dict[str, np.ndarray]:
+def load(path: Source) -> dict[str, np.ndarray]:
     """Every array of the archive. RigError when it is none, was cut off, or holds pickled objects."""
-    if not zipfile.is_zipfile(path):
-        raise RigError(f"{path.name} is not an NPZ archive, or it was cut off: save it again with np.savez")
-    arrays = {}
-    with zipfile.ZipFile(path) as archive:
-        for entry in archive.namelist():
-            try:
-                with archive.open(entry) as file:
-                    arrays[entry.removesuffix(".npy")] = np.lib.format.read_array(file, allow_pickle=False)
-            except (ValueError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError) as error:
-                raise RigError(
-                    f"{path.name}: '{entry}' is not a readable array of numbers or text: save it again with np.savez"
-                ) from error
-    return arrays
+    try:
+        with path.open("rb") as file, zipfile.ZipFile(file) as archive:
+            total = sum(entry.file_size for entry in archive.infolist())
+            if total > MOST_BYTES:
+                raise RigError(f"{path.name} would unpack to {total / 1e6:,.0f} MB, which no rig does: save it again")
+            return {e.filename.removesuffix(".npy"): read_array(path, archive, e) for e in archive.infolist()}
+    except (*DAMAGE, ValueError, OverflowError) as error:
+        raise RigError(f"{path.name} is not an NPZ archive, or it was cut off: save it again with np.savez") from error
 
 
-def check_range(path: Path, triangles: np.ndarray, v: int) -> None:
+def read_array(path: Source, archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> np.ndarray:
+    """One array, when it holds as many numbers as it declares."""
+    try:
+        with archive.open(entry) as file:
+            version = np.lib.format.read_magic(file)
+            read_header = {1: np.lib.format.read_array_header_1_0, 2: np.lib.format.read_array_header_2_0}[version[0]]
+            shape, _, dtype = read_header(file)
+        if math.prod(shape) * max(dtype.itemsize, 1) > entry.file_size:
+            raise ValueError("it declares more than it holds")
+        with archive.open(entry) as file:
+            return np.lib.format.read_array(file, allow_pickle=False)
+    except (*DAMAGE, ValueError, KeyError, TypeError, OverflowError, SyntaxError, RecursionError, MemoryError) as error:
+        raise RigError(
+            f"{path.name}: '{entry.filename[:80]}' is not a readable array of numbers or text: "
+            "save it again with np.savez"
+        ) from error
+
+
+def check_range(path: Source, triangles: np.ndarray, v: int) -> None:
     """RigError when a triangle uses a vertex that there is not."""
     if triangles.size and not 0 <= triangles.min() <= triangles.max() < v:
         worst = triangles.max() if triangles.max() >= v else triangles.min()
@@ -88,7 +102,7 @@ def check_range(path: Path, triangles: np.ndarray, v: int) -> None:
 
 
 def read_parts(
-    path: Path, arrays: dict[str, np.ndarray], triangles: np.ndarray, v: int
+    path: Source, arrays: dict[str, np.ndarray], triangles: np.ndarray, v: int
 ) -> tuple[np.ndarray, tuple[str, ...]]:
     """Part of every vertex and the parts' names, in the order in which the archive first names them."""
     telling = [key for key in PART_KEYS if key in arrays and arrays[key].dtype.kind in "US"]

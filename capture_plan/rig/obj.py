@@ -9,7 +9,6 @@ Letters: v vertices, p polygons, c corners of polygons, all in a row.
 
 import re
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -17,6 +16,7 @@ from jaxtyping import Float, Int
 from capture_plan.errors import RigError
 from capture_plan.progress import track
 from capture_plan.rig.raw import RawRig, fan, vertex_parts
+from capture_plan.rig.source import Source, folder_name, is_kind
 
 VERTEX = re.compile(rb"^[ \t]*v[ \t]+([^\n]*)", re.MULTILINE)
 FACE = re.compile(rb"^[ \t]*f[ \t][^\n]*", re.MULTILINE)
@@ -34,7 +34,7 @@ class Faces:
     part_names: tuple[str, ...]
 
 
-def read_obj_folder(folder: Path) -> RawRig:
+def read_obj_folder(folder: Source) -> RawRig:
     """The rig in `folder`; unit and axes are unknown. RigError when the files do not make one rig."""
     paths = sorted((p for p in folder.iterdir() if is_obj(p)), key=natural)
     neutral_path = find_neutral(folder, paths)
@@ -65,7 +65,7 @@ def read_obj_folder(folder: Path) -> RawRig:
     triangles = fan(faces.corners, faces.sizes)
     parts, part_names = vertex_parts(triangles, labels, faces.part_names, len(neutral))
     return RawRig(
-        name=folder.resolve().name,
+        name=folder_name(folder),
         neutral=neutral,
         triangles=triangles,
         deltas=deltas,
@@ -76,18 +76,19 @@ def read_obj_folder(folder: Path) -> RawRig:
     )
 
 
-def is_obj(path: Path) -> bool:
+def is_obj(path: Source) -> bool:
     """Whether this is an OBJ file that a person would see (macOS leaves `._name.obj` files behind)."""
-    return path.suffix.lower() == ".obj" and not path.name.startswith(".") and not path.is_dir()
+    return is_kind(path, ".obj")
 
 
-def natural(path: Path) -> list[str | int]:
+def natural(path: Source) -> list[str | int]:
     """Sort key that puts morph_2 before morph_10."""
     return [int(piece) if piece.isdigit() else piece for piece in re.split(r"([0-9]+)", path.stem)] + [path.suffix]
 
 
-def find_neutral(folder: Path, paths: list[Path]) -> Path:
+def find_neutral(folder: Source, paths: list[Source]) -> Source:
     """The file called after the neutral: by its whole name, or else by a word in it, the best word first."""
+    kind = paths[0].suffix.lower()
     for whole in (True, False):
         for word in NEUTRAL_WORDS:
             found = [p for p in paths if (p.stem.lower() == word if whole else word in words(p.stem))]
@@ -95,13 +96,13 @@ def find_neutral(folder: Path, paths: list[Path]) -> Path:
                 listed = " and ".join(p.name for p in found[:3])
                 raise RigError(
                     f"{folder.name}: {len(found)} files could be the neutral, {listed}: "
-                    "rename the right one to neutral.obj"
+                    f"rename the right one to neutral{kind}"
                 )
             if found:
                 return found[0]
     raise RigError(
-        f"{folder.name}: none of {len(paths)} OBJ files is called neutral, base, basis, rest or default: "
-        "rename the neutral to neutral.obj"
+        f"{folder.name}: none of {len(paths)} {kind[1:].upper()} files is called neutral, base, basis, rest "
+        f"or default: rename the neutral to neutral{kind}"
     )
 
 
@@ -110,7 +111,7 @@ def words(stem: str) -> list[str]:
     return [word.lower() for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+", stem)]
 
 
-def load(path: Path) -> bytes:
+def load(path: Source) -> bytes:
     """The file's text with plain line ends and with continued lines joined."""
     try:
         data = path.read_bytes()
@@ -123,7 +124,7 @@ def load(path: Path) -> bytes:
     return data.replace(b"\\\n", b" ")
 
 
-def parse_vertices(data: bytes, path: Path) -> Float[np.ndarray, "v 3"]:
+def parse_vertices(data: bytes, path: Source) -> Float[np.ndarray, "v 3"]:
     """The first three numbers of every 'v' line; a weight or a colour may follow them."""
     lines = VERTEX.findall(data)
     if not lines:
@@ -161,7 +162,7 @@ def join_faces(data: bytes) -> bytes:
     return b"\n".join(FACE.findall(data))
 
 
-def parse_faces(data: bytes, path: Path) -> Faces:
+def parse_faces(data: bytes, path: Source) -> Faces:
     """Polygons, with what the file's 'o', 'g' and 'usemtl' lines say of them."""
     corners, sizes, keys, v = [], [], [], 0
     current = {b"o": "", b"g": "", b"usemtl": ""}
@@ -207,7 +208,7 @@ def name_parts(keys: list[tuple[str, ...]]) -> tuple[str, ...]:
     return tuple("/".join(key[column] for column in telling if key[column]) or "mesh" for key in keys)
 
 
-def check_same_faces(neutral: Faces, neutral_path: Path, faces: Faces, path: Path) -> None:
+def check_same_faces(neutral: Faces, neutral_path: Source, faces: Faces, path: Source) -> None:
     """RigError unless both files have the same polygons, wherever each starts and in whatever order they come."""
     if len(faces.sizes) != len(neutral.sizes):
         raise RigError(

@@ -13,6 +13,7 @@ from capture_plan.rig.record import check_blendshapes
 
 NO_PART = "(no faces)"
 UNITS_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "dm": 100.0, "in": 25.4, "ft": 304.8}  # the usual ones first
+MOST_DISPLACEMENTS = 64_000_000  # (1 + k) v, 12 bytes each: 800 blendshapes of 80,000 vertices
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +42,12 @@ class RawRig:
             raise RigError(
                 f"{self.name}: every blendshape equals the neutral: export each blendshape with its weight set to 1"
             )
+
+
+def check_size(name: str, k: int, v: int) -> None:
+    """RigError when the deltas would not fit into memory: for formats whose files are smaller than what they hold."""
+    if (1 + k) * v > MOST_DISPLACEMENTS:
+        raise RigError(f"{name}: {k:,} blendshapes of {v:,} vertices are more than fit: export the head alone")
 
 
 def fan(corners: Int[np.ndarray, " c"], sizes: Int[np.ndarray, " p"]) -> Int[np.ndarray, "f 3"]:

@@ -1,7 +1,8 @@
 """Reading a rig: the reader for its format, then one unit, one pose of the axes, and the face skin.
 
-Formats    a folder of OBJ files (`obj.py`), `.npz` (`npz.py`), `.glb` and `.gltf` (`gltf.py`),
-           `.fbx` (`fbx.py`)
+Formats    a folder of OBJ (`obj.py`), PLY (`ply.py`) or CSV files (`csv_folder.py`), or of one OBJ and MakeHuman's
+           `.target` files (`target.py`); `.npz` (`npz.py`); `.glb`, `.gltf`, `.vrm` (`gltf.py`, `vrm.py`);
+           `.fbx` (`fbx.py`); a `.zip` of any of these (`zipped.py`)
 Result     millimetres, +y up, facing +z, the subject's left +x; the origin and the vertex order stay the file's
 """
 
@@ -12,17 +13,24 @@ import numpy as np
 from jaxtyping import Bool
 
 from capture_plan.errors import RigError
+from capture_plan.rig.csv_folder import read_csv_folder
 from capture_plan.rig.fbx import read_fbx
 from capture_plan.rig.gltf import read_gltf
 from capture_plan.rig.npz import read_npz
-from capture_plan.rig.obj import is_obj, read_obj_folder
+from capture_plan.rig.obj import read_obj_folder
 from capture_plan.rig.orient import axes_matrix, check_given, find_frame
+from capture_plan.rig.ply import read_ply_folder
 from capture_plan.rig.raw import RawRig
 from capture_plan.rig.record import Rig
 from capture_plan.rig.skin import find_skin
+from capture_plan.rig.source import Source, folder_name, is_kind
+from capture_plan.rig.target import holds_targets, read_target_folder
+from capture_plan.rig.zipped import find_rig, open_zip
 
-READERS = {".npz": read_npz, ".glb": read_gltf, ".gltf": read_gltf, ".fbx": read_fbx}
-FORMATS = "a folder of OBJ files, .npz, .glb, .gltf or .fbx"
+READERS = {".npz": read_npz, ".glb": read_gltf, ".gltf": read_gltf, ".vrm": read_gltf, ".fbx": read_fbx}
+FOLDER_READERS = {".obj": read_obj_folder, ".ply": read_ply_folder, ".csv": read_csv_folder}
+IN_ARCHIVES = (".npz", ".glb", ".gltf", ".vrm")  # whose readers need no file of the disk
+FORMATS = "a folder of OBJ files, .npz, .glb, .gltf, .vrm, .fbx or a .zip of these"
 
 
 def read_rig(
@@ -72,36 +80,56 @@ def read_rig(
 def read_raw(path: Path) -> RawRig:
     """The rig at `path` as its file has it."""
     try:
-        if path.is_dir():
-            return read_obj_folder(check_folder(path))
         if not path.exists():
             raise RigError(f"{path} does not exist: give {FORMATS}")
-        if path.suffix.lower() == ".obj":
-            raise RigError(
-                f"{path.name} is a single mesh: give the folder that holds the neutral and one OBJ file per blendshape"
-            )
-        if path.suffix.lower() not in READERS:
-            raise RigError(f"{path.name} is not a format that is read here: give {FORMATS}")
-        if path.stat().st_size == 0:
+        if not path.is_dir() and path.stat().st_size == 0:
             raise RigError(f"{path.name} is empty: export it again")
-        return READERS[path.suffix.lower()](path)
+        if path.suffix.lower() == ".zip" and not path.is_dir():
+            with open_zip(path) as root:
+                return read_source(find_rig(root, is_rig))
+        return read_source(path)
     except OSError as error:
         raise RigError(
             f"{path.name} cannot be read ({error.strerror or error}): check the file and its permissions"
         ) from error
 
 
-def check_folder(folder: Path) -> Path:
-    """The folder itself. RigError that says where the rig may be when there is no OBJ file in it."""
-    inside = sorted(folder.iterdir())
-    if any(is_obj(path) for path in inside):
-        return folder
+def read_source(source: Source) -> RawRig:
+    """The rig in a folder or file, on the disk or in an archive."""
+    if source.is_dir():
+        return read_folder(source)
+    kind = source.suffix.lower()
+    if kind in (".obj", ".ply", ".csv"):
+        raise RigError(
+            f"{source.name} is a single mesh: give the folder that holds the neutral and one "
+            f"{kind[1:].upper()} file per blendshape"
+        )
+    if kind not in READERS:
+        raise RigError(f"{source.name} is not a format that is read here: give {FORMATS}")
+    return READERS[kind](source)
+
+
+def read_folder(folder: Source) -> RawRig:
+    """The rig in a folder. RigError that says where the rig may be when none of its files are of a kind read here."""
+    inside = sorted(folder.iterdir(), key=lambda source: source.name)
+    if holds_targets(folder):
+        return read_target_folder(folder)
+    for kind, reader in FOLDER_READERS.items():
+        if any(is_kind(source, kind) for source in inside):
+            return reader(folder)
+    name = folder_name(folder)
     if not inside:
-        raise RigError(f"the folder {folder.name} is empty: give {FORMATS}")
-    better = [path for path in inside if path.suffix.lower() in READERS]
-    better += [path for path in inside if path.is_dir() and any(is_obj(inner) for inner in sorted(path.iterdir()))]
-    advice = f"give {' or '.join(path.name for path in better[:3])} inside it" if better else f"give {FORMATS}"
-    raise RigError(f"the folder {folder.name} holds no OBJ files: {advice}")
+        raise RigError(f"the folder {name} is empty: give {FORMATS}")
+    better = [source for source in inside if source.suffix.lower() in READERS or (source.is_dir() and is_rig(source))]
+    advice = f"give {' or '.join(source.name for source in better[:3])} inside it" if better else f"give {FORMATS}"
+    raise RigError(f"the folder {name} holds no OBJ files: {advice}")
+
+
+def is_rig(source: Source) -> bool:
+    """Whether this is a folder with meshes in it, or a file that can be read where it is."""
+    if source.is_dir():
+        return any(is_kind(inner, kind) for inner in source.iterdir() for kind in FOLDER_READERS)
+    return any(is_kind(source, kind) for kind in (READERS if isinstance(source, Path) else IN_ARCHIVES))
 
 
 def given_skin(skin: str, raw: RawRig) -> Bool[np.ndarray, " v"]:

@@ -1,0 +1,84 @@
+"""MakeHuman rigs as their program stores them: one OBJ base mesh, and below its folder one `.target` file for each
+blendshape, called after its file, with a line `vertex dx dy dz` for every vertex that moves, in decimetres.
+
+The base mesh is a whole body that also holds fitting shells and joint markers, which are never shown: they are left
+out, or hair and clothes of nobody would hide the skin. What stays keeps its number in the base mesh (`source_index`).
+
+Letters: v vertices, k blendshapes.
+"""
+
+import re
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from capture_plan.errors import RigError
+from capture_plan.progress import track
+from capture_plan.rig.obj import is_obj, load, natural, parse_faces, parse_vertices
+from capture_plan.rig.raw import RawRig, check_size, fan, vertex_parts
+from capture_plan.rig.source import Source, folder_name, is_kind, walk
+
+UNIT_MM = 100.0  # decimetres
+UNSEEN = re.compile(r"joint-|helper-(tights|skirt|hair|genital)")
+
+
+def holds_targets(folder: Source) -> bool:
+    """Whether a folder has one OBJ mesh, and `.target` files somewhere below."""
+    meshes = [path for path in folder.iterdir() if is_obj(path)]
+    return len(meshes) == 1 and any(is_kind(path, ".target") for path in walk(folder))
+
+
+def read_target_folder(folder: Source) -> RawRig:
+    """The rig in `folder`, decimetres, +y up, facing +z by the format. RigError when the files do not make one rig."""
+    (base,) = [path for path in folder.iterdir() if is_obj(path)]
+    data = load(base)
+    vertices, faces = parse_vertices(data, base), parse_faces(data, base)
+    paths = sorted((path for path in walk(folder) if is_kind(path, ".target")), key=natural)
+    check_size(folder_name(folder), len(paths), len(vertices))
+    triangles, labels = fan(faces.corners, faces.sizes), np.repeat(faces.labels, faces.sizes - 2)
+    seen = np.array([not UNSEEN.match(name) for name in faces.part_names] or [False])
+    triangles, labels = triangles[seen[labels]], labels[seen[labels]]
+    kept = np.unique(triangles)
+    if len(kept) == 0:
+        raise RigError(f"{base.name} has vertices but no faces: export the base mesh with its faces")
+    deltas = np.zeros((len(paths), len(kept), 3), np.float32)
+    for k, path in enumerate(track(paths, "Reading blendshapes")):
+        index, moves = read_target(path, len(vertices))
+        whole = np.zeros_like(vertices)
+        whole[index] = moves
+        deltas[k] = whole[kept]
+    triangles = np.searchsorted(kept, triangles).astype(np.int32)
+    shown = tuple(name for name, shows in zip(faces.part_names, seen, strict=True) if shows)
+    parts, part_names = vertex_parts(triangles, (np.cumsum(seen) - 1)[labels], shown, len(kept))
+    return RawRig(
+        name=folder_name(folder),
+        neutral=vertices[kept],
+        triangles=triangles,
+        deltas=deltas,
+        names=tuple(path.stem for path in paths),
+        parts=parts,
+        part_names=part_names,
+        source_index=kept.astype(np.int32),
+        unit_mm=UNIT_MM,
+        up="+y",
+        facing="+z",
+    )
+
+
+def read_target(path: Source, v: int) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, "n 3"]]:
+    """Vertices that move, and how."""
+    lines = [line for row in path.read_bytes().splitlines() if (line := row.partition(b"#")[0].strip())]
+    if not lines:
+        return np.zeros(0, np.int64), np.zeros((0, 3))
+    try:
+        table = np.loadtxt(lines, ndmin=2, encoding="ascii")
+    except ValueError as error:
+        found = " ".join(str(error).split())[:100]
+        raise RigError(f"{path.name} is not a table of 'vertex dx dy dz' ({found}): export it again") from error
+    if table.shape[1] != 4 or not np.isfinite(table).all():
+        raise RigError(f"{path.name} is not a table of 'vertex dx dy dz' in plain numbers: export it again")
+    index = table[:, 0]
+    if (index != np.floor(index)).any() or index.min() < 0 or index.max() >= v:
+        worst = index.max() if index.max() >= v else index.min()
+        raise RigError(f"{path.name} moves vertex {worst:g} of {v:,}: it belongs to another base mesh")
+    return index.astype(np.int64), table[:, 1:]
