@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from capture_plan.errors import RigError
+from capture_plan.rig.crop import crop_to_head
 from capture_plan.rig.csv_folder import read_csv_folder
 from capture_plan.rig.fbx import read_fbx
 from capture_plan.rig.gltf import read_gltf
@@ -49,7 +50,7 @@ def read_rig(
     with ranges ("0-6705 7002"). RigError in one line when there is no usable rig.
     """
     check_given(unit_mm, up, facing)
-    raw = read_raw(Path(path))
+    raw = crop_to_head(read_raw(Path(path)))
     frame = find_frame(raw, unit_mm=unit_mm, up=up, facing=facing)
     R = frame.unit_mm * axes_matrix(frame.up, frame.facing)
     neutral, deltas = raw.neutral @ R.T, (raw.deltas @ R.T).astype(np.float32)
