@@ -68,7 +68,7 @@ def small_plan(rig: Rig) -> Plan:
             worth=worth,
             references={HOSTILE[1]: Worth(68, 4, 4, 3.0, 0.2, 0.62)},
         ),
-        packing=Packing("minimum", expressions, 2, 2, True, True, names[:2], (), (), (), ()),
+        packing=Packing("minimum", expressions, 2, 2, True, True, names[:2], (), (), (), (), ()),
         versions={"capture-plan": "0.1.0"},
     )
 
