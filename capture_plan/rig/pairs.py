@@ -39,7 +39,7 @@ def blendshape_pairs(rig: Rig) -> tuple[tuple[str, str], ...]:
     left, right = np.flatnonzero(one_sided & (side > 0)), np.flatnonzero(one_sided & (side < 0))
     cost = np.minimum(unlike[np.ix_(left, right)], UNLIKE)
     for row, i in enumerate(left):
-        others = _other_side(rig.names[i])
+        others = other_names(rig.names[i])
         cost[row] -= [NAME_BONUS * (rig.names[j] in others) for j in right]
     rows, columns = linear_sum_assignment(cost)
     return tuple(
@@ -76,7 +76,7 @@ def _active(rig: Rig) -> Bool[np.ndarray, "k v"]:
     return (rig.displacement >= ACTIVE * largest) & (largest > 0)
 
 
-def _other_side(name: str) -> set[str]:
+def other_names(name: str) -> set[str]:
     """What the partner may be called: one word that names a side, exchanged ('eyeBlink_L' gives 'eyeBlink_R')."""
     words = WORD.findall(name)
     swap = {a: b for pair in SIDES for a, b in (pair, pair[::-1])}

@@ -6,7 +6,7 @@ X[t] = v0 + sum_k w[t, k] d[k]     posed from weights
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -15,6 +15,7 @@ from capture_plan.errors import RigError
 from capture_plan.rig.record import Rig
 
 
+@runtime_checkable
 class Frames(Protocol):
     """Where the frames come from."""
 

@@ -1,0 +1,144 @@
+"""How symmetric a rig is, and where names and geometry disagree about left and right.
+
+Data     plane n . x = c    found, not assumed (`mesh/mirror.py`)
+         m                  partner map: vertex m[v] is the mirror image of vertex v in that plane
+         D[j]               mirrored delta: D[j, v] = d[j, m[v]] - 2 (n . d[j, m[v]]) n
+Figures  neutral            |reflection of v - m[v]|, millimetres, over the skin
+         blendshape i       |d[i] - D[j]| / sqrt((|d[i]|^2 + |D[j]|^2) / 2) in per cent, over all vertices, for the j
+                            that comes nearest: its partner, or itself where it moves both sides alike;
+                            and at the worst vertex of the skin, max |d[i] - D[j]| / max |d[i]|
+0 % is an exact mirror image, 141 % is unrelated, 200 % is the opposite. Beyond `NO_IMAGE` there is none.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Int
+
+from capture_plan.mesh.mirror import Plane, find_mirror_plane, partner_map
+from capture_plan.rig.names import Side, side_of
+from capture_plan.rig.pairs import UNLIKE, blendshape_pairs, laterality, other_names
+from capture_plan.rig.record import Rig
+
+TIE_MM = 0.02  # two vertices this close to the reflection are equally good: seams and closed lips are that exact
+NO_IMAGE = 100 * float(np.sqrt(2 * UNLIKE))  # per cent; the same bound as that of partners
+
+
+@dataclass(frozen=True)
+class MirrorImage:
+    """`blendshape` comes nearest to the mirror image of `partner`, and differs by `percent` of their length, and at
+    the worst vertex by `worst_percent` of its largest displacement.
+    """
+
+    blendshape: str
+    partner: str | None
+    percent: float
+    worst_percent: float
+
+
+@dataclass(frozen=True, eq=False)
+class SymmetryReport:
+    """`tilt_degrees` is how far the plane is turned from x = c; the neutral's figures are of the skin, millimetres."""
+
+    plane: Plane
+    tilt_degrees: float
+    partners: Int[np.ndarray, " v"]
+    neutral_median_mm: float
+    neutral_p95_mm: float
+    neutral_max_mm: float
+    blendshapes: tuple[MirrorImage, ...]
+
+    def text(self) -> str:
+        """The report as lines to read."""
+        told = [image for image in self.blendshapes if image.partner is not None]
+        off = sorted((image.percent for image in told), reverse=True)
+        lines = [
+            f"neutral: skin {self.neutral_median_mm:.2f} mm from its mirror image (median), 95 % within "
+            f"{self.neutral_p95_mm:.2f} mm, at most {self.neutral_max_mm:.1f} mm; "
+            f"plane turned by {self.tilt_degrees:.1f} degrees"
+        ]
+        if off:
+            lines.append(f"blendshapes: {np.median(off):.0f} % off their mirror image (median), at most {off[0]:.0f} %")
+        for image in sorted(told, key=lambda image: -image.percent)[:5]:
+            whose = "its own" if image.partner == image.blendshape else f"{image.partner}'s"
+            worst = f"{image.worst_percent:.0f} % at the worst vertex"
+            lines.append(f"  {image.blendshape} is {image.percent:.0f} % off {whose} mirror image, {worst}")
+        alone = [image.blendshape for image in self.blendshapes if image.partner is None]
+        if alone:
+            lines.append(f"without mirror image: {', '.join(alone)}")
+        return "\n".join(lines) + "\n"
+
+
+@dataclass(frozen=True)
+class Disagreement:
+    """Names pair `blendshape` with `by_name`, geometry with `by_geometry` (None: with nothing); geometry is heeded."""
+
+    blendshape: str
+    by_name: str | None
+    by_geometry: str | None
+    words: str
+
+
+def symmetry_report(rig: Rig) -> SymmetryReport:
+    """How symmetric the neutral and each blendshape are about the plane that mirrors the neutral best."""
+    plane = find_mirror_plane(rig.neutral[rig.skin])
+    partners = partner_map(rig.neutral, plane, tie=TIE_MM)
+    apart = np.linalg.norm(plane.reflect(rig.neutral) - rig.neutral[partners], axis=1)[rig.skin]
+    return SymmetryReport(
+        plane=plane,
+        tilt_degrees=float(np.degrees(np.arccos(min(1.0, abs(plane.normal[0]))))),
+        partners=partners,
+        neutral_median_mm=float(np.median(apart)),
+        neutral_p95_mm=float(np.percentile(apart, 95)),
+        neutral_max_mm=float(apart.max()),
+        blendshapes=mirror_images(rig, plane, partners),
+    )
+
+
+def mirror_images(rig: Rig, plane: Plane, partners: Int[np.ndarray, " v"]) -> tuple[MirrorImage, ...]:
+    """For each blendshape the one whose mirror image it comes nearest to, and how far off it is."""
+    k = len(rig.names)
+    d = rig.deltas.reshape(k, -1)
+    D = plane.turn(rig.deltas[:, partners]).reshape(k, -1)
+    # |d - D|^2 = |d|^2 + |D|^2 - 2 <d, D>
+    squares = (d.astype(float) ** 2).sum(axis=1)[:, None] + (D.astype(float) ** 2).sum(axis=1)
+    off = np.sqrt(np.clip(2 * (squares - 2 * (d @ D.T).astype(float)) / np.where(squares > 0, squares, 1), 0, None))
+    images = []
+    for i, name in enumerate(rig.names):
+        j = int(np.argmin(off[i]))
+        j = i if off[i, i] <= off[i, j] + 1e-6 else j
+        percent = round(100 * float(off[i, j]), 2)
+        largest = np.linalg.norm(d[i].reshape(-1, 3), axis=1).max()
+        if largest == 0:
+            images.append(MirrorImage(name, name, 0.0, 0.0))
+            continue
+        worst = float(np.linalg.norm((d[i] - D[j]).reshape(-1, 3)[rig.skin], axis=1).max() / largest)
+        partner = rig.names[j] if percent < NO_IMAGE else None
+        images.append(MirrorImage(name, partner, percent, round(100 * worst, 1)))
+    return tuple(images)
+
+
+def pair_disagreements(rig: Rig) -> tuple[Disagreement, ...]:
+    """Where the names of a rig say other partners or other sides than its geometry, in the rig's order.
+
+    MetaHuman's eyeLookLeftL shows why geometry comes first: its mirror image is eyeLookRightR, not eyeLookLeftR.
+    """
+    geometry = {name: partner for pair in blendshape_pairs(rig) for name, partner in (pair, pair[::-1])}
+    lateral = dict(zip(rig.names, laterality(rig).tolist(), strict=True))
+    found = []
+    for name in rig.names:
+        named = [other for other in rig.names if other != name and other in other_names(name)]
+        own = geometry.get(name)
+        if named and own not in named and side_of(name) is not None:
+            other = "none" if own is None else own
+            words = f"{name} and {named[0]} are partners by name; by shape the mirror image of {name} is {other}"
+            found.append(Disagreement(name, named[0], own, words))
+        elif own is not None and not named and side_of(name) != side_of(own):
+            words = f"{name} and {own} are mirror images by shape; their names do not say so"
+            found.append(Disagreement(name, None, own, words))
+        side: Side | None = side_of(name)
+        moves: Side = "left" if lateral[name] > 0 else "right"
+        if own is not None and side is not None and side != moves:
+            words = f"{name} is called {side} and moves the subject's {moves}"
+            found.append(Disagreement(name, named[0] if named else None, own, words))
+    return tuple(found)
