@@ -64,10 +64,10 @@ def read_document(name: str, gltf: Gltf) -> RawRig:
     """The rig of a document, with what VRM says of it."""
     worlds = world_matrices(gltf)
     nodes = [index for index in scene_nodes(gltf) if "mesh" in gltf.entry("nodes", index)]
-    expressions = vrm.read_expressions(gltf)
-    named = target_names(gltf, nodes, vrm.given_names(expressions))
+    shown, expressions = titles(gltf, nodes), vrm.read_expressions(gltf)
+    named = target_names(gltf, shown, vrm.given_names(expressions))
     check_size(gltf, nodes, named)
-    pieces = [read_mesh(gltf, index, title, worlds, named) for index, title in titles(gltf, nodes).items()]
+    pieces = [read_mesh(gltf, index, title, worlds, named) for index, title in shown.items()]
     pieces = [piece for piece in pieces if len(piece.triangles)]
     if not pieces:
         raise RigError("has no mesh with triangles in its scene: export the face mesh")
@@ -90,19 +90,20 @@ def mesh_of(gltf: Gltf, index: int) -> tuple[dict[str, Any], list[dict[str, Any]
     return mesh, surfaces
 
 
-def target_names(gltf: Gltf, nodes: list[int], given: dict[tuple[int, int], str]) -> dict[int, tuple[str, ...]]:
-    """Names of the morph targets of every mesh shown: the file's own, else VRM's, else target_0, target_1, ..."""
-    shown = dict.fromkeys(gltf.entry("nodes", index)["mesh"] for index in nodes)
-    found = {index: own_names(*mesh_of(gltf, index)) for index in shown}
-    counts = {k for names, k in found.values() if names is None and k}
+def target_names(gltf: Gltf, shown: dict[int, str], given: dict[tuple[int, int], str]) -> dict[int, tuple[str, ...]]:
+    """Names of the morph targets of every mesh shown: the file's own, else VRM's, else target_0, target_1, ...
+
+    Unnamed targets of equal number are the same blendshape only when all unnamed meshes have as many of them.
+    """
+    title = {gltf.entry("nodes", index)["mesh"]: name for index, name in reversed(shown.items())}
+    found = {index: own_names(*mesh_of(gltf, index)) for index in title}
+    several = len({k for names, k in found.values() if names is None and k}) > 1
     named = {}
     for index, (names, k) in found.items():
         if names is None:
-            # unnamed targets of equal number are the same blendshape when all unnamed meshes have as many
-            prefix = "" if len(counts) < 2 else f"{gltf.entry('meshes', index).get('name') or f'mesh {index}'}/"
-            numbered = [f"{prefix}target_{number}" for number in range(k)]
-            names = tuple(given.get((index, number), numbered[number]) for number in range(k))
-            names = names if len(set(names)) == k else tuple(numbered)
+            numbered = tuple(f"{title[index]}/target_{i}" if several else f"target_{i}" for i in range(k))
+            names = tuple(given.get((index, i), name) for i, name in enumerate(numbered))
+            names = names if len(set(names)) == k else numbered
         named[index] = names
     return named
 

@@ -206,7 +206,7 @@ def even_rows(body: bytes, at: int, element: Element, order: str) -> tuple[Table
     for i, p in enumerate(element.properties):
         size = 1
         if p.length:
-            size = int(number(body, place, order + p.length))
+            size = list_length(body, place, order + p.length)
             fields.append((f"n{i}", order + p.length))
         if not 0 <= size <= len(body):
             raise RigError(CUT)
@@ -234,7 +234,7 @@ def uneven_rows(body: bytes, at: int, element: Element, order: str) -> tuple[Tab
         for p in element.properties:
             size = 1
             if p.length:
-                size = int(number(body, at, order + p.length))
+                size = list_length(body, at, order + p.length)
                 at += np.dtype(p.length).itemsize
             width = np.dtype(p.dtype).itemsize
             if size < 0 or at + size * width > len(body):
@@ -248,8 +248,8 @@ def uneven_rows(body: bytes, at: int, element: Element, order: str) -> tuple[Tab
     }, at
 
 
-def number(body: bytes, at: int, dtype: str) -> float:
-    """The number at this place."""
+def list_length(body: bytes, at: int, dtype: str) -> int:
+    """The length that stands at this place."""
     if at + np.dtype(dtype).itemsize > len(body):
         raise RigError(CUT)
-    return np.frombuffer(body, dtype, 1, at)[0]
+    return int(np.frombuffer(body, dtype, 1, at)[0])
