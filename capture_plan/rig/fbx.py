@@ -15,7 +15,6 @@ import re
 import struct
 import zlib
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -25,6 +24,7 @@ from capture_plan.rig.fbx_file import Node, read_tree
 from capture_plan.rig.fbx_nodes import axes, geometric_matrix, properties, unit_mm, world_matrix
 from capture_plan.rig.raw import RawRig, fan
 from capture_plan.rig.scene import Offsets, PlacedMesh, check_corners, check_moved, join_meshes, place_mesh, plain
+from capture_plan.rig.source import Source
 
 BROKEN = (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError, RecursionError, struct.error)
 LISTED = 5  # in-betweens that a note names
@@ -53,7 +53,7 @@ class Scene:
         return plain(re.sub(r"FBXASC(\d{3})", lambda code: chr(int(code[1])), words[2] if words[1] else words[0]))
 
 
-def read_fbx(path: Path) -> RawRig:
+def read_fbx(path: Source) -> RawRig:
     """The rig in the file at `path`, its unit and axes as the file says. RigError when it holds none."""
     try:
         with np.errstate(all="ignore"):

@@ -2,7 +2,7 @@
 
 Formats    a folder of OBJ (`obj.py`), PLY (`ply.py`) or CSV files (`csv_folder.py`), or of one OBJ and MakeHuman's
            `.target` files (`target.py`); `.npz` (`npz.py`); `.glb`, `.gltf`, `.vrm` (`gltf.py`, `vrm.py`);
-           `.fbx` (`fbx.py`); a `.zip` of any of these (`zipped.py`)
+           `.fbx` (`fbx.py`); a `.zip` of any of these (`zipped.py`); `.usd`, `.usda`, `.usdc`, `.usdz` (`usd.py`)
 Result     millimetres, +y up, facing +z, the subject's left +x; the origin and the vertex order stay the file's
 """
 
@@ -26,12 +26,14 @@ from capture_plan.rig.record import Rig
 from capture_plan.rig.skin import find_skin
 from capture_plan.rig.source import Source, folder_name, is_kind
 from capture_plan.rig.target import holds_targets, read_target_folder
+from capture_plan.rig.usd import SUFFIXES, read_usd
 from capture_plan.rig.zipped import find_rig, open_zip
 
 READERS = {".npz": read_npz, ".glb": read_gltf, ".gltf": read_gltf, ".vrm": read_gltf, ".fbx": read_fbx}
+READERS |= dict.fromkeys(SUFFIXES, read_usd)
 FOLDER_READERS = {".obj": read_obj_folder, ".ply": read_ply_folder, ".csv": read_csv_folder}
-IN_ARCHIVES = (".npz", ".glb", ".gltf", ".vrm")  # whose readers need no file of the disk
-FORMATS = "a folder of OBJ files, .npz, .glb, .gltf, .vrm, .fbx or a .zip of these"
+IN_ARCHIVES = (".npz", ".glb", ".gltf", ".vrm", ".fbx")  # whose readers need no file of the disk
+FORMATS = "a folder of OBJ files, .npz, .glb, .gltf, .vrm, .fbx, .usd, .usdz or a .zip of these"
 
 
 def read_rig(

@@ -1,0 +1,146 @@
+"""Rigs as USD (`.usd`, `.usda`, `.usdc`, `.usdz`): every mesh of the stage with the UsdSkel blendshapes bound to it.
+
+The stage is opened by `usd_scene.py` in a process of its own, since a damaged file ends the process that opens it.
+Mesh         points, faces, its transform stack (with joints: the skeleton's, and the pose when bound), subsets as parts
+Blendshape   offsets, of all points or of those in pointIndices; in-betweens are left out and reported
+Unit, axes   metersPerUnit and upAxis; a face looks along +z where +y is up and along -y where +z is up, by habit
+
+usd-core is an extra, `capture-plan[usd]`. Letters: v vertices, f triangles, p polygons, c corners of polygons.
+"""
+
+import importlib.util
+import io
+import json
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Int
+
+from capture_plan.errors import RigError
+from capture_plan.rig.raw import RawRig, fan
+from capture_plan.rig.scene import Offsets, PlacedMesh, check_corners, check_moved, join_meshes, place_mesh, plain
+from capture_plan.rig.source import Source
+
+SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+PROGRAM = Path(__file__).with_name("usd_scene.py")
+SECONDS = 600.0
+FACING = {"Y": ("+y", "+z"), "Z": ("+z", "-y")}
+LISTED = 5  # names in a note
+ONE_THREAD = {"PXR_WORK_THREAD_LIMIT": "1", "OPENBLAS_NUM_THREADS": "1", "MALLOC_ARENA_MAX": "2"}  # spares memory
+
+
+def read_usd(path: Source) -> RawRig:
+    """The rig in the file at `path`. RigError when it holds none, or when usd-core is missing."""
+    if not isinstance(path, Path):
+        raise RigError(f"{path.name} cannot be read inside a .zip: unpack it, or give a .usdz")
+    if importlib.util.find_spec("pxr") is None:
+        raise RigError(f"{path.name} needs the library for USD: install it with pip install 'capture-plan[usd]'")
+    try:
+        with np.errstate(all="ignore"):
+            return build(path.stem, *run(path))
+    except RigError as error:
+        raise RigError(f"{path.name} {error}".replace(f"{path.name} {path.stem}:", f"{path.name}:")) from error
+
+
+def run(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """The scene and its arrays, from the program that opens the stage."""
+    environment = {name: text for name, text in os.environ.items() if name != "PXR_AR_DEFAULT_SEARCH_PATH"}
+    environment |= {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))} | ONE_THREAD
+    with path.open("rb"):  # an OSError here says why it cannot be read
+        pass
+    try:
+        done = subprocess.run(
+            [sys.executable, "-P", str(PROGRAM), str(path.resolve())],
+            capture_output=True,
+            timeout=SECONDS,
+            env=environment,
+        )
+        with np.load(io.BytesIO(done.stdout), allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+    except (subprocess.TimeoutExpired, zipfile.BadZipFile, ValueError, EOFError, KeyError) as error:
+        raise RigError("cannot be read: it is damaged, or too large: export the face mesh alone") from error
+    scene = json.loads(arrays.pop("scene").tobytes())
+    if "error" in scene:
+        raise RigError(plain(scene["error"]))
+    return scene, arrays
+
+
+def build(name: str, scene: dict[str, Any], arrays: dict[str, np.ndarray]) -> RawRig:
+    """The rig of a scene."""
+    meshes, first = [], 0
+    for mesh in scene["meshes"]:
+        meshes.append(read_mesh(mesh, arrays, first))
+        first += len(meshes[-1].vertices)
+    up, facing = FACING.get(scene["up"], (None, None))
+    unit = scene["unit_mm"] if np.isfinite(scene["unit_mm"]) and scene["unit_mm"] > 0 else None
+    return join_meshes(name, meshes, unit_mm=unit, up=up, facing=facing, note=note(scene))
+
+
+def read_mesh(mesh: dict[str, Any], arrays: dict[str, np.ndarray], first: int) -> PlacedMesh:
+    """One mesh of a scene, placed."""
+    points, sizes, corners = arrays[mesh["points"]], arrays[mesh["sizes"]][:, 0], arrays[mesh["corners"]][:, 0]
+    title = plain(mesh["name"])
+    if (sizes < 0).any() or sizes.sum() != len(corners):
+        raise RigError(
+            f"has a mesh {title} whose faces need {sizes.sum():,} corners of {len(corners):,}: export it again"
+        )
+    check_corners(corners, len(points))
+    labels, part_names = face_parts(mesh, title, arrays, len(sizes))
+    kept = sizes >= 3
+    triangles = fan(corners[np.repeat(kept, sizes)], sizes[kept])
+    blendshapes: dict[str, Offsets] = {}
+    for shape in mesh["blendshapes"]:
+        name, offsets = plain(shape["name"]), arrays[shape["offsets"]]
+        if name in blendshapes:
+            raise RigError(f"has two blendshapes called '{name}' on one mesh: give each its own name")
+        indices = np.arange(len(offsets)) if shape["indices"] is None else arrays[shape["indices"]][:, 0]
+        check_moved(name, indices, offsets, len(points))
+        blendshapes[name] = Offsets(indices, offsets)
+    placed = PlacedMesh(
+        vertices=points,
+        triangles=triangles[:, ::-1] if mesh["left_handed"] else triangles,
+        labels=np.repeat(labels[kept], sizes[kept] - 2),
+        part_names=part_names,
+        first=first,
+        blendshapes=blendshapes,
+    )
+    return place_mesh(placed, np.array(mesh["matrix"]))
+
+
+def face_parts(
+    mesh: dict[str, Any], title: str, arrays: dict[str, np.ndarray], p: int
+) -> tuple[Int[np.ndarray, " p"], tuple[str, ...]]:
+    """Part of each of the mesh's `p` polygons: its subset, or what is in none."""
+    labels = np.zeros(p, dtype=np.int64)
+    for number, (_, key) in enumerate(mesh["subsets"], start=1):
+        faces = arrays[key][:, 0]
+        labels[faces[(faces >= 0) & (faces < p)]] = number
+    names = (title, *(f"{title}/{plain(subset)}" for subset, _ in mesh["subsets"]))
+    used, labels = np.unique(labels, return_inverse=True)
+    return labels.reshape(p), tuple(names[number] for number in used)
+
+
+def note(scene: dict[str, Any]) -> str:
+    """A sentence about what was left out: in-betweens, and meshes that only stand for others."""
+    between = {
+        f"{plain(shape['name'])} at {100 * weight:g} %": None
+        for mesh in scene["meshes"]
+        for shape in mesh["blendshapes"]
+        for weight in shape["between"]
+    }
+    said = []
+    if between:
+        said.append(f"in-between shapes were left out, so motion is a straight line here: {listed(list(between))}")
+    if scene["left_out"]:
+        said.append(f"meshes not for the picture were left out: {listed([plain(name) for name in scene['left_out']])}")
+    return "; ".join(said)
+
+
+def listed(names: list[str]) -> str:
+    """The first few of the names, and how many more there are."""
+    return ", ".join(names[:LISTED]) + (f" and {len(names) - LISTED} more" if len(names) > LISTED else "")
