@@ -93,16 +93,22 @@ class Gltf:
         if packing is None:
             return self.span(view)
         if index not in self.unpacked:
-            self.unpacked[index] = self.unpack(packing)
+            self.unpacked[index] = self.unpack(packing, whole(view, "byteLength"))
         return self.unpacked[index]
 
-    def unpack(self, packing: dict[str, Any]) -> bytes:
-        """What a packed view holds, when its declared size can be true."""
+    def unpack(self, packing: dict[str, Any], length: int) -> bytes:
+        """What a packed view of `length` bytes holds, when its declared size can be true."""
         source, mode, filtering = bytes(self.span(packing)), packing["mode"], packing.get("filter", "NONE")
         count, stride = whole(packing, "count"), whole(packing, "byteStride")
         fits = stride % 4 == 0 and 0 < stride <= 256 if mode == "ATTRIBUTES" else stride in (2, 4)
-        if mode not in ("ATTRIBUTES", "TRIANGLES", "INDICES") or not fits or (mode == "TRIANGLES" and count % 3):
-            raise RigError(f"has a packed buffer of {count:,} rows of {stride} bytes, which cannot be: {AGAIN}")
+        if (
+            mode not in ("ATTRIBUTES", "TRIANGLES", "INDICES")
+            or not fits
+            or (mode == "TRIANGLES" and count % 3)
+            or (count * stride != length)
+        ):
+            told = f"{count:,} rows of {stride} bytes, {length:,} in all"
+            raise RigError(f"has a packed buffer of {told}, which cannot be: {AGAIN}")
         total = count * stride + sum(map(len, self.unpacked.values()))
         if total > MOST_BYTES or len(source) < meshopt.least_bytes(mode, count, stride):
             raise RigError(f"declares {count * stride:,} bytes packed into {len(source):,}, which cannot be: {AGAIN}")
