@@ -214,10 +214,15 @@ def notebook(
 
 def open_rig(path: str, unit_mm: float | None, up: str | None, facing: str | None, skin: str | None) -> "Rig":
     """The rig that a person named, read with their corrections."""
+    from capture_plan.errors import RigError
     from capture_plan.rig import sample_rig
     from capture_plan.rig.read import read_rig
 
-    return sample_rig() if path == "sample" else read_rig(path, unit_mm=unit_mm, up=up, facing=facing, skin=skin)
+    if path == "sample":
+        if any(given is not None for given in (unit_mm, up, facing, skin)):
+            raise RigError("the sample is read as it is: leave out --unit-mm, --up, --facing and --skin")
+        return sample_rig()
+    return read_rig(path, unit_mm=unit_mm, up=up, facing=facing, skin=skin)
 
 
 def override(settings: "Settings", landmarks: dict, expressions: dict, session: dict) -> "Settings":

@@ -59,6 +59,7 @@ def test_tables_and_schema_are_written_where_asked(folder):
         (["plan", "sample", "--epsilon", "much", "-o", "x.json"], "epsilon"),
         (["plan", "sample", "--cameras", "nothing.toml", "-o", "x.json"], "nothing.toml"),
         (["plan", "sample", "--method", "magic", "-o", "x.json"], "magic"),
+        (["plan", "sample", "--skin", "nose", "-o", "x.json"], "--skin"),
         (["check", "nothing.json"], "nothing.json"),
         (["export", "plan.json", "--only", "fax"], "fax"),
         (["dance"], "dance"),

@@ -189,7 +189,7 @@ def _frame(face: Face, view: View, width: Number, height: Number, column: Number
     middle, unit = float(view.project(face.anchors.chin[None])[0, 0]), face.anchors.pupils
     top = head[:, 1].max() + 2
     low = min(marks[:, 1].min(), float(view.project(face.anchors.chin[None])[0, 1]))
-    crown = max(marks[:, 1].max() + BARE_MM, float(face.anchors.eye_left[1]) + unit)
+    crown = min(max(marks[:, 1].max() + BARE_MM, float(face.anchors.eye_left[1]) + unit), top)
     cut = top > low - LEAST_NECK_MM + height  # the crown bears no markers and may fade away
     top = min(top, low - LEAST_NECK_MM + height)
     if top < crown:
@@ -198,7 +198,8 @@ def _frame(face: Face, view: View, width: Number, height: Number, column: Number
     neck_end = front[:, 1].min() if len(front) else low
     bottom = max(top - height, low - BELOW_MM, min(neck_end, low - 6))
     on = head[head[:, 1] > bottom + FADE_MM / 2]
-    facing = marks[view.project(face.normals)[:, 2] > GRAZING]
+    towards = view.project(face.normals)[:, 2] > GRAZING
+    facing = marks[towards] if towards.any() else marks
     left, right = on[:, 0].min(), on[:, 0].max()
     need_left, need_right = facing[:, 0].min() - 4, facing[:, 0].max() + 4
     start, blank_left, blank_right = (left + right - width) / 2, 0.0, 0.0
