@@ -63,8 +63,8 @@ def scaled(s: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "4 4"]:
 
 def local_matrix(props: dict[str, tuple]) -> Float[np.ndarray, "4 4"]:
     """T Roff Rp Rpre R Rpost^-1 Rp^-1 Soff Sp S Sp^-1 of the module's docstring."""
-    active = number(props, "RotationActive", 0) != 0
-    order = ORDERS[int(np.clip(number(props, "RotationOrder", 0), 0, 6))] if active else "xyz"
+    active = number(props, "RotationActive", 0.0) != 0
+    order = ORDERS[int(np.clip(number(props, "RotationOrder", 0.0), 0, 6))] if active else "xyz"
     pre, post = (turned(triple(props, name)) if active else np.eye(4) for name in ("PreRotation", "PostRotation"))
     Rp, Sp = triple(props, "RotationPivot"), triple(props, "ScalingPivot")
     return (
@@ -104,7 +104,7 @@ def axes(settings: dict[str, tuple]) -> tuple[Float[np.ndarray, "4 4"], str | No
     """The mirror that makes the file right-handed (usually none), and its up and front: None where it does not say."""
     ways = []
     for name in ("CoordAxis", "UpAxis", "FrontAxis"):
-        axis, sign = number(settings, name, -1), number(settings, f"{name}Sign", 1)
+        axis, sign = number(settings, name, -1.0), number(settings, f"{name}Sign", 1.0)
         if axis not in (0, 1, 2) or sign not in (-1, 1):
             return np.eye(4), None, None
         ways.append((int(axis), int(sign)))

@@ -108,7 +108,7 @@ def check_corners(corners: Int[np.ndarray, " c"], v: int) -> None:
         raise RigError(f"has a face that uses vertex {worst:,} of {v:,}, counted from 0: export it again")
 
 
-def check_moved(blendshape: str, indices: Int[np.ndarray, " i"], values: Float[np.ndarray, "i 3"], v: int) -> None:
+def check_moved(blendshape: str, indices: Int[np.ndarray, " i"], values: Float[np.ndarray, "n 3"], v: int) -> None:
     """RigError unless a blendshape has one offset for each vertex that it names, and these are there."""
     if len(indices) != len(values):
         raise RigError(
