@@ -17,3 +17,11 @@ def browser():
         chromium = playwright.chromium.launch(executable_path=path, args=QUIET + SOFTWARE_GL)
         yield chromium
         chromium.close()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def cache_of_the_tests(tmp_path_factory):
+    """Tests neither use nor fill the user's cache; what one has computed, the others find."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+        yield

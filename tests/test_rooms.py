@@ -9,7 +9,7 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "capture_plan"
 FLOORS = (
-    {"errors", "progress"},
+    {"errors", "progress", "cache"},
     {"mesh"},
     {"visibility"},
     {"rig"},

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from solids import BOX, BOX_SIDES, patch, sphere, square, together
 
+from capture_plan.cache import cache_dir
 from capture_plan.progress import show_progress
 from capture_plan.visibility import global_visibility, hemisphere, hemisphere_visibility
-from capture_plan.visibility.cache import cache_dir
 from capture_plan.visibility.hemisphere import fibonacci_hemisphere, tangent_frames
 
 
@@ -90,7 +90,7 @@ def test_an_answer_from_the_cache_equals_a_computed_one_and_is_not_traced_again(
     deltas = np.random.default_rng(0).normal(size=(2, len(vertices), 3))
     at = np.arange(0, len(vertices), 3)
     first = global_visibility(vertices, deltas, triangles, at)
-    entry = next(cache_dir().glob("*.npy"))
+    entry = next((cache_dir() / "visibility").glob("*.npz"))
     monkeypatch.setattr(hemisphere, "least_over_shapes", None)
     assert np.array_equal(global_visibility(vertices, deltas, triangles, at), first)
     monkeypatch.undo()
@@ -115,7 +115,7 @@ def test_the_cache_knows_every_input_by_content(tmp_path):
     ]
     for *arrays, rays in calls:
         global_visibility(*arrays, rays=rays)
-    assert len(list(tmp_path.rglob("*.npy"))) == len(calls) - 1
+    assert len(list(tmp_path.rglob("*.npz"))) == len(calls) - 1
 
 
 @pytest.mark.parametrize("damage", [b"", b"not an array", b"\x93NUMPY\x01\x00"])
@@ -123,21 +123,21 @@ def test_a_broken_cache_entry_is_computed_again(damage):
     vertices, triangles = sphere(6, 8)
     arguments = (vertices, np.zeros((1, len(vertices), 3)), triangles, np.arange(5))
     answer = global_visibility(*arguments)
-    entry = next(cache_dir().glob("*.npy"))
+    entry = next((cache_dir() / "visibility").glob("*.npz"))
     entry.write_bytes(damage)
     assert np.array_equal(global_visibility(*arguments), answer)
-    assert np.array_equal(np.load(entry), answer)
+    assert np.array_equal(np.load(entry)["share"], answer)
 
 
 def test_the_cache_drops_its_oldest_entries(monkeypatch):
-    monkeypatch.setattr("capture_plan.visibility.cache.ENTRIES", 3)
+    monkeypatch.setattr("capture_plan.visibility.shapes.ENTRIES", 3)
     vertices, triangles = sphere(6, 8)
     stored = []
     for rays in range(1, 7):
         global_visibility(vertices, np.zeros((1, len(vertices), 3)), triangles, np.arange(2), rays=rays)
-        stored += [entry for entry in cache_dir().iterdir() if entry not in stored]
+        stored += [entry for entry in (cache_dir() / "visibility").iterdir() if entry not in stored]
         os.utime(stored[-1], ns=(rays, rays))
-    assert set(cache_dir().iterdir()) == set(stored[-3:])
+    assert set((cache_dir() / "visibility").iterdir()) == set(stored[-3:])
 
 
 def test_a_folder_that_cannot_be_written_costs_only_the_cache(tmp_path, monkeypatch):

@@ -23,9 +23,11 @@ from capture_plan.rig.orient import axes_matrix, check_given, find_frame
 from capture_plan.rig.ply import read_ply_folder
 from capture_plan.rig.raw import RawRig
 from capture_plan.rig.record import Rig
+from capture_plan.rig.remembered import remembered
 from capture_plan.rig.skin import find_skin
 from capture_plan.rig.source import Source, folder_name, is_kind
 from capture_plan.rig.target import holds_targets, read_target_folder
+from capture_plan.rig.upright import straightened
 from capture_plan.rig.usd import SUFFIXES, read_usd
 from capture_plan.rig.zipped import find_rig, open_zip
 
@@ -52,7 +54,12 @@ def read_rig(
     with ranges ("0-6705 7002"). RigError in one line when there is no usable rig.
     """
     check_given(unit_mm, up, facing)
-    raw = crop_to_head(read_raw(Path(path)))
+    path = Path(path)
+    return remembered(lambda: _read(path, unit_mm, up, facing, skin), path, (unit_mm, up, facing, skin))
+
+
+def _read(path: Path, unit_mm: float | None, up: str | None, facing: str | None, skin: str | None) -> Rig:
+    raw = straightened(crop_to_head(read_raw(path)))
     frame = find_frame(raw, unit_mm=unit_mm, up=up, facing=facing)
     R = frame.unit_mm * axes_matrix(frame.up, frame.facing)
     neutral, deltas = raw.neutral @ R.T, (raw.deltas @ R.T).astype(np.float32)

@@ -12,9 +12,8 @@ skin count less (this is ambient occlusion). Directions are fixed, so the same m
 import numpy as np
 from jaxtyping import Float, Int
 
-from capture_plan.visibility.cache import cached
 from capture_plan.visibility.occluder import Occluder
-from capture_plan.visibility.shapes import least_over_shapes
+from capture_plan.visibility.shapes import least_over_shapes, remembered
 
 GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))
 RAYS_AT_ONCE = 1 << 18  # 3 MB of directions: stays in the processor's cache
@@ -81,7 +80,7 @@ def global_visibility(
     def share(vertices: Float[np.ndarray, "v 3"], some: Int[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
         return hemisphere_visibility(vertices, triangles, some, rays=rays)
 
-    return cached(
+    return remembered(
         lambda: least_over_shapes(share, neutral, deltas, at),
         "hemisphere",
         neutral,

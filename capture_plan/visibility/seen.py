@@ -12,10 +12,9 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from capture_plan.visibility.cache import cached
 from capture_plan.visibility.camera import Camera
 from capture_plan.visibility.occluder import Occluder
-from capture_plan.visibility.shapes import least_over_shapes
+from capture_plan.visibility.shapes import least_over_shapes, remembered
 
 
 def seen_by(
@@ -49,6 +48,6 @@ def camera_visibility(
     lenses = [
         np.concatenate([c.position, c.rotation.ravel(), c.intrinsics.ravel(), c.size_px, c.distortion]) for c in cameras
     ]
-    return cached(
+    return remembered(
         lambda: least_over_shapes(share, neutral, deltas, at), "cameras", neutral, deltas, triangles, at, *lenses
     )

@@ -1,0 +1,83 @@
+"""What is kept on disk: equal to what is computed, known by content, never trusted when broken."""
+
+import numpy as np
+import pytest
+
+from capture_plan.cache import cache_dir, cached, digest
+from capture_plan.errors import RigError
+from capture_plan.rig.read import read_rig
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+
+@pytest.fixture
+def rig_file(tmp_path):
+    x, y = np.meshgrid(np.arange(12.0), np.arange(12.0))
+    vertices = 12 * np.stack([x.ravel(), y.ravel(), -0.1 * (x.ravel() - 5.5) ** 2], axis=1)
+    corner = (np.arange(11)[:, None] * 12 + np.arange(11)).ravel()
+    faces = np.concatenate(
+        [np.stack([corner, corner + 1, corner + 13], 1), np.stack([corner, corner + 13, corner + 12], 1)]
+    )
+    deltas = np.zeros((2, 144, 3))
+    deltas[0, 30, 2], deltas[1, 100, 1] = 5, 4
+    path = tmp_path / "face.npz"
+    np.savez(path, vertices=vertices, faces=faces, deltas=deltas, names=np.array(["a", "b"]))
+    return path
+
+
+def entries():
+    return sorted((cache_dir() / "rigs").glob("*.npz"))
+
+
+def test_a_rig_from_the_cache_is_the_rig_that_was_read(rig_file):
+    first, second = read_rig(rig_file, unit_mm=1.0), read_rig(rig_file, unit_mm=1.0)
+    assert len(entries()) == 1
+    assert first.fingerprint == second.fingerprint
+    assert (first.names, first.part_names, first.note, first.unit_mm) == (
+        second.names,
+        second.part_names,
+        second.note,
+        second.unit_mm,
+    )
+    for name in ("neutral", "triangles", "deltas", "skin", "parts", "source_index"):
+        np.testing.assert_array_equal(getattr(first, name), getattr(second, name))
+        assert getattr(first, name).dtype == getattr(second, name).dtype
+
+
+def test_another_unit_and_another_content_are_other_rigs(rig_file):
+    read_rig(rig_file, unit_mm=1.0)
+    read_rig(rig_file, unit_mm=2.0)
+    arrays = dict(np.load(rig_file))
+    arrays["deltas"][0, 30, 2] = 6
+    np.savez(rig_file, **arrays)
+    changed = read_rig(rig_file, unit_mm=1.0)
+    assert changed.displacement.max() == pytest.approx(6)
+    assert len(entries()) == 3
+
+
+def test_a_broken_entry_is_read_again(rig_file):
+    whole = read_rig(rig_file, unit_mm=1.0)
+    (entry,) = entries()
+    entry.write_bytes(entry.read_bytes()[:100])
+    assert read_rig(rig_file, unit_mm=1.0).fingerprint == whole.fingerprint
+
+
+def test_what_cannot_be_read_is_not_kept(tmp_path):
+    (tmp_path / "no.glb").write_bytes(b"nothing")
+    with pytest.raises(RigError):
+        read_rig(tmp_path / "no.glb")
+    assert entries() == []
+
+
+def test_names_tell_apart_what_is_cut_elsewhere():
+    assert digest(["ab", "c"]) != digest(["a", "bc"])
+    assert digest([np.zeros(2)]) != digest([np.zeros((2, 1))])
+
+
+def test_a_shelf_keeps_its_newest_entries():
+    for number in range(4):
+        cached(lambda number=number: {"x": np.array([number])}, "shelf", f"{number}", entries=2)
+    assert len(list((cache_dir() / "shelf").glob("*.npz"))) == 2
