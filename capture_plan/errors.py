@@ -2,7 +2,10 @@
 
 
 class CapturePlanError(Exception):
-    """What the command line turns into one line and exit code 2."""
+    """What the command line turns into one line and exit code 2; what a file smuggles in stays harmless to a screen."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__("".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in message))
 
 
 class RigError(CapturePlanError):

@@ -181,6 +181,12 @@ def test_addresses_outside_the_folder_are_never_opened(tmp_path, uri):
     assert "outside its folder and is not read" in refuse(tmp_path / "inner" / "r.gltf")
 
 
+def test_what_a_file_says_of_itself_cannot_write_on_the_screen(tmp_path):
+    writer = Writer()
+    writer.mesh([primitive(writer, deltas=(LIFT, LIFT))], ["\x1b[2J\nred", "\x1b[2J\nred"])
+    assert refuse(writer.glb(tmp_path / "r.glb")).isprintable()
+
+
 def test_deep_documents_and_deep_scenes(tmp_path):
     path = tmp_path / "r.gltf"
     path.write_text('{"nodes":' + "[" * 100_000 + "]" * 100_000 + "}")

@@ -1,6 +1,8 @@
 """NPZ rigs: what is written is read, units and parts included; other archives get one clear line."""
 
 import dataclasses
+import tracemalloc
+import zipfile
 
 import numpy as np
 import pytest
@@ -110,3 +112,20 @@ def test_a_raw_rig_is_checked_whenever_one_is_made(tmp_path):
     rig = read_npz(save(tmp_path / "r.npz"))
     with pytest.raises(RigError, match="uses vertex 4 of 4, counted from 0"):
         dataclasses.replace(rig, triangles=rig.triangles + 1)
+
+
+def test_arrays_that_declare_more_than_they_hold_are_refused_before_they_are_made(tmp_path):
+    path = save(tmp_path / "rig.npz")
+    with zipfile.ZipFile(path) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    for lie in (b"(2, 4000000000, 3), }", b"(-2, 4, 3), }", b"(2, 4, 3"):
+        header = members["deltas.npy"][:10] + b"{'descr': '<f4', 'fortran_order': False, 'shape': " + lie
+        members["deltas.npy"] = header.ljust(127) + b"\n" + bytes(96)
+        with zipfile.ZipFile(path, "w") as archive:
+            for name, data in members.items():
+                archive.writestr(name, data)
+        tracemalloc.start()
+        with pytest.raises(RigError, match=r"'deltas\.npy' is not a readable array|'deltas' has the shape"):
+            read_npz(path)
+        assert tracemalloc.get_traced_memory()[1] < 1_000_000
+        tracemalloc.stop()

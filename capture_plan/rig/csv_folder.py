@@ -56,7 +56,7 @@ def read_table(path: Source) -> Float[np.ndarray, "rows columns"]:
     if not text.strip():
         raise RigError(f"{path.name} has no rows: export it again")
     try:
-        table = np.loadtxt(io.BytesIO(text.removeprefix(b"\xef\xbb\xbf")), delimiter=",", ndmin=2, encoding="utf-8")
+        table = np.loadtxt(io.BytesIO(text.removeprefix(b"\xef\xbb\xbf")), delimiter=",", comments=None, ndmin=2)
     except ValueError as error:
         found = " ".join(str(error).split())[:100]
         raise RigError(f"{path.name} is not a table of numbers ({found}): export it again") from error

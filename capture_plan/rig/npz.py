@@ -10,6 +10,7 @@ Pickled objects are refused: loading them would run what they hold.
 """
 
 import math
+import tokenize
 import zipfile
 
 import numpy as np
@@ -26,6 +27,7 @@ KINDS = (
     ("deltas", "fiu", "numbers"),
     ("names", "US", "text"),
 )
+HEADER_DAMAGE = (ValueError, KeyError, TypeError, SyntaxError, RecursionError, tokenize.TokenError)
 PART_KEYS = ("part", "parts", "material", "group")
 
 
@@ -87,7 +89,7 @@ def read_array(path: Source, archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -
             raise ValueError("it declares more than it holds")
         with archive.open(entry) as file:
             return np.lib.format.read_array(file, allow_pickle=False)
-    except (*DAMAGE, ValueError, KeyError, TypeError, OverflowError, SyntaxError, RecursionError, MemoryError) as error:
+    except (*DAMAGE, *HEADER_DAMAGE, OverflowError, MemoryError) as error:
         raise RigError(
             f"{path.name}: '{entry.filename[:80]}' is not a readable array of numbers or text: "
             "save it again with np.savez"

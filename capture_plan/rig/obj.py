@@ -127,7 +127,7 @@ def load(path: Source) -> bytes:
 def parse_vertices(data: bytes, path: Source) -> Float[np.ndarray, "v 3"]:
     """The first three numbers of every 'v' line; a weight or a colour may follow them."""
     lines = VERTEX.findall(data)
-    if not lines:
+    if not any(map(bytes.strip, lines)):
         raise RigError(f"{path.name} has no vertices ('v' lines): it is not a Wavefront OBJ mesh, or it was cut off")
     try:
         vertices = np.loadtxt(lines, ndmin=2, encoding="ascii")
@@ -174,11 +174,11 @@ def parse_faces(data: bytes, path: Source) -> Faces:
                 polygon = [int(corner.split(b"/")[0]) for corner in rest.split(b"#")[0].split()]
             except ValueError as error:
                 raise RigError(
-                    f"{path.name}: the face 'f {rest.decode(errors='replace')}' does not read: export again"
+                    f"{path.name}: the face 'f {rest[:60].decode(errors='replace')}' does not read: export again"
                 ) from error
             if len(polygon) < 3 or 0 in polygon:
                 raise RigError(
-                    f"{path.name}: the face 'f {rest.decode(errors='replace')}' needs three or more vertices, "
+                    f"{path.name}: the face 'f {rest[:60].decode(errors='replace')}' needs three or more vertices, "
                     "counted from 1: the file may be cut off, export it again"
                 )
             corners += [i - 1 if i > 0 else v + i for i in polygon]  # -1 is the last vertex so far

@@ -4,7 +4,7 @@ A PLY file is a text header, which declares elements (vertex, face ...) of prope
 turn. A property is a number, or a list: its length, then that many numbers. Taken are x, y, z of the vertices, in the
 file's order, and the faces' list of vertex numbers; colours, normals and other elements are passed over.
 A declared count is held against the bytes that are left before anything of that size is made.
-Own code, because trimesh believes declared counts, and makes vertices of its own where faces carry texture coordinates.
+Own code, because trimesh 5.2 refuses binary files in which triangles and quads are mixed ("unexpected length").
 
 Source: G. Turk, "The PLY Polygon File Format", 1994.
 """
