@@ -53,17 +53,17 @@ def run(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     environment |= {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))} | ONE_THREAD
     with path.open("rb"):  # an OSError here says why it cannot be read
         pass
+    command = [sys.executable, "-P", str(PROGRAM), str(path.resolve())]
     try:
-        done = subprocess.run(
-            [sys.executable, "-P", str(PROGRAM), str(path.resolve())],
-            capture_output=True,
-            timeout=SECONDS,
-            env=environment,
-        )
-        with np.load(io.BytesIO(done.stdout), allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files}
+        return unpack(subprocess.run(command, capture_output=True, timeout=SECONDS, env=environment).stdout)
     except (subprocess.TimeoutExpired, zipfile.BadZipFile, ValueError, EOFError, KeyError) as error:
         raise RigError("cannot be read: it is damaged, or too large: export the face mesh alone") from error
+
+
+def unpack(data: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """The scene and its arrays in an archive. RigError when it only says what is wrong."""
+    with np.load(io.BytesIO(data), allow_pickle=False) as archive:
+        arrays = {name: archive[name] for name in archive.files}
     scene = json.loads(arrays.pop("scene").tobytes())
     if "error" in scene:
         raise RigError(plain(scene["error"]))

@@ -186,4 +186,6 @@ def archive(path: str) -> bytes:
 
 if __name__ == "__main__":
     limit()
-    sys.stdout.buffer.write(archive(os.path.realpath(sys.argv[1])))
+    with os.fdopen(os.dup(1), "wb") as output:
+        os.dup2(2, 1)  # whatever the library prints goes to standard error
+        output.write(archive(os.path.realpath(sys.argv[1])))
