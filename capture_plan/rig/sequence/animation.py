@@ -14,7 +14,7 @@ from jaxtyping import Float
 
 from capture_plan.errors import RigError
 from capture_plan.rig import vrm
-from capture_plan.rig.gltf import DAMAGE, target_names
+from capture_plan.rig.gltf import DAMAGE, target_names, titles
 from capture_plan.rig.gltf_file import Gltf, load
 from capture_plan.rig.gltf_scene import scene_nodes
 from capture_plan.rig.sequence.weights import WeightTable, clock
@@ -48,7 +48,7 @@ def read_animation(path: Path) -> WeightTable:
 def animation(gltf: Gltf) -> WeightTable:
     """The table of a document."""
     nodes = [index for index in scene_nodes(gltf) if "mesh" in gltf.entry("nodes", index)]
-    named = target_names(gltf, nodes, vrm.given_names(vrm.read_expressions(gltf)))
+    named = target_names(gltf, titles(gltf, nodes), vrm.given_names(vrm.read_expressions(gltf)))
     takes = gltf.document.get("animations", [])
     for take in takes:
         channels = [

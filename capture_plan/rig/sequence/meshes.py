@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import trimesh
 from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
 from capture_plan.rig.obj import load, natural, parse_faces, parse_vertices
+from capture_plan.rig.ply import read_faces, read_vertices
 from capture_plan.rig.raw import UNITS_MM, fan
 from capture_plan.rig.sequence.frames import FileFrames, Frames, StoredFrames
 from capture_plan.rig.sequence.weights import WeightTable, from_arrays, rate_of
@@ -39,7 +39,7 @@ class MeshTake:
 
 def read_folder(folder: Path) -> MeshTake:
     """The take in a folder. RigError where its files are no numbered frames of one mesh."""
-    kinds = {".obj": obj_vertices, ".ply": ply_vertices}
+    kinds = {".obj": obj_vertices, ".ply": read_vertices}
     files = [p for p in folder.iterdir() if p.suffix.lower() in kinds and not p.name.startswith(".") and p.is_file()]
     suffixes = sorted({path.suffix.lower() for path in files})
     if len(suffixes) != 1:
@@ -71,16 +71,9 @@ def obj_vertices(path: Path) -> Float[np.ndarray, "v 3"]:
     return parse_vertices(load(path), path)
 
 
-def ply_vertices(path: Path) -> Float[np.ndarray, "v 3"]:
-    """Vertices of a PLY file in its own order."""
-    return _ply(path)[0]
-
-
 def triangles_of(path: Path) -> Int[np.ndarray, "f 3"]:
     """Triangles of an OBJ or PLY file, none where it is a cloud of points."""
-    if path.suffix.lower() == ".ply":
-        return _ply(path)[1]
-    faces = parse_faces(load(path), path)
+    faces = read_faces(path) if path.suffix.lower() == ".ply" else parse_faces(load(path), path)
     return fan(faces.corners, faces.sizes) if len(faces.sizes) else np.zeros((0, 3), dtype=np.int32)
 
 
@@ -138,15 +131,3 @@ def declared(archive: zipfile.ZipFile, name: str) -> int:
     if dtype.hasobject:
         raise RigError(f"holds pickled objects in '{name.removesuffix('.npy')}', which are never loaded: save numbers")
     return int(np.prod([float(n) for n in shape])) * dtype.itemsize
-
-
-def _ply(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    try:
-        mesh = trimesh.load(path, process=False)
-        vertices = np.asarray(getattr(mesh, "vertices", ()), dtype=np.float64).reshape(-1, 3)
-        faces = np.asarray(getattr(mesh, "faces", np.zeros((0, 3))), dtype=np.int32).reshape(-1, 3)
-    except Exception as error:  # trimesh raises whatever its parsing runs into
-        raise RigError(f"{path.name} is no PLY mesh that can be read ({str(error)[:80]}): export it again") from error
-    if len(vertices) == 0 or not np.isfinite(vertices).all():
-        raise RigError(f"{path.name} has no vertices, or NaN or infinite ones: export it again")
-    return vertices, faces
