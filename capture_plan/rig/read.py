@@ -94,10 +94,11 @@ def read_raw(path: Path) -> RawRig:
             raise RigError(f"{path} does not exist: give {FORMATS}")
         if not path.is_dir() and path.stat().st_size == 0:
             raise RigError(f"{path.name} is empty: export it again")
-        if path.suffix.lower() == ".zip" and not path.is_dir():
-            with open_zip(path) as root:
-                return read_source(find_rig(root, is_rig))
-        return read_source(path)
+        with np.errstate(all="ignore"):  # what becomes infinite is refused when the rig is whole
+            if path.suffix.lower() == ".zip" and not path.is_dir():
+                with open_zip(path) as root:
+                    return read_source(find_rig(root, is_rig))
+            return read_source(path)
     except OSError as error:
         raise RigError(
             f"{path.name} cannot be read ({error.strerror or error}): check the file and its permissions"
