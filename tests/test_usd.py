@@ -228,17 +228,18 @@ def test_a_layer_that_is_missing_or_refers_elsewhere_itself_is_refused(tmp_path)
         read_here(refer(tmp_path / "a.usda", "./b.usda"))
 
 
-def test_an_archive_may_refer_only_to_what_is_inside_it(tmp_path):
+def test_an_archive_may_refer_only_to_what_is_inside_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # where the library looks for what it does not find
     tiny(tmp_path / "part.usda")
     refer(tmp_path / "top.usda", "./part.usda")
     assert UsdUtils.CreateNewUsdzPackage(str(tmp_path / "top.usda"), str(tmp_path / "whole.usdz"))
     (tmp_path / "part.usda").unlink()
     assert read_here(tmp_path / "whole.usdz").names == ("lift",)
     tiny(tmp_path / "beside.usda")
-    for asset in ("../beside.usda", str(tmp_path / "beside.usda")):
+    for asset in ("beside.usda", "../beside.usda", str(tmp_path / "beside.usda")):
         with Sdf.ZipFileWriter.CreateNew(str(tmp_path / "bad.usdz")) as archive:
             archive.AddFile(str(refer(tmp_path / "top.usda", asset)), "top.usda")
-        with pytest.raises(RigError, match=r"outside its folder or archive|needs the file"):
+        with pytest.raises(RigError, match="outside its folder or archive"):
             read_here(tmp_path / "bad.usdz")
 
 
@@ -284,13 +285,16 @@ def test_without_the_library_one_line_says_how_to_install_it(tmp_path, monkeypat
 
 def test_a_program_that_dies_or_hangs_is_one_line(tmp_path, monkeypatch):
     path = tiny(tmp_path / "r.usda")
-    for code in ("import os; os.abort()", "import time; time.sleep(60)", "print('no archive')"):
+    reports = "from pathlib import Path; import os; Path(os.environ['TMPDIR'], 'report').touch(); os.abort()"
+    for code in (reports, "import time; time.sleep(60)", "print('no archive')"):
         program = tmp_path / "program.py"
         program.write_text(code)
         monkeypatch.setattr(usd, "PROGRAM", program)
         monkeypatch.setattr(usd, "SECONDS", 1.0)
+        monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
         with pytest.raises(RigError, match=r"^r.usda cannot be read: it is damaged, or too large"):
             read_usd(path)
+        assert sorted(p.name for p in tmp_path.iterdir()) == ["program.py", "r.usda"]  # nothing is left behind
 
 
 def test_memory_is_bounded(tmp_path):

@@ -14,6 +14,7 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -55,7 +56,10 @@ def run(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         pass
     command = [sys.executable, "-P", str(PROGRAM), str(path.resolve())]
     try:
-        return unpack(subprocess.run(command, capture_output=True, timeout=SECONDS, env=environment).stdout)
+        with tempfile.TemporaryDirectory() as reports:  # where the library describes its end when it is ended
+            environment["TMPDIR"] = reports
+            done = subprocess.run(command, capture_output=True, timeout=SECONDS, env=environment)
+        return unpack(done.stdout)
     except (subprocess.TimeoutExpired, zipfile.BadZipFile, ValueError, EOFError, KeyError) as error:
         raise RigError("cannot be read: it is damaged, or too large: export the face mesh alone") from error
 
