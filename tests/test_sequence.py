@@ -166,11 +166,11 @@ def animated(tmp_path, times, values, **sampler):
     [
         ("LINEAR", [0, 1, 0], 0.5),
         ("STEP", [0, 1, 0], 0.0),
-        ("CUBICSPLINE", [0, 0, 9, 0, 1, 0, 0, 0, 0], 0.5 + 9 * 2 / 30 / 8),
+        ("CUBICSPLINE", [0, 0, 9, -4, 1, 0, 0, 0, 0], 0.5 + (9 + 4) * 2 / 30 / 8),
     ],
 )
 def test_an_animated_gltf_drives_itself_between_its_keys_too(tmp_path, how, values, middle):
-    """Keys at 0, 2/30 and 3/30 s; Hermite: 0.5 of the end value and d/8 of the tangent 9 per second, d = 2/30 s."""
+    """Keys at 0, 2/30 and 3/30 s; Hermite: half the end value and d/8 of the tangents, 9 out and -4 in, d = 2/30 s."""
     take = read_sequence(animated(tmp_path, [0, 2 / 30, 3 / 30], values, interpolation=how), fps=30.0)
     assert take.rig is not None
     times = np.array([0, 2 / 30, 3 / 30])
