@@ -54,7 +54,7 @@ class Face:
         Raises:
             InfeasibleError: there is none.
         """
-        allowed = self.markable & (self.visibility > 0) & (self.visibility >= settings.min_visibility)
+        allowed = self.markable & (self.visibility >= settings.min_visibility)
         if not allowed.any():
             raise InfeasibleError(
                 f"no moving skin is seen from {settings.min_visibility:.0%} of the directions: lower min_visibility"

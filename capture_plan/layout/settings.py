@@ -18,7 +18,8 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     0.3 to 0.7 is the working range. `alpha`: weight of visibility against displacement. `rounds`: landmarks that a
     blendshape gets at most from the multi-cover. `spacing_mm`: least distance along the skin between landmarks.
     `noise_mm`: standard deviation of a measured landmark coordinate, for the predicted error.
-    `min_visibility`: vertices that are seen from less than this share of their hemisphere are no candidates.
+    `min_visibility`: vertices that are seen from less than this share of their hemisphere are no candidates; 0 leaves
+    visibility out.
     """
 
     method: Literal["studio", "adaptive", "cover"] = "studio"

@@ -19,9 +19,15 @@ def read_neutral(path: Path, rig: Rig) -> Float[np.ndarray, "v 3"]:
     """
     if not path.exists():
         raise RigError(f"{path} does not exist: give an OBJ file of the actor's neutral, or a rig")
-    vertices = parse_vertices(load(path), path) if is_obj(path) else read_raw(path).neutral
-    if is_obj(path) and len(vertices) > rig.source_index.max():
-        vertices = vertices[rig.source_index]
+    if is_obj(path):
+        vertices = parse_vertices(load(path), path)
+        numbers = np.arange(len(vertices))
+    else:
+        raw = read_raw(path)
+        vertices, numbers = raw.neutral, raw.source_index
+    if len(vertices) > len(rig.neutral) and np.isin(rig.source_index, numbers).all():
+        order = np.argsort(numbers, kind="stable")  # the rig is a part of the mesh, such as the head of a figure
+        vertices = vertices[order[np.searchsorted(numbers[order], rig.source_index)]]
     if len(vertices) != len(rig.neutral):
         raise RigError(
             f"{path.name} has {len(vertices):,} vertices, {rig.name} has {len(rig.neutral):,}: "
