@@ -6,7 +6,7 @@ import numpy as np
 
 from capture_plan.rig import sample_rig
 from capture_plan.rig.crop import WHOLE_RIG, crop_to_head
-from capture_plan.rig.raw import RawRig
+from capture_plan.rig.formats.raw import RawRig
 
 
 def head_on_a_body(height_mm: float) -> RawRig:

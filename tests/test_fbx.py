@@ -21,8 +21,8 @@ from scipy.spatial.transform import Rotation
 
 from capture_plan.errors import RigError
 from capture_plan.rig import read_rig, sample_rig
-from capture_plan.rig.fbx import read_fbx
-from capture_plan.rig.fbx_nodes import local_matrix
+from capture_plan.rig.formats.fbx import read_fbx
+from capture_plan.rig.formats.fbx_nodes import local_matrix
 
 FORMS = {
     "ascii": ascii_text,

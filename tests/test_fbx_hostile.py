@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from capture_plan.errors import RigError
-from capture_plan.rig import fbx_file
-from capture_plan.rig.fbx import read_fbx
-from capture_plan.rig.fbx_file import Packed, read_tree
-from capture_plan.rig.scene import check_room
+from capture_plan.rig.formats import fbx_file
+from capture_plan.rig.formats.fbx import read_fbx
+from capture_plan.rig.formats.fbx_file import Packed, read_tree
+from capture_plan.rig.formats.scene import check_room
 
 TREE = scene(*head(), UnitScaleFactor=1.0, UpAxis=1, FrontAxis=2, CoordAxis=0)
 FILES = {"narrow": binary(TREE, 7400), "wide": binary(TREE, 7500), "ascii": ascii_text(TREE)}

@@ -14,8 +14,8 @@ from test_gltf import LIFT, QUAD, SQUARE, Writer, primitive
 from test_meshopt import pack, pack_triangles
 
 from capture_plan.errors import RigError
-from capture_plan.rig import gltf
-from capture_plan.rig.gltf import read_gltf
+from capture_plan.rig.formats import gltf
+from capture_plan.rig.formats.gltf import read_gltf
 
 BILLIONS = 4_000_000_000
 

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from capture_plan.errors import RigError
-from capture_plan.rig.meshopt import GROUP_BITS, UNPACKED, decode, least_bytes, octahedral, quaternion
+from capture_plan.rig.formats.meshopt import GROUP_BITS, UNPACKED, decode, least_bytes, octahedral, quaternion
 
 
 def pack_group(values: bytes, bits: int) -> bytes:

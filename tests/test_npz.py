@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from capture_plan.errors import RigError
-from capture_plan.rig.npz import read_npz
+from capture_plan.rig.formats.npz import read_npz
 
 GOOD = {
     "vertices": np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], dtype=float),

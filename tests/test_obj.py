@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from capture_plan.errors import RigError
-from capture_plan.rig.obj import read_obj_folder
+from capture_plan.rig.formats.obj import read_obj_folder
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 MOVED = "v 0 0 0\nv 1 0 0\nv 1 1 2\nv 0 1 0\n"

@@ -22,6 +22,7 @@ FLOORS = (
 )
 ONLY_IN = {
     "embreex": {"visibility"},
+    "pxr": {"rig"},
     "ortools": {"layout", "expressions"},
     "pyrender": {"sheets"},
     "OpenGL": {"sheets"},

@@ -10,8 +10,9 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, UsdUtils, Vt
 
 from capture_plan.errors import RigError
-from capture_plan.rig import read_rig, sample_rig, usd, usd_scene
-from capture_plan.rig.usd import read_usd
+from capture_plan.rig import read_rig, sample_rig
+from capture_plan.rig.formats import usd, usd_scene
+from capture_plan.rig.formats.usd import read_usd
 
 # pyright: reportAttributeAccessIssue=false
 TETRAHEDRON = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])

@@ -5,7 +5,7 @@ import pytest
 from test_gltf import LIFT, SQUARE, Writer, primitive
 
 from capture_plan.errors import RigError
-from capture_plan.rig.gltf import read_gltf
+from capture_plan.rig.formats.gltf import read_gltf
 
 
 def avatar(extensions: dict, names: tuple = (None, None), hidden: bool = False) -> Writer:

@@ -12,9 +12,9 @@ from test_gltf import write_sample_glb
 from test_read_rig import write_obj_folder
 
 from capture_plan.errors import RigError
-from capture_plan.rig import zipped
+from capture_plan.rig.formats import zipped
+from capture_plan.rig.formats.zipped import open_zip
 from capture_plan.rig.read import read_raw
-from capture_plan.rig.zipped import open_zip
 
 NEUTRAL = "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n"
 SMILE = "v 0 0 0\nv 1 0 0\nv 1 1 2\nf 1 2 3\n"

@@ -12,7 +12,7 @@ import dataclasses
 import numpy as np
 from jaxtyping import Bool
 
-from capture_plan.rig.raw import RawRig
+from capture_plan.rig.formats.raw import RawRig
 
 MOVES = 0.1  # share of the largest displacement, as where the axes are found
 WHOLE_FIGURE = 5.0  # MakeHuman's body 9.1; four heads and busts 1.3 to 1.8; a head of which the lids alone move 4

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_plan.errors import RigError
-from capture_plan.rig.obj import is_obj, load, parse_vertices
+from capture_plan.rig.formats.obj import is_obj, load, parse_vertices
 from capture_plan.rig.read import read_raw
 from capture_plan.rig.record import Rig
 

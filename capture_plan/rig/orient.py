@@ -21,7 +21,7 @@ from scipy.spatial import KDTree
 
 from capture_plan.errors import RigError
 from capture_plan.mesh import pieces, vertex_areas, vertex_normals
-from capture_plan.rig.raw import UNITS_MM, RawRig
+from capture_plan.rig.formats.raw import UNITS_MM, RawRig
 from capture_plan.rig.record import Found, Rig
 from capture_plan.rig.skin import is_ball
 

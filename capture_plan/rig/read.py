@@ -1,7 +1,7 @@
 """Reading a rig: the reader for its format, then one unit, one pose of the axes, and the face skin.
 
-Formats    a folder of OBJ (`obj.py`), PLY (`ply.py`) or CSV files (`csv_folder.py`), or of one OBJ and MakeHuman's
-           `.target` files (`target.py`); `.npz` (`npz.py`); `.glb`, `.gltf`, `.vrm` (`gltf.py`, `vrm.py`);
+Formats    a folder of OBJ (`formats/obj.py`), PLY (`ply.py`) or CSV files (`csv_folder.py`), or of one OBJ and
+           MakeHuman's `.target` files (`target.py`); `.npz` (`npz.py`); `.glb`, `.gltf`, `.vrm` (`gltf.py`, `vrm.py`);
            `.fbx` (`fbx.py`); a `.zip` of any of these (`zipped.py`); `.usd`, `.usda`, `.usdc`, `.usdz` (`usd.py`)
 Result     millimetres, +y up, facing +z, the subject's left +x; the origin and the vertex order stay the file's
 """
@@ -14,22 +14,22 @@ from jaxtyping import Bool
 
 from capture_plan.errors import RigError
 from capture_plan.rig.crop import crop_to_head
-from capture_plan.rig.csv_folder import read_csv_folder
-from capture_plan.rig.fbx import read_fbx
-from capture_plan.rig.gltf import read_gltf
-from capture_plan.rig.npz import read_npz
-from capture_plan.rig.obj import read_obj_folder
+from capture_plan.rig.formats.csv_folder import read_csv_folder
+from capture_plan.rig.formats.fbx import read_fbx
+from capture_plan.rig.formats.gltf import read_gltf
+from capture_plan.rig.formats.npz import read_npz
+from capture_plan.rig.formats.obj import read_obj_folder
+from capture_plan.rig.formats.ply import read_ply_folder
+from capture_plan.rig.formats.raw import RawRig
+from capture_plan.rig.formats.source import Source, folder_name, is_kind
+from capture_plan.rig.formats.target import holds_targets, read_target_folder
+from capture_plan.rig.formats.usd import SUFFIXES, read_usd
+from capture_plan.rig.formats.zipped import find_rig, open_zip
 from capture_plan.rig.orient import axes_matrix, check_given, find_frame
-from capture_plan.rig.ply import read_ply_folder
-from capture_plan.rig.raw import RawRig
 from capture_plan.rig.record import Rig
 from capture_plan.rig.remembered import remembered
 from capture_plan.rig.skin import find_skin
-from capture_plan.rig.source import Source, folder_name, is_kind
-from capture_plan.rig.target import holds_targets, read_target_folder
 from capture_plan.rig.upright import straightened
-from capture_plan.rig.usd import SUFFIXES, read_usd
-from capture_plan.rig.zipped import find_rig, open_zip
 
 READERS = {".npz": read_npz, ".glb": read_gltf, ".gltf": read_gltf, ".vrm": read_gltf, ".fbx": read_fbx}
 READERS |= dict.fromkeys(SUFFIXES, read_usd)

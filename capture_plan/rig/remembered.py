@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from capture_plan.cache import Arrays, cached, digest
+from capture_plan.rig.formats.source import walk
 from capture_plan.rig.record import Rig
-from capture_plan.rig.source import walk
 
 ENTRIES = 8  # rigs; of 27,000 vertices and 57 blendshapes 20 MB each
 WHOLE = (".npz", ".glb", ".vrm", ".fbx", ".zip", ".usdz")

@@ -14,8 +14,8 @@ from jaxtyping import Float
 from scipy.spatial import KDTree
 
 from capture_plan.mesh.mirror import SAMPLE, Plane, find_mirror_plane, mirror_plane
+from capture_plan.rig.formats.raw import RawRig
 from capture_plan.rig.orient import UP, evidence
-from capture_plan.rig.raw import RawRig
 
 SYMMETRIC, BETTER = 0.02, 4.0  # of the size; times as near as about any plane across an axis
 PITCH_DEGREES = 10.0  # as well as it is told on human rigs

@@ -13,10 +13,10 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_plan.errors import RigError
-from capture_plan.rig import vrm
-from capture_plan.rig.gltf import DAMAGE, target_names, titles
-from capture_plan.rig.gltf_file import Gltf, load
-from capture_plan.rig.gltf_scene import scene_nodes
+from capture_plan.rig.formats import vrm
+from capture_plan.rig.formats.gltf import DAMAGE, target_names, titles
+from capture_plan.rig.formats.gltf_file import Gltf, load
+from capture_plan.rig.formats.gltf_scene import scene_nodes
 from capture_plan.rig.sequence.weights import WeightTable, clock
 
 MOST_FRAMES = 1_000_000  # 4.6 hours at 60 frames a second

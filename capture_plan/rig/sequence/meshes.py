@@ -14,9 +14,9 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
-from capture_plan.rig.obj import load, natural, parse_faces, parse_vertices
-from capture_plan.rig.ply import read_faces, read_vertices
-from capture_plan.rig.raw import UNITS_MM, fan
+from capture_plan.rig.formats.obj import load, natural, parse_faces, parse_vertices
+from capture_plan.rig.formats.ply import read_faces, read_vertices
+from capture_plan.rig.formats.raw import UNITS_MM, fan
 from capture_plan.rig.sequence.frames import FileFrames, Frames, StoredFrames
 from capture_plan.rig.sequence.weights import WeightTable, from_arrays, rate_of
 

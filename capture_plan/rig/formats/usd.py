@@ -23,9 +23,17 @@ import numpy as np
 from jaxtyping import Int
 
 from capture_plan.errors import RigError
-from capture_plan.rig.raw import RawRig, fan
-from capture_plan.rig.scene import Offsets, PlacedMesh, check_corners, check_moved, join_meshes, place_mesh, plain
-from capture_plan.rig.source import Source
+from capture_plan.rig.formats.raw import RawRig, fan
+from capture_plan.rig.formats.scene import (
+    Offsets,
+    PlacedMesh,
+    check_corners,
+    check_moved,
+    join_meshes,
+    place_mesh,
+    plain,
+)
+from capture_plan.rig.formats.source import Source
 
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 PROGRAM = Path(__file__).with_name("usd_scene.py")

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from capture_plan.rig.gltf_file import Gltf
+from capture_plan.rig.formats.gltf_file import Gltf
 
 FULL = 0.999
 LONGEST_NOTE = 600  # characters

@@ -20,11 +20,19 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
-from capture_plan.rig.fbx_file import Node, read_tree
-from capture_plan.rig.fbx_nodes import axes, geometric_matrix, properties, unit_mm, world_matrix
-from capture_plan.rig.raw import RawRig, fan
-from capture_plan.rig.scene import Offsets, PlacedMesh, check_corners, check_moved, join_meshes, place_mesh, plain
-from capture_plan.rig.source import Source
+from capture_plan.rig.formats.fbx_file import Node, read_tree
+from capture_plan.rig.formats.fbx_nodes import axes, geometric_matrix, properties, unit_mm, world_matrix
+from capture_plan.rig.formats.raw import RawRig, fan
+from capture_plan.rig.formats.scene import (
+    Offsets,
+    PlacedMesh,
+    check_corners,
+    check_moved,
+    join_meshes,
+    place_mesh,
+    plain,
+)
+from capture_plan.rig.formats.source import Source
 
 BROKEN = (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError, RecursionError, struct.error)
 LISTED = 5  # in-betweens that a note names

@@ -15,7 +15,7 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from capture_plan.errors import RigError
-from capture_plan.rig.fbx_file import Node
+from capture_plan.rig.formats.fbx_file import Node
 
 ORDERS = ("xyz", "xzy", "yzx", "yxz", "zxy", "zyx", "xyz")  # RotationOrder 0 to 5, first letter turned first; 6 spheric
 MM_PER_CM = 10.0

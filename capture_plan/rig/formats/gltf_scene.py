@@ -14,7 +14,7 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from capture_plan.errors import RigError
-from capture_plan.rig.gltf_file import AGAIN, Gltf
+from capture_plan.rig.formats.gltf_file import AGAIN, Gltf
 
 Worlds = dict[int, Float[np.ndarray, "4 4"]]
 

@@ -15,8 +15,8 @@ from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
 from capture_plan.progress import track
-from capture_plan.rig.raw import RawRig, fan, vertex_parts
-from capture_plan.rig.source import Source, folder_name, is_kind
+from capture_plan.rig.formats.raw import RawRig, fan, vertex_parts
+from capture_plan.rig.formats.source import Source, folder_name, is_kind
 
 VERTEX = re.compile(rb"^[ \t]*v[ \t]+([^\n]*)", re.MULTILINE)
 FACE = re.compile(rb"^[ \t]*f[ \t][^\n]*", re.MULTILINE)

@@ -14,9 +14,9 @@ from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
 from capture_plan.progress import track
-from capture_plan.rig.obj import is_obj, load, natural, parse_faces, parse_vertices
-from capture_plan.rig.raw import RawRig, check_size, fan, vertex_parts
-from capture_plan.rig.source import Source, folder_name, is_kind, walk
+from capture_plan.rig.formats.obj import is_obj, load, natural, parse_faces, parse_vertices
+from capture_plan.rig.formats.raw import RawRig, check_size, fan, vertex_parts
+from capture_plan.rig.formats.source import Source, folder_name, is_kind, walk
 
 UNIT_MM = 100.0  # decimetres
 UNSEEN = re.compile(r"joint-|helper-(tights|skirt|hair|genital)")

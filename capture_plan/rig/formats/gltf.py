@@ -16,11 +16,11 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
-from capture_plan.rig import vrm
-from capture_plan.rig.gltf_file import AGAIN, Gltf, load, whole
-from capture_plan.rig.gltf_scene import Worlds, placement, scene_nodes, titles, world_matrices
-from capture_plan.rig.raw import MOST_DISPLACEMENTS, RawRig, vertex_parts
-from capture_plan.rig.source import Source
+from capture_plan.rig.formats import vrm
+from capture_plan.rig.formats.gltf_file import AGAIN, Gltf, load, whole
+from capture_plan.rig.formats.gltf_scene import Worlds, placement, scene_nodes, titles, world_matrices
+from capture_plan.rig.formats.raw import MOST_DISPLACEMENTS, RawRig, vertex_parts
+from capture_plan.rig.formats.source import Source
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 MOST_CORNERS = 48_000_000

@@ -16,10 +16,10 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_plan.errors import RigError
-from capture_plan.rig.obj import Faces, find_neutral, natural
-from capture_plan.rig.raw import RawRig
-from capture_plan.rig.shapes import rig_of_shapes
-from capture_plan.rig.source import Source, is_kind
+from capture_plan.rig.formats.obj import Faces, find_neutral, natural
+from capture_plan.rig.formats.raw import RawRig
+from capture_plan.rig.formats.shapes import rig_of_shapes
+from capture_plan.rig.formats.source import Source, is_kind
 
 TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",

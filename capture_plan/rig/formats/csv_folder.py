@@ -14,10 +14,10 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_plan.errors import RigError
-from capture_plan.rig.obj import Faces, find_neutral, load, natural
-from capture_plan.rig.raw import RawRig
-from capture_plan.rig.shapes import rig_of_shapes
-from capture_plan.rig.source import Source, folder_name, is_kind
+from capture_plan.rig.formats.obj import Faces, find_neutral, load, natural
+from capture_plan.rig.formats.raw import RawRig
+from capture_plan.rig.formats.shapes import rig_of_shapes
+from capture_plan.rig.formats.source import Source, folder_name, is_kind
 
 TITLES = re.compile(rb"\A(\xef\xbb\xbf)?[^\n0-9]*[a-df-zA-DF-Z_][^\n]*\n")
 

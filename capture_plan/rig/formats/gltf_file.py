@@ -18,8 +18,8 @@ from urllib.parse import unquote
 import numpy as np
 
 from capture_plan.errors import RigError
-from capture_plan.rig import meshopt
-from capture_plan.rig.source import Source, beside
+from capture_plan.rig.formats import meshopt
+from capture_plan.rig.formats.source import Source, beside
 
 COMPONENT = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}  # 3.6.2.2
 WIDTH = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}

@@ -10,9 +10,9 @@ from jaxtyping import Float
 
 from capture_plan.errors import RigError
 from capture_plan.progress import track
-from capture_plan.rig.obj import Faces
-from capture_plan.rig.raw import RawRig, fan, vertex_parts
-from capture_plan.rig.source import Source, folder_name
+from capture_plan.rig.formats.obj import Faces
+from capture_plan.rig.formats.raw import RawRig, fan, vertex_parts
+from capture_plan.rig.formats.source import Source, folder_name
 
 
 def rig_of_shapes(

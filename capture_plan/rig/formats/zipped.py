@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from capture_plan.errors import RigError
-from capture_plan.rig.source import DEEPEST, MOST_FILES
+from capture_plan.rig.formats.source import DEEPEST, MOST_FILES
 
 MOST_BYTES = 2 << 30
 MOST_RATIO, LARGE_BYTES = 150, 64 << 20  # text of meshes packs 3 to 8 to one; a sparse array of zeros is small or rare

@@ -16,9 +16,9 @@ import zipfile
 import numpy as np
 
 from capture_plan.errors import RigError
-from capture_plan.rig.raw import UNITS_MM, RawRig, vertex_parts
-from capture_plan.rig.source import Source
-from capture_plan.rig.zipped import DAMAGE, MOST_BYTES
+from capture_plan.rig.formats.raw import UNITS_MM, RawRig, vertex_parts
+from capture_plan.rig.formats.source import Source
+from capture_plan.rig.formats.zipped import DAMAGE, MOST_BYTES
 
 NEEDED = {"vertices": 2, "faces": 2, "deltas": 3, "names": 1}  # dimensions
 KINDS = (

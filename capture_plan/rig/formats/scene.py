@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
-from capture_plan.rig.raw import RawRig, vertex_parts
+from capture_plan.rig.formats.raw import RawRig, vertex_parts
 
 MOST_BYTES = 2**31  # of all deltas: 2 GB hold 300 blendshapes of 590,000 vertices; a lying file may ask for anything
 
