@@ -69,6 +69,13 @@ def test_a_limit_on_landmarks_is_kept_at_the_least_cost(seed):
     assert found.objective == pytest.approx(cheapest(covers, cost, size=size, limit=fewest))
 
 
+def test_two_cheap_landmarks_do_not_replace_the_one_that_is_allowed():
+    covers = np.array([[True, False, True], [False, True, True]])
+    cost, size = np.array([0.1, 0.1, 5.0]), np.array([1, 1, 1])
+    np.testing.assert_array_equal(solve_cover(covers, cost, size).chosen, [0, 1])
+    np.testing.assert_array_equal(solve_cover(covers, cost, size, limit=1).chosen, [2])
+
+
 @given(st.integers(0, 10**6))
 @settings(max_examples=40, deadline=None)
 def test_reductions_keep_the_optimum(seed):

@@ -7,6 +7,7 @@ from msgspec.structs import replace
 from capture_plan.layout.face import Face
 from capture_plan.layout.multicover import Spacing, adaptive_cover, best_cover, crowded
 from capture_plan.layout.settings import LayoutSettings
+from capture_plan.layout.sites import Sites
 from capture_plan.mesh import geodesic_distance, surface_graph
 from capture_plan.rig import sample_rig
 
@@ -48,6 +49,18 @@ def test_a_clique_is_too_close_together_in_pairs(face, graph):
     (clique,) = spacing.cliques(pair)
     assert np.isin(pair, clique).all()
     assert spacing.close(clique)[:, clique].all()
+
+
+def test_a_site_is_close_when_either_of_its_landmarks_is(face, graph):
+    sites = face.sites(SETTINGS)
+    spacing = Spacing(graph, sites, 10.0)
+    lopsided = Sites(sites.vertices.copy(), sites.reach, sites.visibility)
+    pair = int(np.flatnonzero(sites.size == 2)[0])
+    partner = lopsided.vertices[pair, 1]
+    far = np.flatnonzero(~spacing.close(np.array([pair]))[0] & (sites.size == 2))[-1]
+    lopsided.vertices[far, 1] = partner  # its other half stands where the pair's does
+    assert Spacing(graph, lopsided, 10.0).close(np.array([pair]))[0, far]
+    assert Spacing(graph, lopsided, 10.0).close(np.array([far]))[0, pair]
 
 
 def test_more_rounds_never_take_landmarks_away(face, graph):
