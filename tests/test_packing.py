@@ -247,7 +247,7 @@ def test_eyes_are_mirror_partners_where_a_look_is_incomplete(rig, used):
 
 
 def test_no_expression_asks_for_what_no_face_can_do(rig, used, packing):
-    never = never_together(used)
+    never = never_together(rig, used)
     assert ("eyeBlinkLeft", "eyeWideLeft") in never
     assert ("jawOpen", "mouthClose") in never
     assert ("eyeLookInLeft", "eyeLookOutLeft") in never

@@ -67,7 +67,7 @@ def together(packing: Packing) -> list[str]:
 
 
 def own_rules(rig: Rig, used: tuple[str, ...], packing: Packing) -> list[str]:
-    never, pairs, drivers = set(never_together(used)), set(performed_together(rig, used)), set(driven(rig, used))
+    never, pairs, drivers = set(never_together(rig, used)), set(performed_together(rig, used)), set(driven(rig, used))
     driver_of = dict(packing.drivers)
     return [
         *(f"nothing says that '{a}' and '{b}' exclude each other" for a, b in packing.exclusive if (a, b) not in never),

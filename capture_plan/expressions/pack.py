@@ -45,7 +45,7 @@ def pack(
     items = _items(used, pairs)
     drivers = driven(rig, used) if settings.poseable else ()
     active = performed_sets(rig, used, settings.mu, drivers)
-    exclusive = never_together(used) if settings.poseable else ()
+    exclusive = never_together(rig, used) if settings.poseable else ()
     sets = maximal_sets(_item_sets(used, items, active, exclusive))
     overlapping = maximal_sets(_item_sets(used, items, active, ()))
     clique = max(largest_clique(overlapping), largest_clique(sets), key=len)  # the plainer one of two equal ones

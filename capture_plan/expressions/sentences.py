@@ -14,7 +14,6 @@ from itertools import pairwise
 from capture_plan.expressions.movement import movements
 from capture_plan.expressions.together import base_name
 from capture_plan.rig import Rig
-from capture_plan.rig.names import arkit_name
 
 CLAUSES = 3  # in one breath; more become a second sentence
 
@@ -22,7 +21,7 @@ CLAUSES = 3  # in one breath; more become a second sentence
 def sentence(rig: Rig, blendshapes: tuple[str, ...]) -> str:
     """What to do to show `blendshapes` at full weight, all at once."""
     table, _ = phrases()
-    known = {name: arkit for name in blendshapes if (arkit := arkit_name(name)) and base_name(arkit) in table}
+    known = {name: arkit for name in blendshapes if (arkit := rig.arkit(name)) and base_name(arkit) in table}
     unknown = tuple(name for name in blendshapes if name not in known)
     clauses = spoken(tuple(known.values()))
     parts = [_list(part) for part in _breaths(clauses)]

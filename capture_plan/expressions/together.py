@@ -14,7 +14,7 @@ from itertools import combinations
 
 from capture_plan.rig import Rig
 from capture_plan.rig.findings import correctives
-from capture_plan.rig.names import arkit_name, side_of
+from capture_plan.rig.names import side_of
 from capture_plan.rig.pairs import blendshape_pairs
 
 LOOK_LEFT = ("eyeLookOutLeft", "eyeLookInRight")
@@ -25,7 +25,7 @@ DIRECTIONS = ("jawLeft", "jawRight", "mouthLeft", "mouthRight")  # no side of th
 def performed_together(rig: Rig, used: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
     """Pairs of `used` blendshapes, (of the left half, of the right half), in the order of the left ones in the rig."""
     pairs = [pair for pair in blendshape_pairs(rig) if set(pair) <= set(used)]
-    named = {arkit_name(name): name for pair in pairs for name in pair}
+    named = {rig.arkit(name): name for pair in pairs for name in pair}
     if not {*LOOK_LEFT, *LOOK_RIGHT} <= named.keys():
         return tuple(pairs)
     right_of = {left: right for left, right in pairs} | {
@@ -40,14 +40,14 @@ def driven(rig: Rig, used: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
     return tuple((names[0], names[1]) for names in found if len(names) == 2)
 
 
-def never_together(used: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
+def never_together(rig: Rig, used: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
     """Pairs of `used` blendshapes that no face performs at once, in the order of `used`."""
     same_side, any_side = _rules()
-    known = {name: arkit for name in used if (arkit := arkit_name(name))}
+    known = {name: arkit for name in used if (arkit := rig.arkit(name))}
 
     def never(a: str, b: str) -> bool:
         bases = frozenset((base_name(known[a]), base_name(known[b])))
-        return bases in any_side or (bases in same_side and side_of(a) == side_of(b))
+        return bases in any_side or (bases in same_side and side_of(known[a]) == side_of(known[b]))
 
     return tuple((a, b) for a, b in combinations(known, 2) if never(a, b))
 

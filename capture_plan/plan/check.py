@@ -6,6 +6,7 @@ certificate goes: the dual prices of the set cover, the clique of blendshapes no
 """
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -15,9 +16,9 @@ from capture_plan.layout.quality import importance_weights, mean_quality, total_
 from capture_plan.layout.sites import Sites
 from capture_plan.mesh import geodesic_distance, surface_graph
 from capture_plan.mesh.mirror import mirror_map
+from capture_plan.plan.places import read_cameras_of
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
-from capture_plan.visibility import cameras_for
 
 TOLERANCE = 2e-4  # numbers in a plan carry four decimals
 
@@ -36,10 +37,9 @@ def claim(what: str, holds: bool | np.bool, found: str) -> Claim:
     return Claim(what, bool(holds), found)
 
 
-def check_plan(plan: Plan, rig: Rig) -> tuple[Claim, ...]:
-    """Every claim of the plan, recomputed on the rig it was made for."""
-    cameras = cameras_for(plan.settings.cameras, rig.neutral, rig.skin) if plan.settings.cameras else ()
-    face = see_face(rig, plan.audit.used, cameras)
+def check_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> tuple[Claim, ...]:
+    """Every claim of the plan, recomputed on the rig it was made for; `folder` is where the plan file lies."""
+    face = see_face(rig, plan.audit.used, read_cameras_of(rig, plan.settings, folder))
     return (
         *landmark_claims(plan, rig, face),
         *bound_claims(plan, face),

@@ -1,13 +1,14 @@
 """`plan.json`: written whole or not at all, read back to an equal `Plan`, described by a JSON schema."""
 
 import json
-import os
 from pathlib import Path
 from typing import Any
 
 import msgspec
+from msgspec import structs
 
 from capture_plan.errors import PlanError
+from capture_plan.plan.places import found_from, seen_from
 from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig, sample_rig
@@ -61,13 +62,15 @@ def read_plan(path: Path) -> Plan:
 
 
 def read_settings(path: Path) -> Settings:
-    """Settings from a TOML file as described in `plan.settings`.
+    """Settings from a TOML file as described in `plan.settings`; files are looked for beside it first.
 
     Raises:
         PlanError: missing, not TOML, an unknown name or a value out of range.
     """
     try:
-        return msgspec.toml.decode(path.read_bytes(), type=Settings)
+        settings = msgspec.toml.decode(path.read_bytes(), type=Settings)
+        cameras, target = found_from(path.parent, settings.cameras), found_from(path.parent, settings.target)
+        return structs.replace(settings, cameras=cameras, target=target)
     except OSError as error:
         raise PlanError(f"{path} cannot be read ({error.strerror}): give a TOML file of settings") from None
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
@@ -103,18 +106,18 @@ def refer_to(
     up: str | None = None,
     facing: str | None = None,
     skin: str | None = None,
+    names: str | None = None,
 ) -> RigReference:
-    """How the plan at `plan_path` remembers its rig: relative to the plan, so that both can move together."""
-    path = rig_path if rig_path == SAMPLE else _relative(Path(rig_path), plan_path.parent)
-    return RigReference(rig.name, path, rig.fingerprint, len(rig.neutral), unit_mm, up, facing, skin)
+    """How the plan at `plan_path` remembers its rig."""
+    path, skin, names = (seen_from(plan_path.parent, given) for given in (rig_path, skin, names))
+    kept = SAMPLE if rig_path == SAMPLE else str(path)
+    return RigReference(rig.name, kept, rig.fingerprint, len(rig.neutral), unit_mm, up, facing, skin, names)
 
 
-def _relative(path: Path, folder: Path) -> str:
-    """`path` as seen from `folder`, with forward slashes; absolute where there is no relative way."""
-    try:
-        return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
-    except ValueError:  # another drive
-        return path.resolve().as_posix()
+def settings_seen_from(folder: Path, settings: Settings) -> Settings:
+    """The settings with their files as seen from `folder`."""
+    cameras, target = seen_from(folder, settings.cameras), seen_from(folder, settings.target)
+    return structs.replace(settings, cameras=cameras, target=target)
 
 
 def rig_of(plan: Plan, plan_path: Path, *, rig_path: str | None = None) -> Rig:
@@ -124,17 +127,21 @@ def rig_of(plan: Plan, plan_path: Path, *, rig_path: str | None = None) -> Rig:
         RigError: the rig cannot be read.
         PlanError: it is not the rig the plan was made for.
     """
-    rig = _open(plan.rig, rig_path or plan_path.parent / plan.rig.path)
+    reference, folder = plan.rig, plan_path.parent
+    if reference.path == SAMPLE:
+        rig = sample_rig()
+    else:
+        rig = read_rig(
+            rig_path or folder / reference.path,
+            unit_mm=reference.unit_mm,
+            up=reference.up,
+            facing=reference.facing,
+            skin=found_from(folder, reference.skin),
+            names=found_from(folder, reference.names),
+        )
     if rig.fingerprint != plan.rig.fingerprint:
         raise PlanError(
             f"the rig has changed since {plan_path} was made (fingerprint {rig.fingerprint}, the plan's is "
             f"{plan.rig.fingerprint}): make the plan again, or give the old rig with --rig"
         )
     return rig
-
-
-def _open(reference: RigReference, path: str | Path) -> Rig:
-    """The rig at `path`, read as the reference says; the bundled one where the reference is to the sample."""
-    if reference.path == SAMPLE:
-        return sample_rig()
-    return read_rig(path, unit_mm=reference.unit_mm, up=reference.up, facing=reference.facing, skin=reference.skin)

@@ -12,18 +12,21 @@ from capture_plan.expressions.record import Packing
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import see_face
 from capture_plan.layout.record import Layout
+from capture_plan.plan.places import found_from, read_cameras_of
 from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
 from capture_plan.rig.audit import Audit, audit
 from capture_plan.rig.neutral import read_neutral
-from capture_plan.visibility import cameras_for
 
 DECIDING = ("capture-plan", "numpy", "scipy", "embreex", "ortools")  # packages that a plan's numbers depend on
 
 
-def make_plan(rig: Rig, settings: Settings | None = None, *, reference: RigReference | None = None) -> Plan:
-    """Plan a session for `rig`. `reference` says where the rig was read from, for the plan file.
+def make_plan(
+    rig: Rig, settings: Settings | None = None, *, reference: RigReference | None = None, folder: Path = Path()
+) -> Plan:
+    """Plan a session for `rig`. `reference` says where the rig was read from, for the plan file, whose `folder` is
+    where files of the settings are seen from.
 
     Raises:
         RigError: the rig has no blendshape that can be planned for, or the camera or target file is unusable.
@@ -33,9 +36,9 @@ def make_plan(rig: Rig, settings: Settings | None = None, *, reference: RigRefer
     report = audit(rig)
     if not report.used:
         raise RigError(f"{rig.name}: no blendshape moves the face skin: export deltas that do, or name the skin")
-    cameras = cameras_for(settings.cameras, rig.neutral, rig.skin) if settings.cameras else ()
+    cameras = read_cameras_of(rig, settings, folder)
     layout = design_layout(see_face(rig, report.used, cameras), settings.landmarks)
-    packing = pack(rig, report.used, settings.expressions, target=read_target(rig, settings.target))
+    packing = pack(rig, report.used, settings.expressions, target=read_target(rig, settings, folder))
     return assemble_plan(rig, settings, report, layout, packing, reference=reference)
 
 
@@ -60,6 +63,7 @@ def assemble_plan(
     )
 
 
-def read_target(rig: Rig, path: str | None) -> Float[np.ndarray, "v 3"] | None:
-    """The actor's neutral from a mesh file with the rig's vertices, in the rig's frame; nothing where none is given."""
+def read_target(rig: Rig, settings: Settings, folder: Path) -> Float[np.ndarray, "v 3"] | None:
+    """The actor's neutral on the rig's mesh; nothing where none is given."""
+    path = found_from(folder, settings.target)
     return read_neutral(Path(path), rig) if path else None

@@ -14,7 +14,8 @@ SAMPLE = "sample"
 class RigReference(Struct, frozen=True, forbid_unknown_fields=True):
     """Which rig a plan belongs to: `path` is relative to the plan file, or `sample`.
 
-    `unit_mm`, `up`, `facing` and `skin` are the overrides given when it was read, absent where they were detected.
+    `unit_mm`, `up`, `facing` and `skin` are the overrides given when it was read, absent where they were detected;
+    `names` is the user's name map. Files are relative to the plan file.
     """
 
     name: str
@@ -25,6 +26,7 @@ class RigReference(Struct, frozen=True, forbid_unknown_fields=True):
     up: str | None = None
     facing: str | None = None
     skin: str | None = None
+    names: str | None = None
 
 
 class Plan(Struct, frozen=True, forbid_unknown_fields=True):

@@ -7,6 +7,7 @@ Result     millimetres, +y up, facing +z, the subject's left +x; the origin and 
 """
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,7 @@ from capture_plan.rig.formats.source import Source, folder_name, is_kind
 from capture_plan.rig.formats.target import holds_targets, read_target_folder
 from capture_plan.rig.formats.usd import SUFFIXES, read_usd
 from capture_plan.rig.formats.zipped import find_rig, open_zip
+from capture_plan.rig.name_map import read_name_map
 from capture_plan.rig.orient import axes_matrix, check_given, find_frame
 from capture_plan.rig.record import Rig
 from capture_plan.rig.remembered import remembered
@@ -45,17 +47,31 @@ def read_rig(
     up: str | None = None,
     facing: str | None = None,
     skin: str | None = None,
+    names: str | None = None,
 ) -> Rig:
     """The rig at `path`, in millimetres, +y up, facing +z.
 
     `unit_mm` is how long one unit of the file is; `up` and `facing` are signed axes of the file ("+y", "-z"); what is
     not given is taken from the format or found from the shape. `skin` says where markers may go: the names of parts,
     separated by commas ("M_Face,M_BackHead"), or a text file of vertex numbers of the artist's file, counted from 0,
-    with ranges ("0-6705 7002"). RigError in one line when there is no usable rig.
+    with ranges ("0-6705 7002"). `names` is a TOML file that says what blendshapes are (`name_map.py`). RigError in one
+    line when there is no usable rig.
     """
     check_given(unit_mm, up, facing)
     path = Path(path)
-    return remembered(lambda: _read(path, unit_mm, up, facing, skin), path, (unit_mm, up, facing, skin))
+    rig = remembered(lambda: _read(path, unit_mm, up, facing, skin), path, (unit_mm, up, facing, skin))
+    return replace(rig, meanings=own_names(names, rig)) if names else rig
+
+
+def own_names(path: str, rig: Rig) -> tuple[tuple[str, str], ...]:
+    """What the user's name map says of the rig's blendshapes. RigError when it speaks of none of them."""
+    meant = read_name_map(path).names
+    known = tuple((name, meant[name]) for name in rig.names if name in meant)
+    if not known:
+        raise RigError(
+            f"{Path(path).name} names no blendshape of {rig.name}, which has {', '.join(rig.names[:3])}, ..."
+        )
+    return known
 
 
 def _read(path: Path, unit_mm: float | None, up: str | None, facing: str | None, skin: str | None) -> Rig:

@@ -9,7 +9,10 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from capture_plan.errors import RigError
+from capture_plan.rig.name_map import NameMap
+from capture_plan.rig.recognise import recognise
 
+NAMING = ("ARKit", "FACS")  # standards whose names say exactly one movement
 Found = Literal["given", "format", "detected"]
 
 
@@ -21,6 +24,7 @@ class Rig:
     Arrays are read-only. `parts[v]` indexes `part_names`; `source_index[v]` is the vertex number in the artist's file,
     counted from 0. One unit of that file is `unit_mm` long; `up` and `facing` are its signed axes ("+y", "-z"); how
     each of the three was found stands beside it, and `note` says in a sentence what a person should know about it.
+    `meanings` is what the user's own name map says of blendshapes: (name, standard name).
     """
 
     name: str
@@ -39,6 +43,7 @@ class Rig:
     up_found: Found = "given"
     facing_found: Found = "given"
     note: str = ""
+    meanings: tuple[tuple[str, str], ...] = ()
 
     def __post_init__(self) -> None:
         v = len(self.neutral)
@@ -56,10 +61,15 @@ class Rig:
     @cached_property
     def fingerprint(self) -> str:
         """16 hexadecimal digits of the SHA-256 over geometry, names and skin: equal rigs, equal fingerprints."""
-        digest = hashlib.sha256("\0".join(self.names).encode())
+        digest = hashlib.sha256("\0".join([*self.names, *map(repr, self.meanings)]).encode())
         for array in (self.neutral.astype("<f4"), self.triangles.astype("<i4"), self.deltas.astype("<f4"), self.skin):
             digest.update(np.ascontiguousarray(array).tobytes())
         return digest.hexdigest()[:16]
+
+    def arkit(self, name: str) -> str | None:
+        """ARKit's name for blendshape `name`, by the user's map, its spelling or its action unit; None by none."""
+        found = recognise(name, mine=NameMap(dict(self.meanings)))
+        return found.arkit[0] if found and found.standard in NAMING and len(found.arkit) == 1 else None
 
     @cached_property
     def displacement(self) -> Float[np.ndarray, "k v"]:

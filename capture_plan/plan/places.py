@@ -1,0 +1,34 @@
+"""Files that a plan refers to, written as seen from the plan's folder, so that both can move together.
+
+A setting that may be a file or a word (a camera preset, names of parts) is a file where one of that name exists.
+"""
+
+import os
+from pathlib import Path
+
+from capture_plan.plan.settings import Settings
+from capture_plan.rig import Rig
+from capture_plan.visibility import Camera, cameras_for
+
+
+def seen_from(folder: Path, given: str | None) -> str | None:
+    """`given` as a path from `folder`, with forward slashes, where it is a file or folder; else as it is."""
+    if given is None or not Path(given).exists():
+        return given
+    try:
+        return Path(os.path.relpath(Path(given).resolve(), folder.resolve())).as_posix()
+    except ValueError:  # another drive
+        return Path(given).resolve().as_posix()
+
+
+def found_from(folder: Path, kept: str | None) -> str | None:
+    """Where `seen_from(folder, ...)` leads from the working folder."""
+    if kept is None or not (folder / kept).exists():
+        return kept
+    return str(folder / kept)
+
+
+def read_cameras_of(rig: Rig, settings: Settings, folder: Path) -> tuple[Camera, ...]:
+    """The cameras of the settings, none where they are unknown; a camera file is seen from `folder`."""
+    spec = found_from(folder, settings.cameras)
+    return cameras_for(spec, rig.neutral, rig.skin) if spec else ()

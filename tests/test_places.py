@@ -1,0 +1,101 @@
+"""A plan, its rig and its files move together; the user's own names win."""
+
+import os
+import shutil
+
+import numpy as np
+import pytest
+
+from capture_plan.errors import RigError
+from capture_plan.plan.check import check_plan
+from capture_plan.plan.files import read_plan, read_settings, refer_to, rig_of, settings_seen_from, write_plan
+from capture_plan.plan.make import make_plan
+from capture_plan.plan.places import found_from, seen_from
+from capture_plan.plan.settings import Settings
+from capture_plan.rig import sample_rig
+from capture_plan.rig.read import read_rig
+
+
+@pytest.fixture
+def session(tmp_path):
+    """A folder with a rig of house names, a name map, a skin file and a camera file; plans go to a folder inside."""
+    sample = sample_rig()
+    kept = [sample.names.index(n) for n in ("jawOpen", "mouthSmileLeft", "mouthSmileRight", "eyeBlinkLeft")]
+    folder = tmp_path / "session"
+    (folder / "plans").mkdir(parents=True)
+    np.savez(
+        folder / "hero.npz",
+        vertices=sample.neutral,
+        faces=sample.triangles,
+        deltas=sample.deltas[kept],
+        names=np.array(["shape_a", "shape_b", "shape_c", "shape_d"]),
+    )
+    (folder / "names.toml").write_text('[names]\nshape_a = "jawOpen"\nshape_b = "mouthSmileLeft"\nshape_c = "AU12R"\n')
+    (folder / "skin.txt").write_text(" ".join(map(str, np.flatnonzero(sample.skin))))
+    (folder / "session.toml").write_text('cameras = "rig.toml"\n')
+    (folder / "rig.toml").write_text(
+        "[[cameras]]\nname = 'front'\nwidth = 2000\nheight = 2000\nfx = 3000\nfy = 3000\ncx = 1000\ncy = 1000\n"
+        "position = [0, 700, 1000]\nlook_at = [0, 700, 0]\n"
+    )
+    return folder
+
+
+def plan_in(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    given = {"unit_mm": 1.0, "up": "+y", "facing": "+z", "skin": "skin.txt", "names": "names.toml"}
+    rig, target = read_rig("hero.npz", **given), folder / "plans" / "plan.json"
+    settings = settings_seen_from(target.parent, read_settings(folder / "session.toml"))
+    reference = refer_to(rig, "hero.npz", target, **given)
+    write_plan(make_plan(rig, settings, reference=reference, folder=target.parent), target)
+    return rig, target
+
+
+def test_a_session_that_moved_is_found_and_checked_from_any_folder(session, tmp_path, monkeypatch):
+    plan_in(session, monkeypatch)
+    shutil.move(session, tmp_path / "elsewhere")
+    (tmp_path / "work").mkdir()
+    monkeypatch.chdir(tmp_path / "work")
+    path = tmp_path / "elsewhere" / "plans" / "plan.json"
+    plan = read_plan(path)
+    assert (plan.rig.path, plan.rig.skin, plan.rig.names) == ("../hero.npz", "../skin.txt", "../names.toml")
+    assert plan.settings.cameras == "../rig.toml"
+    assert [claim for claim in check_plan(plan, rig_of(plan, path), folder=path.parent) if not claim.holds] == []
+
+
+def test_the_user_s_names_reach_the_actor(session, monkeypatch):
+    rig, path = plan_in(session, monkeypatch)
+    assert [rig.arkit(name) for name in rig.names] == ["jawOpen", "mouthSmileLeft", "mouthSmileRight", None]
+    said = " ".join(expression.sentence for expression in read_plan(path).packing.expressions)
+    assert "smile" in said.lower()
+    assert "jaw" in said.lower()
+
+
+def test_other_names_are_another_rig(session):
+    plain = read_rig(session / "hero.npz", unit_mm=1.0)
+    named = read_rig(session / "hero.npz", unit_mm=1.0, names=str(session / "names.toml"))
+    assert plain.fingerprint != named.fingerprint
+
+
+def test_a_map_that_speaks_of_another_rig_is_refused(session):
+    (session / "other.toml").write_text('[names]\nfrown = "mouthFrownLeft"\n')
+    with pytest.raises(RigError, match=r"other\.toml names no blendshape of hero"):
+        read_rig(session / "hero.npz", names=str(session / "other.toml"))
+
+
+def test_a_word_that_is_no_file_stays_a_word(tmp_path):
+    assert seen_from(tmp_path, "frontal") == "frontal"
+    assert found_from(tmp_path, "frontal") == "frontal"
+    assert seen_from(tmp_path, None) is found_from(tmp_path, None) is None
+
+
+def test_seen_from_and_found_from_undo_each_other(tmp_path, monkeypatch):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "b.toml").touch()
+    monkeypatch.chdir(tmp_path)
+    kept = seen_from(tmp_path / "a", "b.toml")
+    assert kept == "../b.toml"
+    assert os.path.samefile(str(found_from(tmp_path / "a", kept)), "b.toml")
+
+
+def test_settings_without_files_stay_as_they_are(tmp_path):
+    assert settings_seen_from(tmp_path, Settings(cameras="frontal")) == Settings(cameras="frontal")
