@@ -16,16 +16,19 @@ if TYPE_CHECKING:
     from capture_plan.rig.read import read_rig
     from capture_plan.rig.record import Rig
     from capture_plan.rig.sample import sample_rig
+    from capture_plan.rig.sequence import Sequence, read_sequence
     from capture_plan.sheets import write_sheets
 
 __all__ = [
     "Rig",
+    "Sequence",
     "Settings",
     "audit",
     "check_plan",
     "make_plan",
     "read_plan",
     "read_rig",
+    "read_sequence",
     "sample_rig",
     "write_html",
     "write_plan",
@@ -34,12 +37,14 @@ __all__ = [
 
 _HOME = {
     "Rig": "rig.record",
+    "Sequence": "rig.sequence",
     "Settings": "plan.settings",
     "audit": "rig.audit",
     "check_plan": "plan.check",
     "make_plan": "plan.make",
     "read_plan": "plan.files",
     "read_rig": "rig.read",
+    "read_sequence": "rig.sequence",
     "sample_rig": "rig.sample",
     "write_html": "report",
     "write_plan": "plan.files",
