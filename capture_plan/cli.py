@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterable
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -34,6 +34,7 @@ Folder = Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Fol
 UnitMm = Annotated[float | None, typer.Option(help="Millimetres in one unit of the rig's file, if detection errs.")]
 Up = Annotated[str | None, typer.Option(help="Axis of the file that points up, e.g. +y or +z.")]
 Facing = Annotated[str | None, typer.Option(help="Axis of the file that the face looks along, e.g. +z or -y.")]
+Names = Annotated[str | None, typer.Option(help="TOML file that says what blendshapes with house names are.")]
 Skin = Annotated[str | None, typer.Option(help="Skin: part names with commas, or a text file of vertex numbers.")]
 
 
@@ -78,14 +79,15 @@ def audit(
     up: Up = None,
     facing: Facing = None,
     skin: Skin = None,
+    names: Names = None,
 ) -> None:
     """Say what is in a rig, what is wrong with it, and what a plan will leave out and why."""
     import msgspec
 
     from capture_plan.rig.audit import audit as audit_rig
-    from capture_plan.rig.audit import audit_text
+    from capture_plan.rig.audit_page import audit_text
 
-    report = audit_rig(open_rig(rig, unit_mm, up, facing, skin))
+    report = audit_rig(open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names))
     if json:
         print(msgspec.json.format(msgspec.json.encode(report)).decode())
     else:
@@ -95,9 +97,7 @@ def audit(
 @app.command()
 def plan(
     rig: RigPath,
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Plan file to write.")] = Path(
-        "plan.json"
-    ),
+    output: PlanFile = Path("plan.json"),
     settings: Annotated[Path | None, typer.Option(help="TOML file of settings; options below win over it.")] = None,
     method: Annotated[Method | None, typer.Option(help="How landmarks are chosen [studio].")] = None,
     weights: Annotated[Weights | None, typer.Option(help="What a good landmark is [lexicographic].")] = None,
@@ -115,9 +115,10 @@ def plan(
     up: Up = None,
     facing: Facing = None,
     skin: Skin = None,
+    names: Names = None,
 ) -> None:
     """Plan a session for RIG: landmarks and expressions, with what was proved and what error to expect."""
-    from capture_plan.plan.files import read_settings, refer_to, write_plan
+    from capture_plan.plan.files import read_settings, refer_to, settings_seen_from, write_plan
     from capture_plan.plan.make import make_plan
     from capture_plan.plan.settings import Settings
     from capture_plan.plan.summary import summary
@@ -129,9 +130,10 @@ def plan(
         {"method": expressions, "mu": mu, "paired": paired, "limit": limit},
         {"cameras": cameras, "target": target},
     )
-    found = open_rig(rig, unit_mm, up, facing, skin)
-    reference = refer_to(found, rig, output, unit_mm=unit_mm, up=up, facing=facing, skin=skin)
-    made = make_plan(found, chosen, reference=reference)
+    found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
+    reference = refer_to(found, rig, output, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
+    settled = settings_seen_from(output.parent, chosen)
+    made = make_plan(found, settled, reference=reference, folder=output.parent)
     write_plan(made, output)
     say(summary(made))
     say_written([output])
@@ -150,7 +152,7 @@ def check(
     from capture_plan.plan.files import read_plan, rig_of
 
     made = read_plan(plan)
-    claims = check_plan(made, rig_of(made, plan, rig_path=rig))
+    claims = check_plan(made, rig_of(made, plan, rig_path=rig), folder=plan.parent)
     if json:
         print(msgspec.json.format(msgspec.json.encode(claims)).decode())
     say(f"{'holds ' if claim.holds else 'FAILS '} {claim.what}: {claim.found}" for claim in claims)
@@ -212,17 +214,17 @@ def notebook(
     raise typer.Exit(open_notebook(rig, edit=edit, headless=headless, port=port))
 
 
-def open_rig(path: str, unit_mm: float | None, up: str | None, facing: str | None, skin: str | None) -> "Rig":
+def open_rig(path: str, **corrections: Any) -> "Rig":
     """The rig that a person named, read with their corrections."""
     from capture_plan.errors import RigError
     from capture_plan.rig import sample_rig
     from capture_plan.rig.read import read_rig
 
-    if path == "sample":
-        if any(given is not None for given in (unit_mm, up, facing, skin)):
-            raise RigError("the sample is read as it is: leave out --unit-mm, --up, --facing and --skin")
-        return sample_rig()
-    return read_rig(path, unit_mm=unit_mm, up=up, facing=facing, skin=skin)
+    if path != "sample":
+        return read_rig(path, **corrections)
+    if given := [name for name, value in corrections.items() if value is not None]:
+        raise RigError(f"the sample is read as it is: leave out --{given[0].replace('_', '-')}")
+    return sample_rig()
 
 
 def override(settings: "Settings", landmarks: dict, expressions: dict, session: dict) -> "Settings":

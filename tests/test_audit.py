@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from capture_plan.rig import sample_rig
-from capture_plan.rig.audit import Audit, audit, audit_text, verdict
+from capture_plan.rig.audit import Audit, audit
+from capture_plan.rig.audit_page import audit_text, verdict
 
 NAMES = ("browDownLeft", "browDownRight", "eyeBlinkLeft", "eyeBlinkRight", "jawLeft", "jawOpen", "jawRight")
 NAMES += ("mouthClose", "mouthDimpleLeft", "mouthDimpleRight", "mouthShrugLower", "mouthSmileLeft", "mouthSmileRight")
@@ -126,7 +127,13 @@ def test_the_page_says_every_finding_and_fits_the_terminal(sample):
     text = audit_text(sample)
     assert max(map(len, text.splitlines())) <= 100
     flat = " ".join(text.split())
-    assert text.index("LEFT OUT") < text.index("tongueOut") < text.index("PLANNED, BUT") < text.index("mouthClose")
+    assert (
+        text.index("Shoot with it?")
+        < text.index("LEFT OUT")
+        < text.index("tongueOut moves")
+        < text.index("PLANNED, AND")
+        < text.index("mouthClose is a")
+    )
     for finding in sample.findings:
         assert finding.message[1:] in flat
         assert finding.advice in flat

@@ -12,7 +12,8 @@ from capture_plan.layout.settings import LayoutSettings
 from capture_plan.plan.summary import proof_words
 from capture_plan.report.contents import KINDS, compare_row, marker_rows
 from capture_plan.report.words import count, millimetres, percent
-from capture_plan.rig.audit import Audit, verdict
+from capture_plan.rig.audit import Audit
+from capture_plan.rig.audit_page import verdict
 
 
 def audit_view(report: Audit) -> mo.Html:

@@ -9,6 +9,7 @@ from capture_plan.layout.record import Landmark, Worth
 from capture_plan.plan.record import Plan
 from capture_plan.report.proofs import minimum_proof, packing_proof, proofs
 from capture_plan.report.words import count, millimetres, percent
+from capture_plan.rig.findings import KINDS
 from capture_plan.sheets import Look, region_looks
 from capture_plan.sheets.style import outline
 
@@ -19,16 +20,6 @@ ROLE_TEXT = {
     "repair": "added to tell blendshapes apart",
 }
 SIDES = {"left": "on the left", "right": "on the right", "middle": "on the midline"}
-KINDS = {
-    "static": "Does not move",
-    "noise": "Only noise",
-    "duplicate": "Duplicate",
-    "dependent": "Mix of others",
-    "non-face": "Not on the face",
-    "partner": "Partner missing",
-    "corrective": "Corrective",
-    "geometry": "Mesh",
-}
 
 
 class Tile(NamedTuple):

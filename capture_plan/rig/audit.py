@@ -1,48 +1,68 @@
 """The audit: what is in a rig, what is wrong with it, and which blendshapes are left out of the plan and why.
 
 A blendshape is left out only where it truly cannot be planned: it moves nothing, no skin, less than a marker's noise,
-or exactly what another one moves. Everything else is planned, and what is odd about it is said.
+or exactly what another one moves. Everything else is planned, and what is odd about it is said (`findings*.py`).
+`audit_page.py` has the page that a person reads.
 """
-
-import textwrap
 
 import numpy as np
 from jaxtyping import Float
 from msgspec import Struct
 
-from capture_plan.rig.anchors import interpupillary
+from capture_plan.rig.anchors import face_anchors, interpupillary
 from capture_plan.rig.findings import (
     DEPENDENT,
     Finding,
     correctives,
     dependent,
     duplicates,
-    mesh_faults,
     motionless,
-    partners,
+    opposites,
 )
-from capture_plan.rig.names import arkit_name
+from capture_plan.rig.findings_cover import covers
+from capture_plan.rig.findings_mesh import holes, sizes, untidy, windings
+from capture_plan.rig.findings_sides import crooked, misnamed, overlaps, partners
+from capture_plan.rig.name_map import NameMap
+from capture_plan.rig.pairs import blendshape_pairs
+from capture_plan.rig.recognise import recognise_all
 from capture_plan.rig.record import Rig
+from capture_plan.rig.symmetry import SymmetryReport, symmetry_report
 
-__all__ = ["Audit", "Finding", "audit", "audit_text"]
+__all__ = ["Audit", "BlendshapeFacts", "Finding", "Symmetry", "audit"]
 
-HEADINGS = {
-    "static": "Moves nothing",
-    "noise": "Too weak to see",
-    "non-face": "Moves no skin",
-    "duplicate": "There twice",
-    "dependent": "Sums of others",
-    "partner": "Left and right",
-    "corrective": "Correctives",
-    "geometry": "Mesh",
-}
-WIDTH = 100  # characters of a line on the terminal
+
+class BlendshapeFacts(Struct, frozen=True, forbid_unknown_fields=True):
+    """One blendshape: what its name means and by which standard, how far it moves the skin, its mirror image.
+
+    `standard` and `meaning` are empty where the name follows none; `mirror` is the blendshape that comes nearest to
+    its mirror image (itself where it moves both sides alike, none where nothing comes near) and `off_percent` by how
+    much of their length the two differ.
+    """
+
+    name: str
+    standard: str
+    meaning: str
+    words: str
+    confidence: float
+    skin_mm: float
+    mirror: str | None
+    off_percent: float
+
+
+class Symmetry(Struct, frozen=True, forbid_unknown_fields=True):
+    """How far the skin is from its mirror image in the neutral, millimetres, and how the mirror plane is turned."""
+
+    median_mm: float
+    p95_mm: float
+    max_mm: float
+    tilt_degrees: float
 
 
 class Audit(Struct, frozen=True, forbid_unknown_fields=True):
     """`used` are the blendshapes that are planned for, in the rig's order; `rank` of them can be told apart at all.
 
-    `unit_mm`, `up` and `facing` are those of the artist's file, and `note` says how they were found.
+    `unit_mm`, `up` and `facing` are those of the artist's file, and `note` says how they were found and what else the
+    reader had to say. `details` has every blendshape in the rig's order.
     """
 
     vertices: int
@@ -57,6 +77,9 @@ class Audit(Struct, frozen=True, forbid_unknown_fields=True):
     interpupillary_mm: float | None
     findings: tuple[Finding, ...]
     note: str = ""
+    name: str = ""
+    symmetry: Symmetry | None = None
+    details: tuple[BlendshapeFacts, ...] = ()
 
 
 def audit(rig: Rig) -> Audit:
@@ -68,10 +91,13 @@ def audit(rig: Rig) -> Audit:
     out = {name for finding in findings if finding.left_out for name in finding.blendshapes}
     used = tuple(name for name in rig.names if name not in out)
     gram = _gram(rig, used)
-    pupils = interpupillary(rig)
+    symmetry = symmetry_report(rig)
+    pupils, anchors = interpupillary(rig), face_anchors(rig)
     if used:
-        findings += dependent(used, gram) + partners(rig, used) + correctives(rig, used)
-    findings += mesh_faults(rig, pupils)
+        findings += dependent(used, gram) + opposites(used, gram, _sideways(rig, symmetry))
+        findings += partners(rig, used) + overlaps(rig, used) + correctives(rig, used)
+    findings += misnamed(rig) + sizes(rig, pupils, used, anchors.pupils) + windings(rig) + covers(rig)
+    findings += crooked(symmetry) + holes(rig, anchors) + untidy(rig)
     return Audit(
         vertices=len(rig.neutral),
         triangles=len(rig.triangles),
@@ -85,59 +111,38 @@ def audit(rig: Rig) -> Audit:
         interpupillary_mm=None if pupils is None else round(pupils, 1),
         findings=tuple(findings),
         note=rig.note,
+        name=rig.name,
+        symmetry=Symmetry(
+            median_mm=round(symmetry.neutral_median_mm, 3),
+            p95_mm=round(symmetry.neutral_p95_mm, 3),
+            max_mm=round(symmetry.neutral_max_mm, 3),
+            tilt_degrees=round(symmetry.tilt_degrees, 2),
+        ),
+        details=_details(rig, symmetry),
     )
 
 
-def verdict(found: Audit) -> str:
-    """One line: can this rig be shot with."""
-    out, k = found.blendshapes - len(found.used), found.blendshapes
-    if not found.used:
-        return "No: no blendshape moves the face skin."
-    kept = f"all {k} blendshapes are planned" if out == 0 else f"{len(found.used)} of {k} blendshapes are planned"
-    if any("wound inwards" in finding.message for finding in found.findings):
-        return f"Not yet: {kept}, but the faces point inwards; reverse the normals first."
-    if found.interpupillary_mm is not None and any("pupils are" in finding.message for finding in found.findings):
-        return f"Check the size first: {kept}, with pupils {found.interpupillary_mm:.0f} mm apart."
-    if out > k / 4:
-        return f"Look at what is left out first: {kept}."
-    if found.rank < len(found.used):
-        return f"Yes, but only {found.rank} movements can be told apart: {kept}."
-    return f"Yes: {kept}."
+def _sideways(rig: Rig, symmetry: SymmetryReport) -> list[tuple[str, str]]:
+    """Mirror images of each other that are no left and right halves: jawLeft and jawRight."""
+    halves = set(blendshape_pairs(rig))
+    return [
+        (image.blendshape, image.partner)
+        for image in symmetry.blendshapes
+        if image.partner not in (None, image.blendshape)
+        and not {(image.blendshape, image.partner), (image.partner, image.blendshape)} & halves
+    ]
 
 
-def audit_text(found: Audit) -> str:
-    """The audit as a page for the terminal, findings grouped by kind, the worst first."""
-    pupils = "not found" if found.interpupillary_mm is None else f"{found.interpupillary_mm:.1f} mm apart"
-    known = sum(arkit_name(name) is not None for name in found.used)
-    skin = found.skin_vertices / found.vertices
-    facts = (
-        ("Shoot with it?", verdict(found)),
-        ("Mesh", f"{found.vertices:,} vertices, {found.triangles:,} triangles"),
-        ("Face skin", f"{found.skin_vertices:,} vertices ({100 * skin:.0f} %)"),
-        ("Size", f"1 unit of the file = {found.unit_mm:g} mm; pupils {pupils}"),
-        ("Axes of the file", f"up {found.up}, facing {found.facing}"),
-        ("Blendshapes", f"{len(found.used)} of {found.blendshapes} planned, {known} with an ARKit name"),
-        ("Told apart", f"{found.rank} of {len(found.used)} movements by their shape on the skin"),
-    )
-    lines = [f"{label:<18}{text}" for label, text in facts]
-    lines += [" " * 18 + row for row in textwrap.wrap(found.note, WIDTH - 18)]
-    for left_out, title in ((True, "LEFT OUT OF THE PLAN"), (False, "PLANNED, BUT WORTH A LOOK")):
-        some = [finding for finding in found.findings if finding.left_out == left_out]
-        if some:
-            lines += ["", title]
-        for kind, heading in HEADINGS.items():
-            of_kind = [finding for finding in some if finding.kind == kind]
-            advice = ""
-            for place, finding in enumerate(of_kind):
-                if place and finding.advice != advice:
-                    lines += _paragraph("", f"-> {advice}")
-                lines += _paragraph("" if place else heading, _sentence(finding.message))
-                advice = finding.advice
-            if of_kind:
-                lines += _paragraph("", f"-> {advice}")
-    if not found.findings:
-        lines += ["", "Nothing is wrong with this rig."]
-    return "\n".join(lines) + "\n"
+def _details(rig: Rig, symmetry: SymmetryReport) -> tuple[BlendshapeFacts, ...]:
+    largest = rig.displacement[:, rig.skin].max(axis=1)
+    means = recognise_all(rig.names, mine=NameMap(dict(rig.meanings)))
+    facts = []
+    for image, skin_mm in zip(symmetry.blendshapes, largest.tolist(), strict=True):
+        known = means[image.blendshape]
+        said = (known.standard, known.name, known.words, known.confidence) if known else ("", "", "", 0.0)
+        mirrored = (image.partner, round(image.percent, 1))
+        facts.append(BlendshapeFacts(image.blendshape, *said, round(skin_mm, 3), *mirrored))
+    return tuple(facts)
 
 
 def _gram(rig: Rig, names: tuple[str, ...]) -> Float[np.ndarray, "k k"]:
@@ -154,15 +159,3 @@ def _rank(gram: Float[np.ndarray, "k k"]) -> int:
     length = np.sqrt(np.diag(gram))
     singular = np.sqrt(np.clip(np.linalg.eigvalsh(gram / np.outer(length, length)), 0, None))
     return int((singular > DEPENDENT * singular[-1]).sum())
-
-
-def _sentence(message: str) -> str:
-    """Closed with a full stop, and opened with a capital unless it opens with a blendshape's name."""
-    opened = message[0].upper() + message[1:] if message.split(" ")[0] == "the" else message
-    return opened + "."
-
-
-def _paragraph(label: str, text: str) -> list[str]:
-    indent = " " * 18
-    rows = textwrap.wrap(text, WIDTH - 18, subsequent_indent="   " if text.startswith("->") else "")
-    return [f"  {label:<16}{rows[0]}", *(indent + row for row in rows[1:])]

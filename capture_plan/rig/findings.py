@@ -1,4 +1,5 @@
-"""What can be wrong with a rig's blendshapes and mesh, one function for each thing.
+"""What can be wrong with a rig's blendshapes, one function for each thing; `findings_sides`, `findings_mesh` and
+`findings_cover` have the others.
 
 Data     d[k]     deltas of the skin, millimetres;  a[k] = max_v |d[k, v]|;  o[k] the same over all that is no skin
          c[i, j]  cosine <d[i], d[j]> / (|d[i]| |d[j]|)
@@ -6,45 +7,68 @@ Left out        static     a[k] = o[k] = 0
                 non-face   a[k] < NOISE_MM <= o[k]
                 noise      0 < a[k] < NOISE_MM, and o[k] too
                 duplicate  c[i, k] = 1 for an earlier i
-Only reported   dependent  d[k] is a sum of earlier ones;  partner  no mirror image, or a poor one
+Only reported   dependent  d[k] is a sum of earlier ones
+                opposite   c[i, j] near -1, or mirror images of each other that move the whole face sideways
                 corrective undoes part of a larger blendshape and folds the skin when used alone
 """
 
 import re
+from collections.abc import Collection
 from typing import Literal
 
 import numpy as np
 from jaxtyping import Float, Int
 from msgspec import Struct
 
-from capture_plan.mesh import edges, half_edges, triangle_areas, vertex_normals
 from capture_plan.mesh.geometry import triangle_cross
-from capture_plan.mesh.mirror import mirror_error
-from capture_plan.rig.names import arkit_name, side_of
-from capture_plan.rig.pairs import UNLIKE, blendshape_pairs, unlikeness
 from capture_plan.rig.record import Rig
 
 NOISE_MM = 0.1  # half the 0.2 mm with which a marker is found; ICT-FaceKit's PupilDilate_R moves the skin by 0.05
 STILL_MM = 1e-4  # float32 coordinates of a head in millimetres are no finer
 SAME = 1e-4  # 1 - cosine; 1 % of the displacement differs
 DEPENDENT = 3e-3  # share of a blendshape that earlier ones leave unexplained; real ones leave over 0.04
-POOR_MIRROR = 0.25  # of the displacement: the left smile moves unlike the right one
+AGAINST, SIDEWAYS = -0.9, -0.2  # cosines: eyes looking in and out -0.85 to -1, a jaw moved left and right -0.3 to -1
 OPPOSITE, UNDOES, FOLDS = -0.8, 0.4, 2e-3  # cosine, share of what is undone, share of triangles turned inside out
-PUPILS_MM = (54, 74)  # human adults
 CORRECTIVE_WORD = re.compile(r"correct|(^|[^a-z])(corr|fix|combo)([^a-z]|$)", re.IGNORECASE)
+
+Kind = Literal[
+    "static", "noise", "duplicate", "dependent", "opposite", "non-face", "partner", "overlap", "corrective", "name",
+    "size", "winding", "cover", "geometry",
+]  # fmt: skip
+KINDS: dict[Kind, str] = {
+    "size": "Size",
+    "winding": "Normals",
+    "static": "Does not move",
+    "noise": "Too weak to see",
+    "non-face": "Not on the face",
+    "duplicate": "There twice",
+    "dependent": "Mix of others",
+    "name": "Names",
+    "partner": "Left and right",
+    "overlap": "Shared midline",
+    "opposite": "Opposites",
+    "corrective": "Corrective",
+    "cover": "Covered skin",
+    "geometry": "Mesh",
+}
+
+
+Pairs = Collection[tuple[str, str]]
 
 
 class Finding(Struct, frozen=True, forbid_unknown_fields=True):
     """One thing found: what it is, what it does to the plan, and what to change.
 
-    `left_out` says whether its `blendshapes` take no part in the plan.
+    `left_out` says whether its `blendshapes` take no part in the plan. `urgency` says who acts: nobody shoots before a
+    `stop` is settled, `rigger` is for who made the rig, `know` for who is on set.
     """
 
-    kind: Literal["static", "noise", "duplicate", "dependent", "non-face", "partner", "corrective", "geometry"]
+    kind: Kind
     blendshapes: tuple[str, ...]
     message: str
     advice: str
     left_out: bool
+    urgency: Literal["stop", "rigger", "know"] = "know"
 
 
 def motionless(rig: Rig) -> list[Finding]:
@@ -58,7 +82,9 @@ def motionless(rig: Rig) -> list[Finding]:
             continue
         if max(skin_mm, other_mm) < STILL_MM:
             message = f"{name} moves nothing: its shape is the neutral"
-            findings.append(Finding("static", (name,), message, "Export it again, or delete it from the rig.", True))
+            findings.append(
+                Finding("static", (name,), message, "Export it again, or delete it from the rig.", True, "rigger")
+            )
         elif other_mm >= NOISE_MM:
             skin_text = f"by {skin_mm:.2f} mm" if skin_mm >= STILL_MM else "not at all"
             named = (
@@ -70,7 +96,7 @@ def motionless(rig: Rig) -> list[Finding]:
         else:
             message = f"{name} moves the skin by {skin_mm:.2g} mm at most, less than a marker's noise ({NOISE_MM} mm)"
             advice = "Make it stronger, or check the unit of the rig if every blendshape is that small."
-            findings.append(Finding("noise", (name,), message, advice, True))
+            findings.append(Finding("noise", (name,), message, advice, True, "rigger"))
     return findings
 
 
@@ -88,7 +114,7 @@ def duplicates(names: tuple[str, ...], gram: Float[np.ndarray, "k k"]) -> list[F
         times = "" if abs(strength - 1) < 0.01 else f", {strength:.2f} times as strong"
         message = f"{name} is the same movement as {names[first]}{times}: no capture can tell them apart"
         advice = f"Delete one of the two; what is captured for {names[first]} serves both."
-        findings.append(Finding("duplicate", (name,), message, advice, True))
+        findings.append(Finding("duplicate", (name,), message, advice, True, "rigger"))
     return findings
 
 
@@ -111,32 +137,27 @@ def dependent(names: tuple[str, ...], gram: Float[np.ndarray, "k k"]) -> list[Fi
         message = f"{name} is the sum {total.replace('+ -', '- ')}: its weight cannot be told from theirs"
         advice = "Remove it or one of its parts, or expect the solver to share the movement between them as it likes."
         involved = (name, *(names[members[i]] for i in parts))
-        findings.append(Finding("dependent", involved, message, advice, False))
+        findings.append(Finding("dependent", involved, message, advice, False, "rigger"))
     return findings
 
 
-def partners(rig: Rig, used: tuple[str, ...]) -> list[Finding]:
-    """Used blendshapes without a mirror image in the rig (their own included), and pairs that mirror poorly."""
-    unlike = unlikeness(rig)
-    index = {name: k for k, name in enumerate(rig.names)}
-    pairs = blendshape_pairs(rig)
-    paired = {name for pair in pairs for name in pair}
-    single = [name for name in used if name not in paired]
-    findings = []
-    for name in single:
-        best = unlike[index[name], [index[other] for other in single]].min()
-        side = side_of(name)
-        if best >= UNLIKE:
-            what = f"{name} has no partner on the other side" if side else f"{name} is lopsided and has no mirror image"
-            advice = "Add its mirror image to the rig, or leave it: it is planned on its own."
-            findings.append(Finding("partner", (name,), f"{what}: pairs and symmetric poses pass it by", advice, False))
-    for left, right in pairs:
-        differs = np.sqrt(2 * max(unlike[index[left], index[right]], 0))  # |d - D|^2 = unlike (|d|^2 + |D|^2)
-        if {left, right} <= set(used) and differs > POOR_MIRROR:
-            message = f"{left} and {right} differ by {100 * differs:.0f} % of their movement when mirrored"
-            advice = "Mirror the better one if this is not meant; both are planned as they are."
-            findings.append(Finding("partner", (left, right), message, advice, False))
-    return findings
+def opposites(names: tuple[str, ...], gram: Float[np.ndarray, "k k"], sideways: Pairs) -> list[Finding]:
+    """Pairs that move the same skin in opposite ways; `sideways` are mirror images of each other that may be such."""
+    length = np.sqrt(np.diag(gram))
+    cosine = gram / np.outer(length, length)
+    also = {frozenset(pair) for pair in sideways}
+    pairs = [
+        (cosine[i, j], names[i], names[j])
+        for i, j in zip(*np.triu_indices(len(names), 1), strict=True)
+        if cosine[i, j] < (SIDEWAYS if frozenset((names[i], names[j])) in also else AGAINST)
+    ]
+    if not pairs:
+        return []
+    told = ", ".join(f"{a} and {b} ({100 * -c:.0f} %)" for c, a, b in sorted(pairs))
+    message = f"these move the same skin in opposite ways: {told}"
+    advice = "They are shot in different expressions. Let no solver use negative weights, or one stands for the other."
+    involved = tuple(dict.fromkeys(name for pair in sorted(pairs) for name in pair[1:]))
+    return [Finding("opposite", involved, message, advice, False)]
 
 
 def correctives(rig: Rig, used: tuple[str, ...]) -> list[Finding]:
@@ -154,55 +175,13 @@ def correctives(rig: Rig, used: tuple[str, ...]) -> list[Finding]:
         undone = -(theirs @ mine) / np.where(size > 0, size**2, np.inf)
         fits = (cosine < OPPOSITE) & (undone > UNDOES) & (undone < 1)
         base = next((j for j in cosine.argsort() if fits[j] and _mends(rig, triangles, at[i], at[j])), None)
-        partner = used[base] if base is not None else _base_by_name(name, used)
+        partner = used[base] if base is not None else _base_by_name(rig, name, used)
         if partner is not None or CORRECTIVE_WORD.search(name):
             on = partner or "another blendshape"
             message = f"{name} is a corrective of {on}: alone it pushes the skin through itself"
             advice = f"Shoot it together with {on}, and judge its markers in that pose."
             findings.append(Finding("corrective", (name, partner) if partner else (name,), message, advice, False))
     return findings
-
-
-def mesh_faults(rig: Rig, pupils_mm: float | None) -> list[Finding]:
-    """Scale, winding, asymmetry, loose vertices, edges of three triangles, faces without area or twice there."""
-    v, f = len(rig.neutral), len(rig.triangles)
-    found = []
-    if pupils_mm is not None and not PUPILS_MM[0] <= pupils_mm <= PUPILS_MM[1]:
-        found.append((
-            f"the pupils are {pupils_mm:.0f} mm apart, a person's {PUPILS_MM[0]} to {PUPILS_MM[1]} mm",
-            "Check the unit (--unit). If the character is no human, scale the rig to the actor who wears the markers.",
-        ))  # fmt: skip
-    skin = rig.triangles[rig.skin[rig.triangles].all(axis=1)]
-    normals = vertex_normals(rig.neutral, skin)
-    outward = np.einsum("vx,vx->v", normals, rig.neutral - rig.neutral[rig.skin].mean(axis=0))[rig.skin]
-    if (outward < 0).mean() > 0.6:
-        found.append(
-            ("the faces of the skin are wound inwards", "Reverse the normals: visibility looks the wrong way.")
-        )
-    crooked = np.percentile(mirror_error(rig.neutral[rig.skin]), 95)
-    if crooked > 2:
-        found.append((
-            f"the neutral is not symmetric: 5 % of the skin is more than {crooked:.1f} mm from its mirror image",
-            "Plan with symmetric layouts switched off, or symmetrise the neutral.",
-        ))  # fmt: skip
-    loose = v - len(np.unique(rig.triangles))
-    if loose:
-        found.append((f"{loose:,} of {v:,} vertices belong to no face", "Nothing to do: they are never chosen."))
-    _, uses = np.unique(np.sort(half_edges(skin), axis=1), axis=0, return_counts=True)
-    if (uses > 2).any():
-        found.append((
-            f"{(uses > 2).sum():,} of {len(edges(skin)):,} edges of the skin have more than two triangles",
-            "Clean the mesh if distances along the skin look wrong there.",
-        ))  # fmt: skip
-    twice = f - len(np.unique(np.sort(rig.triangles, axis=1), axis=0))
-    if twice:
-        found.append(
-            (f"{twice:,} of {f:,} triangles are there twice", "Remove doubles; the plan is not changed by them.")
-        )
-    flat = int((triangle_areas(rig.neutral, rig.triangles) < 1e-9).sum())
-    if flat:
-        found.append((f"{flat:,} of {f:,} triangles have no area", "Nothing to do: they weigh nothing."))
-    return [Finding("geometry", (), message, advice, False) for message, advice in found]
 
 
 def _mends(rig: Rig, triangles: Int[np.ndarray, "f 3"], i: int, j: int) -> bool:
@@ -216,8 +195,8 @@ def _mends(rig: Rig, triangles: Int[np.ndarray, "f 3"], i: int, j: int) -> bool:
     return alone > FOLDS and folded(rig.deltas[i] + rig.deltas[j]) < alone / 2
 
 
-def _base_by_name(name: str, used: tuple[str, ...]) -> str | None:
+def _base_by_name(rig: Rig, name: str, used: tuple[str, ...]) -> str | None:
     """jawOpen where ARKit's mouthClose is asked for and the rig has it."""
-    if arkit_name(name) != "mouthClose":
+    if rig.arkit(name) != "mouthClose":
         return None
-    return next((other for other in used if arkit_name(other) == "jawOpen"), None)
+    return next((other for other in used if rig.arkit(other) == "jawOpen"), None)

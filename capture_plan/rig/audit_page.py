@@ -1,0 +1,216 @@
+"""The audit as a page that a rigger reads who never saw this program: the verdict, what to change, what is left out.
+
+Order      can it be shot with; what goes back to the rigger; what the plan leaves out and why; what to know on set;
+           the figures of the rig; every blendshape
+Every finding of an audit is on the page. It fits a terminal and a mail: WIDTH characters, no colours.
+"""
+
+import re
+import textwrap
+from collections import Counter
+from collections.abc import Iterable, Sequence
+
+from capture_plan.rig.audit import Audit
+from capture_plan.rig.findings import KINDS, Finding, Kind
+
+WIDTH = 100  # characters of a line on the terminal
+INDENT = 20
+NAMED = 6  # blendshapes that a line calls by their names
+MIXED_UP = 0.25  # of the blendshapes left out: more are no accident
+NOUNS: dict[Kind, str] = {
+    "size": "the size",
+    "winding": "the normals",
+    "static": "what does not move",
+    "noise": "what is too weak",
+    "duplicate": "what is there twice",
+    "dependent": "mixes of others",
+    "name": "names",
+    "partner": "left and right",
+    "cover": "what hides the skin",
+    "geometry": "the mesh",
+}
+REASONS: dict[Kind, str] = {
+    "static": "moves nothing",
+    "noise": "too weak to see",
+    "non-face": "moves no skin",
+    "duplicate": "there twice",
+}
+
+
+def verdict(found: Audit) -> str:
+    """One line: can this rig be shot with."""
+    out, k = found.blendshapes - len(found.used), found.blendshapes
+    if not found.used:
+        return "No: no blendshape moves the face skin."
+    kept = f"all {k} blendshapes are planned" if out == 0 else f"{len(found.used)} of {k} blendshapes are planned"
+    stops = [finding for finding in found.findings if finding.urgency == "stop"]
+    if any(finding.kind == "winding" for finding in stops):
+        return f"Not yet: {kept}, but the faces point inwards; reverse the normals first."
+    if any(finding.kind == "size" and not finding.blendshapes for finding in stops):
+        pupils = found.interpupillary_mm
+        apart = "" if pupils is None else f", with pupils {pupils:,.0f} mm apart"
+        return f"Check the size first: {kept}{apart}."
+    if stops:
+        far = _some([name for finding in stops for name in finding.blendshapes])
+        return f"Not yet: {kept}, but {far} cannot be right."
+    if out > MIXED_UP * k:
+        return f"Look at what is left out first: {kept}."
+    if found.rank < len(found.used):
+        return f"Yes, but only {found.rank} movements can be told apart: {kept}."
+    return f"Yes: {kept}{_left_out_words(found)}."
+
+
+def audit_text(found: Audit) -> str:
+    """The whole page."""
+    asked = [finding for finding in found.findings if finding.urgency != "know"]
+    known = [finding for finding in found.findings if finding.urgency == "know" and not finding.left_out]
+    out = [finding for finding in found.findings if finding.left_out]
+    title = f"Audit of {found.name}" if found.name else "Audit"
+    lines = [title, "", *_paragraph("Shoot with it?", verdict(found), indent=0)]
+    lines += _paragraph("Send back", _asked_words(asked), indent=0)
+    lines += _section("SEND BACK TO THE RIGGER", asked)
+    lines += _section("LEFT OUT OF THE PLAN", [finding for finding in out if finding not in asked])
+    again = [finding for finding in out if finding in asked]
+    if again:
+        also = (
+            f"{_some([name for finding in again for name in finding.blendshapes], len(found.details))}, as said above"
+        )
+        lines += ([""] if len(out) > len(again) else ["", "LEFT OUT OF THE PLAN"]) + _paragraph("", f"{also}.")
+    lines += _section("PLANNED, AND WORTH KNOWING ON SET", known)
+    lines += ["", "THE RIG", *(row for label, text in facts(found) for row in _paragraph(label, text))]
+    lines += ["", *table(found)]
+    return "\n".join(lines) + "\n"
+
+
+def facts(found: Audit) -> list[tuple[str, str]]:
+    """Label and text of every figure of the rig, each with its unit."""
+    pupils = "not found" if found.interpupillary_mm is None else f"{found.interpupillary_mm:.1f} mm apart"
+    skin = found.skin_vertices / found.vertices
+    rows = [
+        ("Mesh", f"{found.vertices:,} vertices, {found.triangles:,} triangles"),
+        ("Face skin", f"{found.skin_vertices:,} vertices ({100 * skin:.0f} %): markers may go there"),
+        ("Size", f"1 unit of the file = {found.unit_mm:g} mm; pupils {pupils}"),
+        ("Axes of the file", f"up {found.up}, facing {found.facing}"),
+        ("Told apart", f"{found.rank} of {len(found.used)} planned movements, by their shape on the skin"),
+        ("Names", names_words(found)),
+    ]
+    if found.symmetry:
+        rows.append(("Symmetry", symmetry_words(found)))
+    if found.note:
+        rows.append(("How it was read", found.note))
+    return rows
+
+
+def names_words(found: Audit) -> str:
+    """How many names follow which standard, and which follow none."""
+    count = Counter(one.standard for one in found.details if one.standard)
+    told = [f"{number} of {found.blendshapes} by {standard}" for standard, number in sorted(count.items())]
+    unknown = [one.name for one in found.details if not one.standard]
+    if unknown:
+        own = f"{len(unknown)} by no known standard: {_some(unknown, 12)}" if told else "none follows a known standard"
+        told.append(f"{own} (paired by shape; for recorded weights say in a --names file what they are)")
+    return "; ".join(told) if told else "none"
+
+
+def symmetry_words(found: Audit) -> str:
+    """The neutral in millimetres, the blendshapes in per cent."""
+    of = found.symmetry
+    if of is None:
+        return ""
+    words = (
+        f"neutral {of.median_mm:.2f} mm from its mirror image (median), 95 % of the skin within {of.p95_mm:.2f} mm"
+        + (f", mirror plane turned by {of.tilt_degrees:.1f} degrees" if of.tilt_degrees >= 0.1 else "")
+    )
+    mirrored = sorted((one.off_percent, one.name) for one in found.details if one.mirror and one.skin_mm > 0)
+    if mirrored:
+        median, (most, worst) = mirrored[len(mirrored) // 2][0], mirrored[-1]
+        words += f"; movements {median:.0f} % off their mirror image (median), {worst} most with {most:.0f} %"
+    return words
+
+
+def table(found: Audit) -> list[str]:
+    """One line a blendshape: its name, what it means, how far it moves the skin, its mirror image."""
+    if not found.details:
+        return []
+    used = set(found.used)
+    rows = [
+        (
+            one.name,
+            one.words or "?",
+            f"{one.skin_mm:.1f}",
+            "itself" if one.mirror == one.name else one.mirror or "none",
+            f"{one.off_percent:.0f}" if one.mirror else "",
+            "" if one.name in used else "no",
+        )
+        for one in found.details
+    ]
+    header = ("EVERY BLENDSHAPE", "in words", "mm", "mirror image", "off %", "planned")
+    widths = [min(most, max(len(row[i]) for row in (header, *rows))) for i, most in enumerate((30, 50, 6, 24, 5, 7))]
+    widths[1] = min(widths[1], WIDTH + widths[1] - sum(widths) - len(widths) + 1)
+    return [
+        " ".join(
+            cell.rjust(width) if i in (2, 4) else _cut(cell, width).ljust(width)
+            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in (header, *rows)
+    ]
+
+
+def _asked_words(asked: Sequence[Finding]) -> str:
+    if not asked:
+        return "Nothing: the rigger has nothing to change."
+    count = Counter(finding.kind for finding in asked)
+    told = ", ".join(
+        noun + (f" ({count[kind]})" if count[kind] > 1 else "") for kind, noun in NOUNS.items() if count[kind]
+    )
+    return f"{len(asked)} thing{'s' * (len(asked) > 1)} to change, listed below: {told}."
+
+
+def _left_out_words(found: Audit) -> str:
+    """', without tongueOut (moves no skin)', by reason."""
+    parts = []
+    for kind, reason in REASONS.items():
+        of_kind = [finding for finding in found.findings if finding.left_out and finding.kind == kind]
+        names = [name for finding in of_kind for name in finding.blendshapes]
+        if names:
+            parts.append(f"{_some(names)} ({reason})")
+    return f", without {', '.join(parts)}" if parts else ""
+
+
+def _section(title: str, findings: Sequence[Finding]) -> list[str]:
+    """Findings grouped by kind, an advice once for those that share it."""
+    lines = ["", title] if findings else []
+    for kind, heading in KINDS.items():
+        of_kind = [finding for finding in findings if finding.kind == kind]
+        advice = ""
+        for place, finding in enumerate(of_kind):
+            if place and finding.advice != advice:
+                lines += _paragraph("", f"-> {advice}")
+            lines += _paragraph("" if place else heading, _sentence(finding.message))
+            advice = finding.advice
+        if of_kind:
+            lines += _paragraph("", f"-> {advice}")
+    return lines
+
+
+def _sentence(message: str) -> str:
+    """Closed with a full stop, and opened with a capital unless it opens with a blendshape's name."""
+    opens = message.split(" ")[0] in ("the", "these", "no", "further", "all")
+    return (message[0].upper() + message[1:] if opens else message) + "."
+
+
+def _paragraph(label: str, text: str, *, indent: int = 2) -> list[str]:
+    text = re.sub(r"(\d) (%|mm|cm²)", "\\1\N{NO-BREAK SPACE}\\2", text)
+    rows = textwrap.wrap(text, WIDTH - INDENT, subsequent_indent="   " if text.startswith("->") else "")
+    rows = [row.replace("\N{NO-BREAK SPACE}", " ") for row in rows]
+    return [f"{' ' * indent}{label}".ljust(INDENT) + rows[0], *(" " * INDENT + row for row in rows[1:])]
+
+
+def _some(names: Iterable[str], most: int = NAMED) -> str:
+    """'a, b and 3 more'."""
+    names = list(names)
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
+def _cut(text: str, width: int) -> str:
+    return text if len(text) <= width else text[: width - 1] + "…"

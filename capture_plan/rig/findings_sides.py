@@ -1,0 +1,96 @@
+"""What can be wrong between the left and the right of a rig: partners, the midline they share, names, symmetry.
+
+Data     pairs          left and right halves of one movement, from geometry (`pairs.py`)
+         b[k, v]        vertex v of the skin moves by at least ACTIVE of the largest displacement of blendshape k
+Partner  a sided blendshape without a mirror image, or halves that mirror each other poorly
+Overlap  |b[i] & b[j]| over the smaller of |b[i]|, |b[j]|: where it is large, one expression shows the sum of both
+Name     names that say another side or another partner than the geometry (`symmetry.py`)
+"""
+
+import numpy as np
+
+from capture_plan.rig.findings import Finding
+from capture_plan.rig.names import side_of
+from capture_plan.rig.pairs import ACTIVE, UNLIKE, blendshape_pairs, unlikeness
+from capture_plan.rig.record import Rig
+from capture_plan.rig.symmetry import SymmetryReport, pair_disagreements
+
+POOR_MIRROR = 0.25  # of the displacement: the left smile moves unlike the right one
+SHARED = 0.2  # of the smaller half: beyond it the two are hard to tell apart in one expression
+CROOKED_MM = 2.0  # a quarter of the usual spacing of markers
+
+
+def partners(rig: Rig, used: tuple[str, ...]) -> list[Finding]:
+    """Used blendshapes without a mirror image in the rig (their own included), and pairs that mirror poorly."""
+    unlike = unlikeness(rig)
+    index = {name: k for k, name in enumerate(rig.names)}
+    pairs = blendshape_pairs(rig)
+    paired = {name for pair in pairs for name in pair}
+    single = [name for name in used if name not in paired]
+    findings = []
+    for name in single:
+        best = unlike[index[name], [index[other] for other in single]].min()
+        if best >= UNLIKE:
+            sided = f"{name} has no partner on the other side"
+            what = sided if side_of(name) else f"{name} is lopsided and has no mirror image"
+            message = f"{what}: pairs and symmetric poses pass it by"
+            advice = "Add its mirror image to the rig, or leave it: it is planned on its own."
+            findings.append(Finding("partner", (name,), message, advice, False, "rigger"))
+    for left, right in pairs:
+        differs = np.sqrt(2 * max(unlike[index[left], index[right]], 0))  # |d - D|^2 = unlike (|d|^2 + |D|^2)
+        if {left, right} <= set(used) and differs > POOR_MIRROR:
+            message = f"{left} and {right} differ by {100 * differs:.0f} % of their movement when mirrored"
+            advice = "Mirror the better one if this is not meant; both are planned as they are."
+            findings.append(Finding("partner", (left, right), message, advice, False, "rigger"))
+    return findings
+
+
+def overlaps(rig: Rig, used: tuple[str, ...]) -> list[Finding]:
+    """Left and right halves that move the same skin around the midline (Carrigan et al. 2020 allow it in a pair)."""
+    lengths = {name: rig.displacement[k, rig.skin] for k, name in enumerate(rig.names) if name in used}
+    active = {name: length >= ACTIVE * length.max() for name, length in lengths.items()}
+    told, involved = [], []
+    for left, right in blendshape_pairs(rig):
+        if {left, right} <= set(used):
+            both = (active[left] & active[right]).sum() / min(active[left].sum(), active[right].sum())
+            if both > SHARED:
+                told.append(f"{left} and {right} ({100 * both:.0f} %)")
+                involved += [left, right]
+    if not told:
+        return []
+    message = f"these halves share much of the skin that they move, as a part of the smaller: {', '.join(told)}"
+    advice = "In an expression that shows both, the scan holds their sum. Shoot them one at a time too, if both matter."
+    return [Finding("overlap", tuple(involved), message, advice, False)]
+
+
+def misnamed(rig: Rig) -> list[Finding]:
+    """Names that say another side, or another partner, than what moves."""
+    found = pair_disagreements(rig)
+    turned = [one for one in found if f"is called {side_of(one.blendshape)} and moves" in one.words]
+    others = [one for one in found if one not in turned]
+    findings = []
+    if turned:
+        names = tuple(one.blendshape for one in turned)
+        sided = [name for pair in blendshape_pairs(rig) for name in pair if side_of(name)]
+        every = (
+            "all sided blendshapes" if len(turned) == len(sided) else f"{len(turned)} of {len(sided)} sided blendshapes"
+        )
+        message = f"{every} move the other side than their names say: {', '.join(names)}"
+        advice = "Exchange left and right in these names (the subject's own sides). The plan goes by what moves."
+        findings.append(Finding("name", names, message, advice, False, "rigger"))
+    if others:
+        told = "; ".join(one.words for one in others)
+        advice = "Rename them if the shapes are right. The plan pairs them by what moves."
+        findings.append(Finding("name", tuple(one.blendshape for one in others), told, advice, False))
+    return findings
+
+
+def crooked(symmetry: SymmetryReport) -> list[Finding]:
+    """A neutral whose sides differ."""
+    if symmetry.neutral_p95_mm <= CROOKED_MM:
+        return []
+    message = (
+        f"the neutral is not symmetric: 5 % of the skin is more than {symmetry.neutral_p95_mm:.1f} mm "
+        "from its mirror image"
+    )
+    return [Finding("geometry", (), message, "Plan with symmetric markers switched off, or symmetrise it.", False)]
