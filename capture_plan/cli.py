@@ -75,6 +75,9 @@ def demo(output: Folder = Path("capture-plan-demo"), paper: Paper = "a4") -> Non
 def audit(
     rig: RigPath,
     json: Annotated[bool, typer.Option("--json", help="Print the audit as JSON to standard output.")] = False,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write it to FILE instead, to send it on.")
+    ] = None,
     unit_mm: UnitMm = None,
     up: Up = None,
     facing: Facing = None,
@@ -84,14 +87,19 @@ def audit(
     """Say what is in a rig, what is wrong with it, and what a plan will leave out and why."""
     import msgspec
 
+    from capture_plan.plan.files import write_whole
     from capture_plan.rig.audit import audit as audit_rig
     from capture_plan.rig.audit_page import audit_text
 
     report = audit_rig(open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names))
-    if json:
-        print(msgspec.json.format(msgspec.json.encode(report)).decode())
+    text = msgspec.json.format(msgspec.json.encode(report)).decode() + "\n" if json else audit_text(report)
+    if output is not None:
+        write_whole(output, text.encode())
+        say_written([output])
+    elif json:
+        print(text, end="")
     else:
-        say([audit_text(report)])
+        say([text])
 
 
 @app.command()

@@ -41,6 +41,8 @@ def test_an_audit_is_a_page_or_json(folder):
     page = run("audit", "sample", cwd=folder)
     assert page.stdout == ""
     assert "tongueOut" in page.stderr
+    assert run("audit", "sample", "-o", "audit.txt", cwd=folder).returncode == 0
+    assert (folder / "audit.txt").read_text() in page.stderr
 
 
 def test_tables_and_schema_are_written_where_asked(folder):
