@@ -1,6 +1,6 @@
 """What lies in front of the skin: lashes, tear and occlusion shells, brows, glasses, hair.
 
-Data     u        directions from which a face is filmed: the front and FRAME_DEGREES around it
+Data     u        directions from which a face is filmed: the front and AROUND_DEGREES around it
          open     directions from which a vertex of the skin, facing them, is seen past the rest of the skin
 Covered  more than half of the open directions are stopped by a part that holds no skin and is no eyeball
 The plan traces visibility past every part, so that markers keep off such skin.
