@@ -1,0 +1,182 @@
+"""What others do with the same budget: M vertices of the same candidates, chosen from their displacements alone.
+
+Data       X[n] = (d_1n, ..., d_Kn)   what candidate n does in all blendshapes, 3K numbers, millimetres
+random           any M
+farthest point   each next as far along the skin as can be from those before (Gonzalez 1985)
+RGL15            k-means of the rows X; of each cluster the row nearest to its centre (Reverdy et al. 2015)
+CXZ02            the same with |A[n]|, A the principal directions of the deltas (principal feature analysis, Cohen et
+                 al. 2002): a vertex has three rows of q directions that keep 99 % of the movement
+QR pivot         each next is what is largest once the mixes answered so far are projected out; when nothing is left,
+                 all start again with the vertices left (pivoted QR of Manohar et al. 2018, three rows a sensor)
+SCO04            each next is where the least-squares mesh through those before is most wrong (Sorkine & Cohen-Or 2004),
+                 here of the movement: L x = 0, x = X at the landmarks
+
+SCO04 in closed form: with A = L'L + tiny I and K = A^-1 at the landmarks, an added h changes the residual by
+R - g R[h], g = G[:, h] / G[h, h], where G[:, h] = A^-1 e_h - K (K_HH)^-1 K[h]': one factorisation, one solve each.
+"""
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.cluster.vq import kmeans2
+from scipy.sparse import csc_array, eye_array
+from scipy.sparse.linalg import splu
+
+from capture_plan.errors import InfeasibleError
+from capture_plan.layout.empirical import stiffness
+from capture_plan.layout.face import Face
+from capture_plan.layout.settings import LayoutSettings
+from capture_plan.mesh import surface_graph
+from capture_plan.mesh.geodesic import geodesic_distance
+
+KEPT_VARIANCE = 0.99
+KMEANS_ROUNDS = 50
+RESTARTS = 5  # k-means ends in local minima: the best of five is kept
+GROUND = 1e-6  # of L'L, whose entries are about 1: skin without any landmark stays in the neutral
+NOTHING = 1e-9  # of the largest movement
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """Moving, seen skin: ascending vertex numbers, and the whole skin around it; `deltas` of the used blendshapes."""
+
+    vertices: Int[np.ndarray, " n"]
+    deltas: Float[np.ndarray, "k v 3"]
+    neutral: Float[np.ndarray, "v 3"]
+    skin_triangles: Int[np.ndarray, "f 3"]
+
+    @property
+    def rows(self) -> Float[np.ndarray, "n r"]:
+        """X."""
+        return self.rows_at(self.vertices)
+
+    def rows_at(self, vertices: Int[np.ndarray, " m"]) -> Float[np.ndarray, "m r"]:
+        """X at any vertices."""
+        return np.moveaxis(self.deltas[:, vertices], 0, 1).reshape(len(vertices), -1).astype(np.float64)
+
+
+def candidates(face: Face, settings: LayoutSettings) -> Candidates:
+    """Skin that moves and is seen well enough in every expression: still vertices are out for everybody."""
+    rig = face.rig
+    vertices = np.flatnonzero(face.allowed(settings) & face.moving_skin)
+    triangles = rig.triangles[rig.skin[rig.triangles].all(axis=1)]
+    return Candidates(vertices, rig.deltas[face.rows], rig.neutral, triangles)
+
+
+def at_random(among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
+    """A random choice, the same start for every count."""
+    return np.random.default_rng(seed).permutation(among.vertices)[:count]
+
+
+def farthest_points(among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
+    """Spread over the skin, from a random first vertex on."""
+    graph = surface_graph(among.neutral, among.skin_triangles)
+    chosen = [int(np.random.default_rng(seed).choice(among.vertices))]
+    gap = np.full(len(among.vertices), np.inf)
+    while len(chosen) < count:
+        gap = np.minimum(gap, geodesic_distance(graph, np.array(chosen[-1:]))[0, among.vertices])
+        gap[np.isin(among.vertices, chosen)] = -1
+        chosen.append(int(among.vertices[gap.argmax()]))
+    return np.array(chosen)
+
+
+def rgl15(among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
+    """Clusters of vertices that move alike."""
+    return among.vertices[nearest_to_centres(among.rows, count, seed)]
+
+
+def cxz02(among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
+    """Clusters of vertices that weigh alike in the principal directions."""
+    k = len(among.deltas)
+    X = among.rows.reshape(len(among.vertices), k, 3)
+    _, sigma, A = np.linalg.svd(X.transpose(1, 0, 2).reshape(k, -1), full_matrices=False)
+    kept = 1 + int(np.searchsorted(np.cumsum(sigma**2) / np.sum(sigma**2), KEPT_VARIANCE))
+    rows = np.abs(A[:kept]).reshape(min(kept, len(A)), len(X), 3).transpose(1, 0, 2).reshape(len(X), -1)
+    return among.vertices[nearest_to_centres(rows, count, seed)]
+
+
+def nearest_to_centres(rows: Float[np.ndarray, "n r"], count: int, seed: int) -> Int[np.ndarray, " m"]:
+    """Of each cluster of a k-means the row nearest to the centre; rows far from their centre where clusters are empty.
+
+    Rows are given in any scale; the same seed gives the same rows.
+    """
+    best = None
+    for start in range(RESTARTS):
+        rng = np.random.default_rng([seed, start])
+        with warnings.catch_warnings(action="ignore"):  # equal rows: empty clusters are filled below
+            centres, label = kmeans2(rows, count, iter=KMEANS_ROUNDS, minit="++", missing="warn", rng=rng)
+        distance = np.linalg.norm(rows - centres[label], axis=1)
+        if best is None or (distance**2).sum() < best[0]:
+            best = ((distance**2).sum(), label, distance)
+    assert best is not None
+    _, label, distance = best
+    order = np.lexsort((distance, label))
+    chosen = order[np.r_[True, np.diff(label[order]) > 0]]
+    others = np.setdiff1d(np.argsort(-distance, kind="stable"), chosen, assume_unique=True)
+    return np.sort(np.concatenate([chosen, others[: count - len(chosen)]]))
+
+
+def qr_pivot(among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
+    """Blockwise pivoted QR of the response; needs no seed."""
+    X = among.rows.reshape(len(among.vertices), -1, 3)
+    left, chosen = X.copy(), []
+    nothing = NOTHING * np.square(X).sum(axis=(1, 2)).max()
+    while len(chosen) < count:
+        size = np.square(left).sum(axis=(1, 2))
+        size[chosen] = -1
+        if size.max() <= nothing and not np.array_equal(left, X):
+            left = X.copy()
+            continue
+        chosen.append(int(size.argmax()))
+        U, sigma, _ = np.linalg.svd(left[chosen[-1]], full_matrices=False)
+        U = U[:, sigma**2 > nothing]
+        left -= U @ (U.T @ left)
+    return among.vertices[chosen]
+
+
+def sco04(among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
+    """Greedily where the least-squares mesh is most wrong; needs no seed."""
+    at, inside = np.unique(among.skin_triangles, return_inverse=True)
+    LL = stiffness(inside.reshape(-1, 3), len(at))
+    A = csc_array(LL + GROUND * eye_array(len(at)))
+    solver = splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options={"SymmetricMode": True})
+    R = among.rows_at(at)
+    own = np.flatnonzero(np.isin(at, among.vertices))
+    chosen: list[int] = []
+    K = np.empty((len(at), 0))
+    for _ in range(count):
+        wrong = np.square(R[own]).sum(axis=1)
+        wrong[np.isin(own, chosen)] = -1
+        h = int(own[wrong.argmax()])
+        column = solver.solve((np.arange(len(at)) == h).astype(float))
+        G = column - K @ np.linalg.solve(K[chosen], K[h]) if chosen else column
+        R = R - np.outer(G / G[h], R[h])
+        K, chosen = np.column_stack([K, column]), [*chosen, h]
+    return at[chosen]
+
+
+Baseline = Callable[[Candidates, int, int], np.ndarray]
+BASELINES: dict[str, Baseline] = {
+    "random": at_random,
+    "farthest point": farthest_points,
+    "RGL15 (k-means)": rgl15,
+    "CXZ02 (principal features)": cxz02,
+    "QR pivot": qr_pivot,
+    "SCO04 (surface error)": sco04,
+}
+
+
+def choose_baseline(name: str, among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
+    """`count` vertices by the baseline of that name.
+
+    Raises:
+        InfeasibleError: there are fewer candidates.
+    """
+    if count > len(among.vertices):
+        raise InfeasibleError(
+            f"{count} landmarks asked for, {len(among.vertices)} vertices may carry one: ask for fewer"
+        )
+    return BASELINES[name](among, count, seed)
