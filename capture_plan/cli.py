@@ -39,7 +39,7 @@ Skin = Annotated[str | None, typer.Option(help="Skin: part names with commas, or
 
 
 Paper = Literal["a4", "letter"]
-Method = Literal["studio", "adaptive", "cover"]
+Method = Literal["studio", "adaptive", "cover", "budget"]
 Weights = Literal["lexicographic", "paper", "count"]
 Packer = Literal["minimum", "sequential"]
 
@@ -108,6 +108,7 @@ def plan(
     output: PlanFile = Path("plan.json"),
     settings: Annotated[Path | None, typer.Option(help="TOML file of settings; options below win over it.")] = None,
     method: Annotated[Method | None, typer.Option(help="How landmarks are chosen [studio].")] = None,
+    budget: Annotated[int | None, typer.Option(help="Number of landmarks; chooses method budget.")] = None,
     weights: Annotated[Weights | None, typer.Option(help="What a good landmark is [lexicographic].")] = None,
     epsilon: Annotated[float | None, typer.Option(help="Share of a blendshape's largest movement [0.5].")] = None,
     symmetric: Annotated[bool | None, typer.Option(help="Mirror every landmark [yes].")] = None,
@@ -133,8 +134,8 @@ def plan(
 
     chosen = override(
         read_settings(settings) if settings else Settings(),
-        {"method": method, "weights": weights, "epsilon": epsilon, "symmetric": symmetric}
-        | {"spacing_mm": spacing_mm, "noise_mm": noise_mm},
+        {"method": method or ("budget" if budget is not None else None), "budget": budget, "weights": weights}
+        | {"epsilon": epsilon, "symmetric": symmetric, "spacing_mm": spacing_mm, "noise_mm": noise_mm},
         {"method": expressions, "mu": mu, "paired": paired, "limit": limit},
         {"cameras": cameras, "target": target},
     )
@@ -168,6 +169,27 @@ def check(
     say([f"{len(claims) - broken} of {len(claims)} claims hold."])
     if broken:
         raise typer.Exit(1)
+
+
+@app.command()
+def inspect(
+    plan: PlanPath,
+    rig: OtherRig = None,
+    json: Annotated[bool, typer.Option("--json", help="Print the inspection as JSON to standard output.")] = False,
+) -> None:
+    """Say what the markers of PLAN see and confuse, why each is there, and how far a dot may sit from its place."""
+    import msgspec
+
+    from capture_plan.plan.files import read_plan, rig_of
+    from capture_plan.plan.inspect import inspect_plan
+    from capture_plan.plan.inspect_page import inspection_text
+
+    made = read_plan(plan)
+    found = inspect_plan(made, rig_of(made, plan, rig_path=rig), folder=plan.parent)
+    if json:
+        print(msgspec.json.format(msgspec.json.encode(found)).decode())
+    else:
+        say([inspection_text(found)])
 
 
 @app.command()
@@ -207,6 +229,48 @@ def export(
     if Export.json in wanted:
         written += [write_plan(made, output / "plan.json"), write_schema(output / "plan.schema.json")]
     say_written(written)
+
+
+@app.command()
+def compare(
+    rig: RigPath,
+    layouts: Annotated[Path | None, typer.Option(help="JSON file of more layouts: {name: [vertex, ...]}.")] = None,
+    take: Annotated[Path | None, typer.Option(help="Recorded weights to reconstruct too.")] = None,
+    budget: Annotated[list[int] | None, typer.Option(min=1, help="Landmarks; may be given several times.")] = None,
+    noise_mm: Annotated[float, typer.Option(min=0.001, help="Noise that ours are designed for, millimetres.")] = 0.2,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the performance and the noise.")] = 0,
+    json: Annotated[bool, typer.Option("--json", help="Print the comparison as JSON to standard output.")] = False,
+    unit_mm: UnitMm = None,
+    up: Up = None,
+    facing: Facing = None,
+    skin: Skin = None,
+    names: Names = None,
+) -> None:
+    """Hold our layouts of RIG against those of others: what comes back of a performance under noise."""
+    import msgspec
+
+    from capture_plan.layout.compare import BUDGETS
+    from capture_plan.layout.compare import compare as compare_layouts
+    from capture_plan.layout.compare_page import comparison_text
+    from capture_plan.layout.face import see_face
+    from capture_plan.layout.given import read_layouts, take_weights
+    from capture_plan.layout.settings import LayoutSettings
+    from capture_plan.rig.audit import audit as audit_rig
+
+    found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
+    used = audit_rig(found).used
+    made = compare_layouts(
+        see_face(found, used),
+        LayoutSettings(noise_mm=noise_mm),
+        budgets=budget or BUDGETS,
+        given=read_layouts(layouts, found) if layouts else {},
+        take=take_weights(take, found, used) if take else None,
+        seed=seed,
+    )
+    if json:
+        print(msgspec.json.format(msgspec.json.encode(made)).decode())
+    else:
+        say([comparison_text(made)])
 
 
 @app.command()

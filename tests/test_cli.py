@@ -61,6 +61,8 @@ def test_tables_and_schema_are_written_where_asked(folder):
         (["plan", "sample", "--epsilon", "much", "-o", "x.json"], "epsilon"),
         (["plan", "sample", "--cameras", "nothing.toml", "-o", "x.json"], "nothing.toml"),
         (["plan", "sample", "--method", "magic", "-o", "x.json"], "magic"),
+        (["plan", "sample", "--method", "budget", "-o", "x.json"], "needs a budget"),
+        (["plan", "sample", "--budget", "0", "-o", "x.json"], "budget"),
         (["plan", "sample", "--skin", "nose", "-o", "x.json"], "--skin"),
         (["check", "nothing.json"], "nothing.json"),
         (["export", "plan.json", "--only", "fax"], "fax"),

@@ -10,6 +10,7 @@ from jaxtyping import Bool, Int
 from msgspec.structs import replace
 
 from capture_plan.errors import InfeasibleError, RigError
+from capture_plan.layout.budget import spend_budget
 from capture_plan.layout.cover import Cover, dual_prices
 from capture_plan.layout.empirical import place_ibug68
 from capture_plan.layout.face import Face
@@ -31,7 +32,8 @@ def design_layout(face: Face, settings: LayoutSettings) -> Layout:
     """The layout that `settings` ask for.
 
     Raises:
-        InfeasibleError: no skin is seen well enough, or no landmarks reach every blendshape at this spacing.
+        InfeasibleError: no skin is seen well enough, no landmarks reach every blendshape at this spacing, or the
+            budget does not pay for a single site.
     """
     sites = face.sites(settings)
     covers = sites.covers(settings.epsilon)
@@ -43,8 +45,14 @@ def design_layout(face: Face, settings: LayoutSettings) -> Layout:
     single = best_cover(sites, settings, reachable, everywhere, None)
     references = sixty_eight(face, observation) | {SINGLE_COVER: observation.worth(sites.members(single.chosen))}
     target_mm = references[SIXTY_EIGHT].error_mm if SIXTY_EIGHT in references else settings.noise_mm
-    rounds, added = _choose(face, sites, settings, single, observation, target_mm)
-    order, round_of = _in_order(face.rig, sites, rounds, added)
+    if settings.method == "budget":
+        rounds, chosen = _within_budget(face, sites, settings, reachable, observation)
+        numbers: list[int | None] = [None] * len(chosen)
+    else:
+        rounds, added = _choose(face, sites, settings, single, observation, target_mm)
+        chosen = np.concatenate([*(cover.chosen for cover in rounds), added])
+        numbers = [n for n, cover in enumerate(rounds) for _ in cover.chosen] + [None] * len(added)
+    order, round_of = _in_order(face.rig, sites, chosen, numbers)
     return Layout(
         method=settings.method,
         landmarks=name_landmarks(face, settings, order, round_of),
@@ -60,7 +68,7 @@ def design_layout(face: Face, settings: LayoutSettings) -> Layout:
         ),
         minimum=minimum_landmarks(sites, settings, reachable),
         certificate=certify([face.used[k] for k in reachable], covers[reachable], sites.size),
-        uncovered=tuple(name for k, name in enumerate(face.used) if k not in set(reachable)),
+        uncovered=tuple(face.used[k] for k in np.flatnonzero(~covers[:, chosen].any(axis=1))),
         worth=observation.worth(order),
         references=references,
     )
@@ -80,9 +88,7 @@ def _choose(
     """The covers and the repair that the method asks for."""
     if settings.method == "cover":
         return [single], np.empty(0, dtype=int)
-    rig = face.rig
-    skin = rig.triangles[rig.skin[rig.triangles].all(axis=1)]
-    spacing = Spacing(surface_graph(rig.neutral, skin), sites, settings.spacing_mm) if settings.spacing_mm else None
+    spacing = spacing_on(face.rig, sites, settings)
     rounds = adaptive_cover(sites, settings, spacing)
     if settings.method == "adaptive":
         return rounds, np.empty(0, dtype=int)
@@ -90,12 +96,29 @@ def _choose(
     return rounds, repair(observation, sites, chosen, target_mm=target_mm, spacing=spacing)
 
 
+def _within_budget(
+    face: Face, sites: Sites, settings: LayoutSettings, rows: Int[np.ndarray, " r"], observation: Observation
+) -> tuple[list[Cover], Int[np.ndarray, " n"]]:
+    """The sites that the budget buys, and the fewest landmarks of a cover at the spacing where it pays for them."""
+    assert settings.budget is not None, "settings of this method carry a budget"
+    spacing, everywhere = spacing_on(face.rig, sites, settings), np.arange(len(sites.visibility))
+    fewest = best_cover(sites, replace(settings, weights="count"), rows, everywhere, spacing)
+    start = best_cover(sites, replace(settings, weights="lexicographic"), rows, everywhere, spacing)
+    covers = sites.covers(settings.epsilon)[rows]
+    chosen = spend_budget(observation, sites, covers, start.chosen, budget=settings.budget, spacing=spacing)
+    return [fewest] if fewest.objective <= settings.budget else [], chosen
+
+
+def spacing_on(rig: Rig, sites: Sites, settings: LayoutSettings) -> Spacing | None:
+    """The spacing along the skin that `settings` ask for, if any."""
+    skin = rig.triangles[rig.skin[rig.triangles].all(axis=1)]
+    return Spacing(surface_graph(rig.neutral, skin), sites, settings.spacing_mm) if settings.spacing_mm else None
+
+
 def _in_order(
-    rig: Rig, sites: Sites, rounds: list[Cover], added: Int[np.ndarray, " a"]
+    rig: Rig, sites: Sites, chosen: Int[np.ndarray, " n"], numbers: list[int | None]
 ) -> tuple[Int[np.ndarray, " m"], list[int | None]]:
     """Vertices of all landmarks from the top of the face down, partners side by side, and the round of each."""
-    chosen = np.concatenate([*(cover.chosen for cover in rounds), added])
-    numbers = [n for n, cover in enumerate(rounds) for _ in cover.chosen] + [None] * len(added)
     height = rig.neutral[sites.vertices[chosen], 1].mean(axis=1)
     order = np.lexsort((chosen, -np.round(height, 3)))
     vertices = sites.members(chosen[order])

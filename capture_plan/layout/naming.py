@@ -34,7 +34,7 @@ def name_landmarks(
                 label=labels[m],
                 region=regions.names[regions.of_vertex[vertex]],
                 side=SIDES[int(regions.side[vertex])],
-                role=ROLES.get(rounds[m], "backup"),
+                role="primary" if settings.method == "budget" else ROLES.get(rounds[m], "backup"),
                 vertex=vertex,
                 source_vertex=int(rig.source_index[vertex]),
                 position=tuple(np.round(rig.neutral[vertex], 3).tolist()),

@@ -15,7 +15,7 @@ class Landmark(Struct, frozen=True, forbid_unknown_fields=True):
     that give it back; `source_vertex` is the vertex number in the artist's file; `blendshapes` are those that move
     it by at least epsilon of their own maximum; `quality` is the mean weight w of Zell & McDonnell 2022 eq. 1 over
     them (0 best, 2 worst); `visibility` is the share of the hemisphere (or of the cameras) that sees it, 0 to 1;
-    `round` is the index in `Layout.programs` of the program that chose it, none for what a repair added.
+    `round` is the index in `Layout.programs` of the program that chose it, none for what a repair or a budget added.
     """
 
     name: str
@@ -78,7 +78,8 @@ class Layout(Struct, frozen=True, forbid_unknown_fields=True):
     """A set of landmarks, what the programs that chose them proved, and what they are worth.
 
     `minimum` is the fewest landmarks that any cover of these candidates needs, `certificate` the part of that anybody
-    can check. `uncovered` are blendshapes that no landmark may stand for. `references` are other layouts of the same
+    can check. Under a budget, the program is the fewest landmarks of any cover at the spacing, where the budget
+    pays for them. `uncovered` are blendshapes that no landmark stands for. `references` are other layouts of the same
     face under the same noise, by name: the paper's single cover, 68 points.
     """
 

@@ -59,9 +59,9 @@ def error_gains(
     observation: Observation, A: Float[np.ndarray, "s r k"], C: Float[np.ndarray, "k k"]
 ) -> Float[np.ndarray, " s"]:
     """By how much each site would lower trace(G C), square millimetres."""
-    P = _times(A, C)
+    P = times(A, C)
     S = P @ A.transpose(0, 2, 1) + observation.noise_mm**2 * np.eye(A.shape[1])
-    return np.trace(np.linalg.solve(S, _times(P, observation.gram) @ P.transpose(0, 2, 1)), axis1=1, axis2=2)
+    return np.trace(np.linalg.solve(S, times(P, observation.gram) @ P.transpose(0, 2, 1)), axis1=1, axis2=2)
 
 
 def rank_gains(
@@ -74,10 +74,10 @@ def rank_gains(
         return np.zeros(len(A))
     visible_mixes = np.linalg.eigh(observation.gram)[1][:, -observation.full_rank :]
     unseen = V[seen:] @ visible_mixes @ visible_mixes.T
-    return np.sum(_times(A, unseen.T) ** 2, axis=(1, 2))
+    return np.sum(times(A, unseen.T) ** 2, axis=(1, 2))
 
 
-def _times(rows: Float[np.ndarray, "s r k"], matrix: Float[np.ndarray, "k j"]) -> Float[np.ndarray, "s r j"]:
+def times(rows: Float[np.ndarray, "s r k"], matrix: Float[np.ndarray, "k j"]) -> Float[np.ndarray, "s r j"]:
     """One large product instead of s small ones."""
     return (rows.reshape(-1, rows.shape[2]) @ matrix).reshape(*rows.shape[:2], -1)
 

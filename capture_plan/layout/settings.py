@@ -12,7 +12,8 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
     `method`: `studio` is adaptive multi-cover repaired to full rank and to the error of a 68-point layout (where the
     rig has no face to lay 68 points on, to an error of `noise_mm`); `adaptive`
-    is Algorithm 1 of Zell & McDonnell 2022; `cover` is their single set cover. `weights`: fewest landmarks first and
+    is Algorithm 1 of Zell & McDonnell 2022; `cover` is their single set cover; `budget` has the least predicted error
+    that `budget` landmarks buy. `weights`: fewest landmarks first and
     then the best places (`lexicographic`), the paper's own sum (`paper`), or the number alone (`count`).
     `epsilon`: a vertex can stand for a blendshape that moves it by this share of the blendshape's largest movement;
     0.3 to 0.7 is the working range. `alpha`: weight of visibility against displacement. `rounds`: landmarks that a
@@ -22,7 +23,7 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     visibility out.
     """
 
-    method: Literal["studio", "adaptive", "cover"] = "studio"
+    method: Literal["studio", "adaptive", "cover", "budget"] = "studio"
     weights: Literal["lexicographic", "paper", "count"] = "lexicographic"
     epsilon: Annotated[float, Meta(gt=0, le=1)] = 0.5
     alpha: Share = 0.5
@@ -31,3 +32,8 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     rounds: Annotated[int, Meta(ge=1)] = 3
     noise_mm: Annotated[float, Meta(gt=0)] = 0.2
     min_visibility: Share = 0.05
+    budget: Annotated[int, Meta(ge=1)] | None = None
+
+    def __post_init__(self) -> None:
+        if self.method == "budget" and self.budget is None:
+            raise ValueError("method 'budget' needs a budget: the number of landmarks")

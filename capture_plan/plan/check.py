@@ -83,6 +83,8 @@ def landmark_claims(plan: Plan, rig: Rig, face: Face) -> list[Claim]:
             )
         )
     sites = face.sites(settings)
+    if settings.method == "budget":
+        return [*claims, budget_claim(plan, sites)]
     for number, program in enumerate(plan.layout.programs):
         cost = program_cost(plan, sites, number)
         claims.append(
@@ -93,6 +95,19 @@ def landmark_claims(plan: Plan, rig: Rig, face: Face) -> list[Claim]:
             )
         )
     return claims
+
+
+def budget_claim(plan: Plan, sites: Sites) -> Claim:
+    """The budget is kept, and where it pays for a cover, the layout is one and has no fewer landmarks than any has."""
+    layout, settings = plan.layout, plan.settings.landmarks
+    held = len(layout.landmarks) <= (settings.budget or 0)
+    found = f"{len(layout.landmarks)} landmarks"
+    if layout.programs:
+        reachable = np.flatnonzero(sites.covers(settings.epsilon).any(axis=1))
+        unseen = set(plan.audit.used) - {plan.audit.used[k] for k in reachable}
+        held &= set(layout.uncovered) == unseen and layout.programs[0].bound <= len(layout.landmarks)
+        found += f", at least {layout.programs[0].bound:g} to see every blendshape at this spacing"
+    return claim(f"the layout keeps its budget of {settings.budget} landmarks", held, found)
 
 
 def program_cost(plan: Plan, sites: Sites, number: int) -> float:
@@ -126,7 +141,8 @@ def bound_claims(plan: Plan, face: Face) -> list[Claim]:
         claim(
             "the bounds and the layout agree",
             layout.certificate.landmarks <= layout.minimum <= len(layout.landmarks) or bool(layout.uncovered),
-            f"{layout.certificate.landmarks} <= {layout.minimum} <= {len(layout.landmarks)} landmarks",
+            f"{layout.certificate.landmarks} <= {layout.minimum}"
+            + (f" <= {len(layout.landmarks)} landmarks" if not layout.uncovered else " landmarks"),
         ),
     ]
 

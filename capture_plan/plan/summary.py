@@ -10,17 +10,27 @@ def summary(plan: Plan) -> tuple[str, ...]:
     lines = [
         f"{plan.rig.name}: {len(audit.used)} of {audit.blendshapes} blendshapes planned for, "
         f"{audit.skin_vertices:,} skin vertices.",
-        f"{worth_words(layout.worth)}.",
+        f"{worth_words(layout.worth)}{budget_words(plan)}.",
         f"Proved: to see every blendshape at all takes at least {layout.minimum} landmarks.",
         *(f"For comparison, {name}: {worth_words(worth)}." for name, worth in layout.references.items()),
         f"{len(packing.expressions)} expressions, {proof_words(packing.proven_optimal, packing.bound)}; "
         f"the first 5 cover {first_share(plan, 5):.0%} of the importance.",
     ]
-    if layout.uncovered:
+    if layout.uncovered and (layout.programs or plan.settings.landmarks.method != "budget"):
         lines.append(f"No landmark can stand for {', '.join(layout.uncovered)}: capture these by another means.")
+    elif layout.uncovered:
+        lines.append(
+            f"The budget does not pay for a landmark on every blendshape; without one: {', '.join(layout.uncovered)}."
+        )
     if packing.left_out:
         lines.append(f"Left out by the limit on expressions: {', '.join(packing.left_out)}.")
     return tuple(lines)
+
+
+def budget_words(plan: Plan) -> str:
+    """', for a budget of 34', where landmarks were chosen for one."""
+    settings = plan.settings.landmarks
+    return f", for a budget of {settings.budget}" if settings.method == "budget" else ""
 
 
 def worth_words(worth: Worth) -> str:

@@ -1,0 +1,233 @@
+"""Landmarks for a budget: closed forms, brute force, never worse than the cover or than greedy, coverage, spacing."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from capture_plan.errors import InfeasibleError
+from capture_plan.layout.budget import Search, error_against_budget, gains_at, nested, spend_budget
+from capture_plan.layout.design import SINGLE_COVER, SIXTY_EIGHT, design_layout
+from capture_plan.layout.face import see_face
+from capture_plan.layout.repair import site_rows
+from capture_plan.layout.settings import LayoutSettings
+from capture_plan.layout.sites import Sites
+from capture_plan.layout.worth import Observation
+from capture_plan.plan.check import check_plan
+from capture_plan.plan.make import make_plan
+from capture_plan.plan.settings import Settings
+from capture_plan.plan.summary import summary
+from capture_plan.rig import sample_rig
+from capture_plan.rig.audit import audit
+
+NO_CONSTRAINT = np.zeros((0, 9), dtype=bool)
+NO_COVER = np.empty(0, dtype=int)
+SLACK = 1 + 1e-9
+
+
+def problem(seed, k=5, s=9, singles=3):
+    """Random sites with decaying answers, `singles` of them of one landmark and the others of two."""
+    rng = np.random.default_rng(seed)
+    deltas = (rng.normal(size=(k, 2 * s, 3)) * rng.uniform(0.1, 2, size=(1, 2 * s, 1))).astype(np.float32)
+    vertices = np.stack([np.arange(s), np.arange(s, 2 * s)], axis=1)
+    vertices[:singles, 1] = vertices[:singles, 0]
+    sites = Sites(vertices, rng.uniform(size=(k, s)), np.ones(s))
+    return Observation(deltas, np.ones(2 * s, dtype=bool), noise_mm=0.5), sites
+
+
+def error(observation, sites, chosen):
+    return observation.error(observation.covariance(sites.members(np.array(chosen, dtype=int))))
+
+
+@pytest.mark.parametrize("singles", [3, 9])
+def test_a_swap_lowers_the_error_by_what_its_closed_form_says(singles):
+    observation, sites = problem(0, singles=singles)
+    chosen = [1, 4, 7]
+    gains = gains_at(
+        observation, site_rows(sites, observation.deltas), observation.covariance(sites.members(np.array(chosen)))
+    )
+    for left in chosen:
+        rest = [site for site in chosen if site != left]
+        among = np.array([site for site in range(9) if site not in rest])
+        before = error(observation, sites, rest) ** 2
+        after = [error(observation, sites, [*rest, site]) ** 2 for site in among]
+        assert gains.without(left, among) == pytest.approx(before - np.array(after), rel=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("budget", [4, 5])
+def test_no_choice_at_all_is_better_by_more_than_a_tenth(seed, budget):
+    observation, sites = problem(seed)
+    chosen = spend_budget(observation, sites, NO_CONSTRAINT, NO_COVER, budget=budget, spacing=None)
+    within = [
+        subset
+        for n in range(1, budget + 1)
+        for subset in combinations(range(9), n)
+        if sites.size[list(subset)].sum() <= budget
+    ]
+    best = min(error(observation, sites, subset) for subset in within)
+    assert best / SLACK <= error(observation, sites, chosen) <= 1.1 * best
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_no_swap_of_the_answer_is_better(seed):
+    observation, sites = problem(seed, s=20, singles=6)
+    chosen = spend_budget(observation, sites, np.zeros((0, 20), bool), NO_COVER, budget=9, spacing=None)
+    reached = error(observation, sites, chosen)
+    for n in range(len(chosen)):
+        rest = np.delete(chosen, n)
+        for new in np.flatnonzero(sites.size == sites.size[chosen[n]]):
+            assert error(observation, sites, [*rest, new]) >= reached / SLACK
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_every_exchange_lowers_the_error_and_greedy_is_never_better(seed):
+    observation, sites = problem(seed, s=20, singles=6)
+    search = Search(observation, sites, np.zeros((0, 20), bool), None, 9)
+    greedy = search.fill(())
+    swapped = search.swap_all(greedy)
+    traded = search.trade(swapped)
+    assert search.score(traded) <= search.score(swapped)
+    assert search.score(swapped)[1] <= search.score(greedy)[1] * SLACK
+    chosen = spend_budget(observation, sites, search.covers, NO_COVER, budget=9, spacing=None)
+    assert error(observation, sites, chosen) <= error(observation, sites, greedy) * SLACK
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_every_blendshape_keeps_a_landmark_where_the_budget_pays_for_a_cover(seed):
+    observation, sites = problem(seed, k=8, s=20, singles=6)
+    covers = sites.reach >= 0.8
+    covers[:, 19] = True  # one pair reaches all
+    cover = np.array([19])
+    for budget in (2, 3, 6):
+        chosen = spend_budget(observation, sites, covers, cover, budget=budget, spacing=None)
+        filled = Search(observation, sites, covers, None, budget).fill((19,))
+        assert covers[:, chosen].any(axis=1).all()
+        assert error(observation, sites, chosen) <= error(observation, sites, filled) * SLACK
+        assert error(observation, sites, chosen) <= error(observation, sites, cover) * SLACK
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("budget", [1, 2, 5, 8, 9])
+def test_a_budget_is_spent_to_the_last_landmark(seed, budget):
+    observation, sites = problem(seed)
+    chosen = spend_budget(observation, sites, NO_CONSTRAINT, NO_COVER, budget=budget, spacing=None)
+    assert sites.size[chosen].sum() == budget
+    assert len(set(chosen.tolist())) == len(chosen)
+
+
+def test_pairs_alone_leave_an_odd_budget_short_by_one_and_buy_nothing_for_one():
+    observation, sites = problem(1, singles=0)
+    chosen = spend_budget(observation, sites, NO_CONSTRAINT, NO_COVER, budget=5, spacing=None)
+    assert sites.size[chosen].sum() == 4
+    with pytest.raises(InfeasibleError, match="budget of 1 landmark"):
+        spend_budget(observation, sites, NO_CONSTRAINT, NO_COVER, budget=1, spacing=None)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_with_more_of_a_nested_order_the_error_never_grows(seed):
+    observation, sites = problem(seed)
+    chosen = np.array([0, 3, 1, 8, 5])
+    order = nested(observation, sites, chosen)
+    assert sorted(order) == sorted(chosen)
+    curve = error_against_budget(observation, sites, order)
+    assert len(curve) == sites.size[chosen].sum()
+    assert (np.diff(curve) <= 0).all()
+    assert curve[-1] == pytest.approx(error(observation, sites, chosen))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_last_of_a_nested_order_is_missed_least(seed):
+    observation, sites = problem(seed)
+    order = nested(observation, sites, np.array([0, 3, 1, 8, 5]))
+    for n in range(2, 6):
+        kept = order[:n]
+        lost = [error(observation, sites, kept[kept != site]) ** 2 for site in kept]
+        lost = (np.array(lost) - error(observation, sites, kept) ** 2) / sites.size[kept]
+        assert lost.argmin() == n - 1
+
+
+@pytest.fixture(scope="module")
+def face():
+    rig = sample_rig()
+    return see_face(rig, audit(rig).used)
+
+
+@pytest.fixture(scope="module")
+def half(face):
+    return design_layout(face, LayoutSettings(method="budget", budget=34))
+
+
+def test_half_of_68_landmarks_predict_less_error_on_the_sample(half):
+    assert half.worth.landmarks == 34
+    assert half.worth.error_mm < half.references[SIXTY_EIGHT].error_mm
+    assert half.uncovered == ()
+
+
+def test_on_the_sample_the_budget_beats_the_cover_and_the_studio_layout_at_their_own_numbers(face, half):
+    studio = design_layout(face, LayoutSettings())
+    cover = half.references[SINGLE_COVER]
+    for worth in (studio.worth, cover):
+        layout = design_layout(face, LayoutSettings(method="budget", budget=worth.landmarks))
+        assert layout.worth.landmarks <= worth.landmarks
+        assert layout.worth.error_mm < worth.error_mm
+        assert layout.uncovered == studio.uncovered
+
+
+def test_a_budget_below_the_minimum_says_which_blendshapes_go_without(face):
+    layout = design_layout(face, LayoutSettings(method="budget", budget=5))
+    assert layout.worth.landmarks == 5
+    assert layout.programs == ()
+    assert set(layout.uncovered) == set(face.used) - {name for m in layout.landmarks for name in m.blendshapes}
+
+
+def test_the_same_budget_gives_the_same_layout(face, half):
+    assert design_layout(face, LayoutSettings(method="budget", budget=34)) == half
+
+
+@pytest.fixture(scope="module")
+def plan():
+    return make_plan(sample_rig(), Settings(landmarks=LayoutSettings(method="budget", budget=15)))
+
+
+def with_budget(plan, **changes):
+    landmarks = replace(plan.settings.landmarks, **changes)
+    return replace(plan, settings=replace(plan.settings, landmarks=landmarks))
+
+
+def test_a_plan_within_a_budget_holds_and_its_summary_sets_it_beside_68_points(plan):
+    assert [claim for claim in check_plan(plan, sample_rig()) if not claim.holds] == []
+    text = "\n".join(summary(plan))
+    assert "15 landmarks" in text
+    assert "for a budget of 15" in text
+    assert "68 points (iBUG): 68 landmarks" in text
+
+
+def test_a_plan_over_its_budget_or_with_fewer_landmarks_than_its_bound_is_caught(plan):
+    bound = replace(plan.layout.programs[0], bound=16.0)
+    boasting = replace(plan, layout=replace(plan.layout, programs=(bound,)))
+    for lie in (with_budget(plan, budget=14), boasting):
+        broken = [claim.what for claim in check_plan(lie, sample_rig()) if not claim.holds]
+        assert len(broken) == 1
+        assert "keeps its budget" in broken[0]
+
+
+def test_a_plan_whose_budget_pays_for_a_cover_may_leave_nothing_uncovered(plan):
+    lone = plan.layout.landmarks[0].blendshapes[0]
+    without = tuple(m for m in plan.layout.landmarks if lone not in m.blendshapes)
+    seen = {name for m in without for name in m.blendshapes}
+    uncovered = tuple(name for name in plan.audit.used if name not in seen)
+    lie = replace(plan, layout=replace(plan.layout, landmarks=without, uncovered=uncovered))
+    assert any("keeps its budget" in claim.what for claim in check_plan(lie, sample_rig()) if not claim.holds)
+
+
+def test_a_summary_says_what_a_budget_does_not_pay_for():
+    plan = make_plan(sample_rig(), Settings(landmarks=LayoutSettings(method="budget", budget=5)))
+    assert all(claim.holds for claim in check_plan(plan, sample_rig()))
+    assert "The budget does not pay for a landmark on every blendshape" in summary(plan)[-1]
+
+
+def test_a_method_without_its_budget_is_refused():
+    with pytest.raises(ValueError, match="needs a budget"):
+        replace(LayoutSettings(), method="budget")
