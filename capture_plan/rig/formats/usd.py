@@ -47,22 +47,22 @@ def read_usd(path: Source) -> RawRig:
     """The rig in the file at `path`. RigError when it holds none, or when usd-core is missing."""
     if not isinstance(path, Path):
         raise RigError(f"{path.name} cannot be read inside a .zip: unpack it, or give a .usdz")
-    if importlib.util.find_spec("pxr") is None:
-        raise RigError(f"{path.name} needs the library for USD: install it with pip install 'capture-plan[usd]'")
     try:
         with np.errstate(all="ignore"):
-            return build(path.stem, *run(path))
+            return build(path.stem, *run(path, "rig"))
     except RigError as error:
         raise RigError(f"{path.name} {error}".replace(f"{path.name} {path.stem}:", f"{path.name}:")) from error
 
 
-def run(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """The scene and its arrays, from the program that opens the stage."""
+def run(path: Path, what: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """The scene and its arrays, read as a "rig" or as a "take" by the program that opens the stage."""
+    if importlib.util.find_spec("pxr") is None:
+        raise RigError("needs the library for USD: install it with pip install 'capture-plan[usd]'")
     environment = {name: text for name, text in os.environ.items() if name != "PXR_AR_DEFAULT_SEARCH_PATH"}
     environment |= {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))} | ONE_THREAD
     with path.open("rb"):  # an OSError here says why it cannot be read
         pass
-    command = [sys.executable, "-P", str(PROGRAM), str(path.resolve())]
+    command = [sys.executable, "-P", str(PROGRAM), str(path.resolve()), what]
     try:
         with tempfile.TemporaryDirectory() as reports:  # where the library describes its end when it is ended
             environment["TMPDIR"] = reports
@@ -84,13 +84,22 @@ def unpack(data: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
 
 def build(name: str, scene: dict[str, Any], arrays: dict[str, np.ndarray]) -> RawRig:
     """The rig of a scene."""
+    up, facing = FACING.get(scene["up"], (None, None))
+    return join_meshes(name, read_meshes(scene, arrays), unit_mm=unit(scene), up=up, facing=facing, note=note(scene))
+
+
+def unit(scene: dict[str, Any]) -> float | None:
+    """Millimetres in the scene's unit, None where what it says is no length."""
+    return scene["unit_mm"] if np.isfinite(scene["unit_mm"]) and scene["unit_mm"] > 0 else None
+
+
+def read_meshes(scene: dict[str, Any], arrays: dict[str, np.ndarray]) -> list[PlacedMesh]:
+    """All meshes of a scene, placed."""
     meshes, first = [], 0
     for mesh in scene["meshes"]:
         meshes.append(read_mesh(mesh, arrays, first))
         first += len(meshes[-1].vertices)
-    up, facing = FACING.get(scene["up"], (None, None))
-    unit = scene["unit_mm"] if np.isfinite(scene["unit_mm"]) and scene["unit_mm"] > 0 else None
-    return join_meshes(name, meshes, unit_mm=unit, up=up, facing=facing, note=note(scene))
+    return meshes
 
 
 def read_mesh(mesh: dict[str, Any], arrays: dict[str, np.ndarray], first: int) -> PlacedMesh:

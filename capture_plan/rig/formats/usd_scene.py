@@ -1,4 +1,4 @@
-"""Meshes and blendshapes of a USD stage, in a process of its own: run as a program, given a file, it writes an archive.
+"""What a USD stage holds, in a process of its own: run as a program, given a file, it writes an archive.
 
 A USD library meets what it cannot take by ending the process, and may be made to ask for any amount of memory; so this
 program has a limit on both memory and time, and knows nothing of the package that starts it (`usd.py`).
@@ -6,6 +6,9 @@ Layers   every sublayer, reference and payload is looked at before the stage is 
          of the file, inside the same archive if that is a .usdz; absolute paths, other hosts, expressions are refused
 Output   an `.npz` on standard output: `scene`, JSON as bytes, and the arrays that it names; {"error": ...} in `scene`
          says in one line what is wrong
+Rig      meshes and their blendshapes at rest
+Take     after the word `take`: values at times s[t], one time code apart or as close as the samples are; of blendshape
+         weights, where an animation has any, otherwise of points (t v 3) and places (t 4 4) of all meshes
 
 USD multiplies rows by matrices, p M; the matrices written here are transposed, M p.
 """
@@ -26,6 +29,9 @@ from pxr import Sdf, Tf, Usd, UsdGeom, UsdSkel
 MEMORY_BYTES = 6 * 2**30  # address space, of which the libraries themselves take about 1 GB
 CPU_SECONDS = 300
 MOST_LAYERS = 1000
+MOST_BYTES = 2**30  # of a take, all of it in memory: 3,300 frames of 26,719 vertices in float32
+MOST_FRAMES = 1_000_000  # 4.6 hours at 60 frames a second
+MOST_FPS = 240.0  # finer time codes are ticks of a clock, not frames
 MOST_PRIMS = 1_000_000  # of a stage: references of references may multiply without end
 ELSEWHERE = re.compile(r"^[/\\]|[:`]")  # absolute, another host or drive, an expression
 
@@ -85,29 +91,170 @@ def allowed(asset: str, anchored: str, root: str) -> str:
     return outer + bracket + inner
 
 
+def prims_of(stage: Any) -> list[Any]:
+    """All objects of the stage."""
+    prims = []
+    for prim in Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)):
+        prims.append(prim)
+        if len(prims) > MOST_PRIMS:
+            raise UnusableError(f"has more than {MOST_PRIMS:,} objects: export the face mesh alone")
+    return prims
+
+
+def meshes_of(prims: list[Any]) -> tuple[list[Any], list[str]]:
+    """Meshes that are for the picture, and what the others are called."""
+    meshes, left_out = [], []
+    for prim in prims:
+        if prim.IsA(UsdGeom.Mesh):
+            purpose = str(UsdGeom.Imageable(prim).ComputePurpose())
+            if purpose in ("proxy", "guide"):
+                left_out.append(f"{prim.GetName()} ({purpose})")
+            else:
+                meshes.append(prim)
+    return meshes, left_out
+
+
 def read_stage(path: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """What the scene says, and the arrays that it names."""
     stage = Usd.Stage.Open(path)
+    return read_scene(stage, *meshes_of(prims_of(stage)))
+
+
+def read_scene(stage: Any, meshes: list[Any], left_out: list[str]) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """The scene of these meshes at rest, and its arrays."""
     arrays: dict[str, np.ndarray] = {}
     places = UsdGeom.XformCache(Usd.TimeCode.EarliestTime())
-    meshes, left_out = [], []
-    for count, prim in enumerate(Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate))):
-        if count > MOST_PRIMS:
-            raise UnusableError(f"has more than {MOST_PRIMS:,} objects: export the face mesh alone")
-        if not prim.IsA(UsdGeom.Mesh):
-            continue
-        purpose = str(UsdGeom.Imageable(prim).ComputePurpose())
-        if purpose in ("proxy", "guide"):
-            left_out.append(f"{prim.GetName()} ({purpose})")
-            continue
-        meshes.append(read_mesh(prim, places, arrays))
     scene = {
         "unit_mm": 1000 * UsdGeom.GetStageMetersPerUnit(stage),
         "up": str(UsdGeom.GetStageUpAxis(stage)),
-        "meshes": meshes,
+        "meshes": [read_mesh(prim, places, arrays) for prim in meshes],
         "left_out": left_out,
     }
     return scene, arrays
+
+
+def read_take(path: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """What the stage says over time, and the arrays that it names."""
+    stage = Usd.Stage.Open(path)
+    prims = prims_of(stage)
+    meshes, left_out = meshes_of(prims)
+    moving = [prim for prim in meshes if is_sampled(UsdGeom.Mesh(prim).GetPointsAttr())]
+    animations, notes = animations_of(prims)
+    if animations:
+        notes += ["the motion of its points is left out, since it has blendshape weights"] if moving else []
+        return read_weights(stage, animations, notes)
+    if moving:
+        return read_motion(stage, meshes, left_out)
+    raise UnusableError("has no motion, neither of points nor of blendshape weights: export it with its animation")
+
+
+def is_sampled(attribute: Any) -> bool:
+    """Whether an attribute has values at several times."""
+    return attribute.GetNumTimeSamples() > 1
+
+
+def animations_of(prims: list[Any]) -> tuple[list[Any], list[str]]:
+    """Animations of weights that skeletons play, else the first one; and a note on the others. None without motion."""
+    found = [UsdSkel.Animation(prim) for prim in prims if prim.IsA(UsdSkel.Animation)]
+    found = [one for one in found if value(one.GetBlendShapesAttr()) and value(one.GetBlendShapeWeightsAttr())]
+    played = {path for prim in prims for path in UsdSkel.BindingAPI(prim).GetAnimationSourceRel().GetTargets()}
+    bound = [one for one in found if one.GetPath() in played]
+    if not any(is_sampled(one.GetBlendShapeWeightsAttr()) for one in bound):
+        bound = [one for one in found if is_sampled(one.GetBlendShapeWeightsAttr())][:1]
+    notes = (
+        [f"of {len(found)} animations {bound[0].GetPrim().GetName()} is read"] if len(found) > len(bound) > 0 else []
+    )
+    return bound, notes
+
+
+def frame_times(stage: Any, attributes: list[Any]) -> tuple[np.ndarray, float]:
+    """s[t] in time codes, from the first sample to the last one of these attributes; frames in a second."""
+    samples = [np.array(attribute.GetTimeSamples()) for attribute in attributes]
+    rate = float(stage.GetTimeCodesPerSecond())
+    first, last = min(one[0] for one in samples), max(one[-1] for one in samples)
+    if not (np.isfinite(rate) and rate > 0 and np.isfinite(last - first)):
+        raise UnusableError(f"has times {first:g} to {last:g} at {rate:g} time codes in a second: export it again")
+    gap = float(np.median(np.diff(max(samples, key=len))))
+    step = gap if gap < 1 or rate > MOST_FPS else 1.0
+    if not (last - first) / step < MOST_FRAMES:
+        raise UnusableError(f"lasts {(last - first) / step:,.0f} frames, more than {MOST_FRAMES:,}: cut the take")
+    return first + step * np.arange(round((last - first) / step) + 1), rate / step
+
+
+def check_room(size: int) -> None:
+    """UnusableError when so many bytes are more than a take may have."""
+    if size > MOST_BYTES:
+        raise UnusableError(f"holds {size / 1e9:,.1f} GB of motion, more than {MOST_BYTES / 1e9:.1f} GB: cut the take")
+
+
+def read_weights(stage: Any, animations: list[Any], notes: list[str]) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Weights (t k) of all these animations, side by side; of those of one name the first."""
+    sampled = [one.GetBlendShapeWeightsAttr() for one in animations if is_sampled(one.GetBlendShapeWeightsAttr())]
+    times, fps = frame_times(stage, sampled)
+    columns: dict[str, np.ndarray] = {}
+    for one in animations:
+        name, names = one.GetPrim().GetName(), [str(token) for token in value(one.GetBlendShapesAttr())]
+        if len(set(names)) < len(names):
+            raise UnusableError(f"has an animation {name} that names a blendshape twice: give each its own name")
+        check_room(8 * len(times) * (len(columns) + len(names)))
+        weights = np.empty((len(times), len(names)))
+        for t, time in enumerate(times):
+            row = one.GetBlendShapeWeightsAttr().Get(time)
+            if len(row) != len(names):
+                raise UnusableError(
+                    f"has {len(row)} weights for the {len(names)} blendshapes of {name} in frame {t}: export it again"
+                )
+            weights[t] = row
+        columns = dict(zip(names, weights.T, strict=True)) | columns
+    scene = {"names": list(columns), "fps": fps, "notes": notes}
+    return scene, {"weights": np.stack(list(columns.values()), axis=1)}
+
+
+def read_motion(stage: Any, meshes: list[Any], left_out: list[str]) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """The scene at rest; with the points (t v 3) of meshes that change, and the places (t 4 4) of all."""
+    moving = [is_sampled(UsdGeom.Mesh(prim).GetPointsAttr()) for prim in meshes]
+    sampled = [UsdGeom.Mesh(prim).GetPointsAttr() for prim, moves in zip(meshes, moving, strict=True) if moves]
+    times, fps = frame_times(stage, sampled)
+    scene, arrays = read_scene(stage, meshes, left_out)
+    counts = [len(arrays[mesh["points"]]) for mesh in scene["meshes"]]
+    check_room(len(times) * (12 * int(np.dot(counts, moving)) + 128 * len(meshes)))
+    places = UsdGeom.XformCache()
+    for number, (prim, mesh, count) in enumerate(zip(meshes, scene["meshes"], counts, strict=True)):
+        if moving[number]:
+            check_faces(UsdGeom.Mesh(prim), mesh["name"])
+            mesh["moving"], arrays[f"x{number}"] = f"x{number}", sampled_points(prim, times, count)
+        mesh["places"], arrays[f"m{number}"] = f"m{number}", np.empty((len(times), 4, 4))
+    for t, time in enumerate(times):
+        places.SetTime(time)
+        for number, prim in enumerate(meshes):
+            arrays[f"m{number}"][t] = place(prim, places)
+    return scene | {"fps": fps}, arrays
+
+
+def sampled_points(prim: Any, times: np.ndarray, count: int) -> np.ndarray:
+    """Points (t v 3) of a mesh of `count` points."""
+    points = np.empty((len(times), count, 3), np.float32)
+    for t, time in enumerate(times):
+        found = UsdGeom.Mesh(prim).GetPointsAttr().Get(time)
+        if len(found) != count:
+            raise UnusableError(
+                f"has a mesh {prim.GetName()} of {count:,} points, in frame {t:,} of {len(found):,}: "
+                "every frame must be of the same mesh"
+            )
+        points[t] = found
+        if not np.isfinite(points[t]).all():
+            raise UnusableError(
+                f"has a mesh {prim.GetName()} with points that are no numbers in frame {t:,}: export it again"
+            )
+    return points
+
+
+def check_faces(mesh: Any, name: str) -> None:
+    """UnusableError when the mesh's faces change over time."""
+    for attribute in (mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr()):
+        first = attribute.Get(Usd.TimeCode.EarliestTime())
+        if any(attribute.Get(time) != first for time in attribute.GetTimeSamples()):
+            raise UnusableError(f"has a mesh {name} whose faces change: every frame must be of the same mesh")
 
 
 def read_mesh(prim: Any, places: Any, arrays: dict[str, np.ndarray]) -> dict[str, Any]:
@@ -169,12 +316,12 @@ def value(attribute: Any) -> Any:
     return attribute.Get(Usd.TimeCode.EarliestTime()) if found is None else found
 
 
-def archive(path: str) -> bytes:
-    """What this program writes for the file at `path`."""
+def archive(path: str, what: str = "rig") -> bytes:
+    """What this program writes for the file at `path`, read as a rig or as a take."""
     arrays: dict[str, np.ndarray] = {}
     try:
         check_layers(path)
-        scene, arrays = read_stage(path)
+        scene, arrays = read_take(path) if what == "take" else read_stage(path)
     except UnusableError as error:
         scene: dict[str, Any] = {"error": str(error)}
     except (Tf.ErrorException, RuntimeError, ValueError, TypeError, MemoryError) as error:
@@ -188,4 +335,4 @@ if __name__ == "__main__":
     limit()
     with os.fdopen(os.dup(1), "wb") as output:
         os.dup2(2, 1)  # whatever the library prints goes to standard error
-        output.write(archive(os.path.realpath(sys.argv[1])))
+        output.write(archive(os.path.realpath(sys.argv[1]), *sys.argv[2:]))

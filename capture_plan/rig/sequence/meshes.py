@@ -34,6 +34,8 @@ class MeshTake:
     neutral: Float[np.ndarray, "v 3"] | None
     fps: float | None = None
     unit_mm: float | None = None
+    up: str | None = None
+    facing: str | None = None
     notes: tuple[str, ...] = ()
 
 

@@ -1,7 +1,7 @@
 """Reading a take: the reader for its format, then the rig's unit and axes, and the head held still.
 
-Meshes    a folder of numbered OBJ or PLY files, `.npz` (`meshes.py`)
-Weights   `.csv`, `.json`, `.npz` (`weights.py`) on a rig; `.glb`, `.gltf`, `.vrm` with their own (`animation.py`)
+Meshes    a folder of numbered OBJ or PLY files, `.npz` (`meshes.py`); USD (`usd_take.py`)
+Weights   `.csv`, `.json`, `.npz` (`weights.py`) on a rig; `.glb`, `.gltf`, `.vrm` (`animation.py`), USD with their own
 Result    millimetres, +y up, facing +z. Meshes are laid onto the rig's neutral; without a rig, unit and axes are found
           from the frames themselves, as those of a rig are from its blendshapes
 """
@@ -13,6 +13,7 @@ from jaxtyping import Float
 
 from capture_plan.errors import RigError
 from capture_plan.rig.formats.raw import UNITS_MM, RawRig
+from capture_plan.rig.formats.usd import SUFFIXES as USD
 from capture_plan.rig.name_map import NameMap
 from capture_plan.rig.neutral import read_neutral
 from capture_plan.rig.orient import axes_matrix, check_given, find_frame
@@ -24,13 +25,14 @@ from capture_plan.rig.sequence.mapping import drive, map_weights
 from capture_plan.rig.sequence.meshes import MeshTake, read_archive, read_folder
 from capture_plan.rig.sequence.record import Sequence
 from capture_plan.rig.sequence.rigid import HeldFrames, hold, still_vertices, stillness
+from capture_plan.rig.sequence.usd_take import read_usd_take
 from capture_plan.rig.sequence.weights import WeightTable, read_csv, read_json
 
 TABLES = {".csv": read_csv, ".json": read_json}
 GLTF = (".glb", ".gltf", ".vrm")
-FORMATS = "a folder of numbered OBJ or PLY files, .npz, .csv, .json, .glb or .gltf"
+FORMATS = "a folder of numbered OBJ or PLY files, .npz, .csv, .json, .glb, .gltf or .usd"
 CONVERT = {
-    ".abc": "Alembic, which no Python package reads: import it in Blender, export numbered OBJ files",
+    ".abc": "Alembic, which no Python package reads: import it in Blender, export it as USD",
     ".fbx": "FBX, whose animation is not read here: export it as .glb with its shape keys' animation",
     ".mcd": "a vertex cache without a mesh: export numbered OBJ files",
     ".pc2": "a vertex cache without a mesh: export numbered OBJ files",
@@ -73,7 +75,7 @@ def read_sequence(
     except OSError as error:
         raise RigError(f"{path.name} cannot be read ({error.strerror or error}): check the file") from error
     if isinstance(take, WeightTable):
-        if rig is None and path.suffix.lower() in GLTF:
+        if rig is None and path.suffix.lower() in (*GLTF, *USD):
             rig = read_rig(path, unit_mm=unit_mm, up=up, facing=facing)
         return drive_rig(path, take, rig, fps, name_map)
     if rig is None:
@@ -96,6 +98,8 @@ def read_take(path: Path) -> WeightTable | MeshTake:
         return TABLES[suffix](path)
     if suffix in GLTF:
         return read_animation(path)
+    if suffix in USD:
+        return read_usd_take(path)
     if suffix == ".npz":
         return read_archive(path)
     raise RigError(f"{path.name} is not a format that is read here: give {FORMATS}")
@@ -206,6 +210,8 @@ def orient_take(
         part_names=("mesh",),
         source_index=np.arange(v, dtype=np.int32),
         unit_mm=take.unit_mm,
+        up=take.up,
+        facing=take.facing,
     )
     frame = find_frame(raw, unit_mm=unit_mm, up=up, facing=facing)
     notes += [frame.note] if frame.note else []
