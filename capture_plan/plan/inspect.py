@@ -1,0 +1,157 @@
+"""Inspect a plan's layout: what it sees, what it confuses, why each landmark is there, and how much it forgives.
+
+Everything is computed from the rig and the landmarks' vertices. Lengths are in millimetres, angles in degrees.
+"""
+
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Int
+from msgspec import Struct
+from scipy.sparse import csr_array
+
+from capture_plan.errors import RigError
+from capture_plan.layout.chart import Chart, flatten
+from capture_plan.layout.empirical import place_ibug68
+from capture_plan.layout.face import Face, see_face
+from capture_plan.layout.multicover import Spacing
+from capture_plan.layout.observe import (
+    Mix,
+    Reason,
+    Separator,
+    Sight,
+    blind_spots,
+    confusable,
+    reasons,
+    separators,
+    shares,
+    sights,
+    weakest_mixes,
+)
+from capture_plan.layout.record import Worth
+from capture_plan.layout.robust import REACH_MM, Loss, Substitute, Tolerance, losses, substitutes, tolerances
+from capture_plan.layout.settings import LayoutSettings
+from capture_plan.layout.trials import Trial, trials
+from capture_plan.mesh import geodesic_distance, surface_graph, vertex_normals
+from capture_plan.plan.places import read_cameras_of
+from capture_plan.plan.record import Plan
+from capture_plan.rig import Rig
+from capture_plan.rig.regions import face_regions
+
+MIXES = 5  # the weakest ones; the strong ones are no news
+
+
+class MarkerReport(Struct, frozen=True):
+    """One landmark: why it is there, how far its dot may sit from its place, and what happens without it.
+
+    `unnoticed` is the tolerance while the solver takes the dot for one at its place, `measured` where it is told the
+    true one. `substitute_label` is the place of the substitute in words, `substitute_source_vertex` its number in the
+    artist's file.
+    """
+
+    name: str
+    label: str
+    reason: Reason
+    unnoticed: Tolerance
+    measured: Tolerance
+    lost: Loss
+    substitute: Substitute | None
+    substitute_label: str
+    substitute_source_vertex: int | None
+
+
+class Inspection(Struct, frozen=True):
+    """What `capture-plan inspect` says; indices of landmarks count from 0 in the order of `markers`.
+
+    `blind_of_68` are blendshapes that no point of the 68-point reference sees at the plan's epsilon; none where the rig
+    has no face to lay 68 points on.
+    """
+
+    rig: str
+    epsilon: float
+    worth: Worth
+    singular_values_mm: tuple[float, ...]
+    weakest: tuple[Mix, ...]
+    blendshapes: tuple[Sight, ...]
+    separators: tuple[Separator, ...]
+    separator_labels: tuple[str, ...]
+    blind: tuple[str, ...]
+    blind_of_68: tuple[str, ...] | None
+    markers: tuple[MarkerReport, ...]
+    two_lost: tuple[Loss, ...]
+    trials: tuple[Trial, ...]
+
+
+def inspect_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> Inspection:
+    """The layout of `plan` on its rig; `folder` is where the plan file lies."""
+    settings = plan.settings.landmarks
+    face = see_face(rig, plan.audit.used, read_cameras_of(rig, plan.settings, folder))
+    vertices = np.array([m.vertex for m in plan.layout.landmarks])
+    observation = face.observation(settings.noise_mm)
+    graph = surface_graph(rig.neutral, rig.triangles[rig.skin[rig.triangles].all(axis=1)])
+    covers = shares(face, settings, vertices) >= settings.epsilon
+    seen = sights(observation, vertices, face.used)
+    spacing = Spacing(graph, face.sites(settings), settings.spacing_mm)
+    more = separators(face, settings, vertices, confusable(seen), spacing)
+    charts = flatten(rig.neutral, vertex_normals(rig.neutral, rig.triangles), graph, vertices, reach_mm=REACH_MM)
+    regions = face_regions(rig)
+    return Inspection(
+        rig=rig.name,
+        epsilon=settings.epsilon,
+        worth=observation.worth(vertices),
+        singular_values_mm=tuple(np.linalg.svd(observation.response(vertices), compute_uv=False).tolist()),
+        weakest=weakest_mixes(observation, vertices, face.used, count=MIXES),
+        blendshapes=seen,
+        separators=more,
+        separator_labels=tuple(regions.label(one.vertex) for one in more),
+        blind=blind_spots(face, settings, vertices),
+        blind_of_68=blind_of_68(face, settings),
+        markers=marker_reports(plan, face, graph, charts, covers),
+        two_lost=losses(observation, vertices, covers, face.used, at_once=2),
+        trials=trials(observation, vertices, rig.neutral, charts),
+    )
+
+
+def blind_of_68(face: Face, settings: LayoutSettings) -> tuple[str, ...] | None:
+    """Blendshapes that the 68 points of iBUG do not see; None where the rig has no face to lay them on."""
+    try:
+        return blind_spots(face, settings, place_ibug68(face.rig))
+    except RigError:
+        return None
+
+
+def marker_reports(
+    plan: Plan, face: Face, graph: csr_array, charts: tuple[Chart, ...], covers: Bool[np.ndarray, "k m"]
+) -> tuple[MarkerReport, ...]:
+    """Reason, tolerance, loss and substitute of every landmark; `graph` is `surface_graph` of the skin."""
+    settings, rig = plan.settings.landmarks, face.rig
+    observation, epsilon = face.observation(settings.noise_mm), settings.epsilon
+    largest = np.where(face.allowed(settings), face.displacement, 0).max(axis=1)
+    vertices = np.array([m.vertex for m in plan.layout.landmarks])
+    tolerated = tolerances(observation, vertices, charts, covers, largest, epsilon)
+    free = free_for(graph, vertices, settings.spacing_mm) & face.allowed(settings)
+    instead = substitutes(observation, vertices, charts, covers, largest, epsilon, free)
+    lost = losses(observation, vertices, covers, face.used, at_once=1)
+    why = reasons(face, settings, vertices)
+    regions = face_regions(rig)
+    return tuple(
+        MarkerReport(
+            name=landmark.name,
+            label=landmark.label,
+            reason=why[m],
+            unnoticed=tolerated[m][0],
+            measured=tolerated[m][1],
+            lost=lost[m],
+            substitute=(other := instead[m]),
+            substitute_label=regions.label(other.vertex) if other else "",
+            substitute_source_vertex=int(rig.source_index[other.vertex]) if other else None,
+        )
+        for m, landmark in enumerate(plan.layout.landmarks)
+    )
+
+
+def free_for(graph: csr_array, vertices: Int[np.ndarray, " m"], spacing_mm: float) -> Bool[np.ndarray, "m v"]:
+    """free[m, v]: vertex v keeps the spacing to every landmark but m, and carries none."""
+    close = geodesic_distance(graph, vertices, limit=spacing_mm) < spacing_mm
+    close[np.arange(len(vertices)), vertices] = True
+    return close.sum(axis=0) - close == 0

@@ -1,0 +1,59 @@
+"""The inspection of a plan: the whole page of the sample, and what it must agree with."""
+
+import msgspec
+import numpy as np
+import pytest
+
+from capture_plan.layout.face import see_face
+from capture_plan.plan.inspect import Inspection, inspect_plan
+from capture_plan.plan.inspect_page import inspection_text
+from capture_plan.plan.make import make_plan
+from capture_plan.rig import sample_rig
+
+
+@pytest.fixture(scope="module")
+def plan():
+    return make_plan(sample_rig())
+
+
+@pytest.fixture(scope="module")
+def found(plan):
+    return inspect_plan(plan, sample_rig())
+
+
+def test_the_inspection_agrees_with_the_plan(plan, found):
+    assert found.worth == plan.layout.worth
+    assert found.blind == plan.layout.uncovered
+    assert [marker.name for marker in found.markers] == [landmark.name for landmark in plan.layout.landmarks]
+    assert found.trials[0].predicted_mm == pytest.approx(plan.layout.worth.error_mm, abs=1e-4)
+
+
+def test_what_only_one_landmark_sees_is_lost_with_it(found):
+    for marker in found.markers:
+        assert marker.reason.only_one == marker.lost.uncovered
+        assert not (marker.lost.uncovered and marker.lost.carry_on)
+
+
+def test_points_that_the_68_do_not_see_are_named(plan, found):
+    assert found.blind_of_68 is not None
+    assert {"cheekSquintLeft", "cheekSquintRight"} <= set(found.blind_of_68)
+
+
+def test_a_substitute_keeps_the_spacing_to_all_others(plan, found):
+    places = sample_rig().neutral[[landmark.vertex for landmark in plan.layout.landmarks]]
+    for m, marker in enumerate(found.markers):
+        if marker.substitute:
+            here = sample_rig().neutral[marker.substitute.vertex]
+            away = np.linalg.norm(np.delete(places, m, axis=0) - here, axis=1)
+            assert away.min() > 0.6 * plan.settings.landmarks.spacing_mm  # straight, where the spacing is on the skin
+    face = see_face(sample_rig(), plan.audit.used)
+    assert all(face.allowed(plan.settings.landmarks)[m.substitute.vertex] for m in found.markers if m.substitute)
+
+
+def test_the_page_names_every_marker_and_the_json_holds_the_same(plan, found):
+    page = inspection_text(found)
+    for landmark in plan.layout.landmarks:
+        assert page.count(f"{landmark.name} {landmark.label}:") == 3
+    assert f"rank {found.worth.rank} of {found.worth.full_rank}" in page
+    assert "nan" not in page.replace("nanny", "")
+    assert msgspec.json.decode(msgspec.json.encode(found), type=Inspection) == found
