@@ -1,0 +1,164 @@
+"""Layouts side by side: the same face, the same candidates, the same performance, the same noise, the same solver.
+
+Ours       error-driven at every budget M: free (any candidate, as all the others), and as a crew wears it (mirrored, at
+           the spacing); the studio layout at the number of landmarks that it settles on itself
+Zell22     single set cover of Zell & McDonnell 2022 over epsilon, the paper's weights and fewest landmarks first
+Others     `baselines` at every budget M
+Empirical  68 and 51 points (iBUG), and layouts given by vertex number
+Measured   weights and skin that come back (`reconstruct`) from random mixes, from every blendshape alone, and from a
+           recorded take where one is given
+"""
+
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+from jaxtyping import Float, Int
+from msgspec import Struct
+from msgspec.structs import replace
+
+from capture_plan.errors import InfeasibleError, RigError
+from capture_plan.layout.baselines import BASELINES, candidates, choose_baseline
+from capture_plan.layout.budget import spend_budget
+from capture_plan.layout.design import design_layout, spacing_on
+from capture_plan.layout.empirical import place_ibug68
+from capture_plan.layout.face import Face
+from capture_plan.layout.multicover import best_cover
+from capture_plan.layout.reconstruct import Score, random_mixes, reconstruct, single_blendshapes
+from capture_plan.layout.settings import LayoutSettings
+from capture_plan.progress import track
+
+BUDGETS = (12, 18, 28, 34, 40, 68)
+NOISES_MM = (0.0, 0.2, 0.5, 1.0)
+EPSILONS = (0.3, 0.5, 0.7, 0.9)
+FRAMES = 300
+FREE, WORN, STUDIO = "ours: error-driven, free", "ours: error-driven, worn", "ours: studio"
+MIXES, SINGLES, TAKE = "random mixes", "single blendshapes", "take"
+
+
+class Row(Struct, frozen=True, forbid_unknown_fields=True):
+    """One layout: its vertices, what they tell apart, and for each performance one score a noise."""
+
+    method: str
+    vertices: tuple[int, ...]
+    rank: int
+    condition: float
+    scores: dict[str, tuple[Score, ...]]
+
+    @property
+    def landmarks(self) -> int:
+        """How many there are."""
+        return len(self.vertices)
+
+
+class Comparison(Struct, frozen=True, forbid_unknown_fields=True):
+    """All layouts of one rig, by number of landmarks; `frames` of every performance; `left_out`: what could not be
+    compared, and why; ours are designed for noise `designed_mm`."""
+
+    rig: str
+    blendshapes: int
+    designed_mm: float
+    budgets: tuple[int, ...]
+    full_rank: int
+    candidates: int
+    noises_mm: tuple[float, ...]
+    frames: dict[str, int]
+    rows: tuple[Row, ...]
+    left_out: tuple[str, ...]
+
+
+def compare(
+    face: Face,
+    settings: LayoutSettings,
+    *,
+    budgets: Sequence[int] = BUDGETS,
+    noises_mm: Sequence[float] = NOISES_MM,
+    given: dict[str, np.ndarray] | None = None,
+    take: Float[np.ndarray, "t k"] | None = None,
+    seed: int = 0,
+) -> Comparison:
+    """Every layout under every noise. `given` are layouts by vertex of the rig, `take` weights of the used blendshapes.
+
+    Raises:
+        InfeasibleError: no skin is seen well enough, or a budget is larger than the number of candidates.
+    """
+    observation, among = face.observation(settings.noise_mm), candidates(face, settings)
+    k = len(face.used)
+    performances = {MIXES: random_mixes(k, frames=FRAMES, seed=seed), SINGLES: single_blendshapes(k)}
+    if take is not None:
+        performances[TAKE] = take
+    layouts, left_out = fixed_layouts(face, settings, given or {})
+    for budget in track(sorted(budgets), "Designing for every budget"):
+        layouts += ours(face, settings, budget)
+    for name, budget in track(tuple(product(BASELINES, sorted(budgets))), "Laying out the baselines"):
+        layouts.append((name, choose_baseline(name, among, budget, seed)))
+
+    rows = []
+    for method, vertices in track(sorted(layouts, key=lambda one: len(one[1])), "Measuring every layout"):
+        worth = observation.worth(vertices)
+        scores = {
+            name: tuple(
+                reconstruct(observation, face.used, vertices, truth, noise_mm=noise, seed=seed) for noise in noises_mm
+            )
+            for name, truth in performances.items()
+        }
+        rows.append(Row(method, tuple(vertices.tolist()), worth.rank, worth.condition, scores))
+    return Comparison(
+        rig=face.rig.name,
+        blendshapes=k,
+        designed_mm=settings.noise_mm,
+        budgets=tuple(sorted(budgets)),
+        full_rank=observation.full_rank,
+        candidates=len(among.vertices),
+        noises_mm=tuple(noises_mm),
+        frames={name: len(truth) for name, truth in performances.items()},
+        rows=tuple(rows),
+        left_out=tuple(left_out),
+    )
+
+
+Named = tuple[str, Int[np.ndarray, " m"]]
+
+
+def fixed_layouts(face: Face, settings: LayoutSettings, given: dict[str, np.ndarray]) -> tuple[list[Named], list[str]]:
+    """Layouts that settle their own number of landmarks, and why others are missing."""
+    studio = design_layout(face, replace(settings, method="studio"))
+    layouts = [(STUDIO, np.array([one.vertex for one in studio.landmarks])), *given.items()]
+    for epsilon, weights in product(EPSILONS, ("paper", "lexicographic")):
+        one = replace(settings, method="cover", symmetric=False, epsilon=epsilon, weights=weights)
+        sites = face.sites(one)
+        rows = np.flatnonzero(sites.covers(epsilon).any(axis=1))
+        cover = best_cover(sites, one, rows, np.arange(len(sites.visibility)), None)
+        name = "paper's weights" if weights == "paper" else "fewest first"
+        layouts.append((f"Zell22: {name}, epsilon {epsilon:g}", sites.members(cover.chosen)))
+    try:
+        points = place_ibug68(face.rig)
+        layouts += [("68 points (iBUG), placed", points), ("51 points (iBUG), placed", points[17:])]
+    except RigError as error:
+        return layouts, [f"68 and 51 points (iBUG): {error}"]
+    return layouts, []
+
+
+def ours(face: Face, settings: LayoutSettings, budget: int) -> list[Named]:
+    """The error-driven layouts of a budget; worn ones only where pairs and spacing allow."""
+    free = replace(settings, symmetric=False, spacing_mm=0.0)
+    layouts = []
+    for name, one in ((FREE, free), (WORN, settings)):
+        try:
+            layouts.append((name, error_driven(face, one, budget)))
+        except InfeasibleError:
+            if name == FREE:
+                raise
+    return layouts
+
+
+def error_driven(face: Face, settings: LayoutSettings, budget: int) -> Int[np.ndarray, " m"]:
+    """At most `budget` vertices with the least predicted error that was found at `settings.noise_mm`."""
+    sites = face.sites(replace(settings, method="budget", budget=budget))
+    covers = sites.covers(settings.epsilon)
+    rows = np.flatnonzero(covers.any(axis=1))
+    spacing = spacing_on(face.rig, sites, settings)
+    start = best_cover(sites, settings, rows, np.arange(len(sites.visibility)), spacing)
+    observation = face.observation(settings.noise_mm)
+    chosen = spend_budget(observation, sites, covers[rows], start.chosen, budget=budget, spacing=spacing)
+    return sites.members(chosen)

@@ -1,0 +1,98 @@
+"""A comparison as lines to read: the table with the best of every budget marked, and who wins where."""
+
+from collections.abc import Callable, Sequence
+
+from capture_plan.layout.compare import FREE, MIXES, SINGLES, TAKE, WORN, Comparison, Row
+
+OURS = (FREE, WORN)
+
+
+def comparison_text(found: Comparison) -> str:
+    """The whole page. Stars mark the lowest number of each column among layouts of as many landmarks."""
+    head = [
+        f"{found.rig}: {found.blendshapes} blendshapes, {found.candidates:,} vertices may carry a landmark",
+        "Root mean square error of the skin in millimetres, by noise of a landmark coordinate, over "
+        f"{found.frames[MIXES]} {MIXES}; single: each blendshape alone"
+        + (f"; take: {found.frames[TAKE]:,} recorded frames" if TAKE in found.frames else ""),
+        f"largest, weights, single, take and worst (largest error of its weight) at {at_noise(found):g} mm",
+        "",
+    ]
+    left_out = [f"left out: {why}" for why in found.left_out]
+    return "\n".join([*head, *table(found), "", *verdicts(found), *left_out])
+
+
+def at_noise(found: Comparison) -> float:
+    """The noise that single columns are given at: the one that ours are designed for, or the nearest."""
+    return min(found.noises_mm, key=lambda noise: abs(noise - found.designed_mm))
+
+
+def columns(found: Comparison) -> dict[str, Callable[[Row], float]]:
+    """Titles and numbers, the lower the better."""
+    n = found.noises_mm.index(at_noise(found))
+
+    def rmse(performance: str, i: int) -> Callable[[Row], float]:
+        return lambda row: row.scores[performance][i].rmse_mm
+
+    numbers = {f"{noise:g} mm": rmse(MIXES, i) for i, noise in enumerate(found.noises_mm)}
+    numbers |= {
+        "largest": lambda row: row.scores[MIXES][n].max_mm,
+        "weights": lambda row: row.scores[MIXES][n].weight_mae,
+        SINGLES.split()[0]: rmse(SINGLES, n),
+    }
+    return numbers | ({TAKE: rmse(TAKE, n)} if TAKE in found.frames else {})
+
+
+def table(found: Comparison) -> list[str]:
+    """One line a layout, the budgets apart."""
+    numbers, n = columns(found), found.noises_mm.index(at_noise(found))
+    wide = max(len(row.method) for row in found.rows)
+    lines = [f"{'M':>3}  {'layout':<{wide}}  {'rank':>4} " + "".join(f"{title:>9}" for title in numbers) + "  worst"]
+    before = 0
+    for row in found.rows:
+        peers = [peer for peer in found.rows if peer.landmarks == row.landmarks]
+        cells = ""
+        for value in numbers.values():
+            best = len(peers) > 1 and value(row) == min(value(peer) for peer in peers)
+            cells += f"{value(row):>8.3f}{'*' if best else ' '}"
+        if row.landmarks != before and len(peers) > 1:
+            lines.append("")
+        before = row.landmarks
+        worst = row.scores[MIXES][n].worst
+        lines.append(f"{row.landmarks:>3}  {row.method:<{wide}}  {row.rank:>4} {cells}  {worst}")
+    return [*lines, f"     rank: of {found.full_rank} mixes of blendshapes that the whole skin tells apart"]
+
+
+def verdicts(found: Comparison) -> list[str]:
+    """Who wins where, in sentences."""
+    lines = []
+    for budget in found.budgets:
+        peers = [row for row in found.rows if row.landmarks == budget]
+        for i, noise in enumerate(found.noises_mm):
+            ranked = sorted(peers, key=lambda row: row.scores[MIXES][i].rmse_mm)
+            others = [row for row in ranked if row.method not in OURS]
+            mine = next((row for row in ranked if row.method in OURS), None)
+            if mine is None or noise == 0:
+                continue
+            lines.append(f"M = {budget}, {noise:g} mm: {duel(mine, others[0], i)}")
+    return [*lines, *(line for row in found.rows if row.method.startswith(("68", "51")) for line in fewest(found, row))]
+
+
+def duel(mine: Row, other: Row, i: int) -> str:
+    """Ours against the best of the others at noise number `i`."""
+    a, b = mine.scores[MIXES][i].rmse_mm, other.scores[MIXES][i].rmse_mm
+    if a <= b:
+        return f"ours is lowest, {a:.3f} mm; next {other.method}, {b:.3f} mm"
+    return f"{other.method} is lower, {b:.3f} mm; ours {a:.3f} mm"
+
+
+def fewest(found: Comparison, other: Row) -> list[str]:
+    """How many landmarks of ours do what an empirical layout does, at the noise that ours are designed for."""
+    i = found.noises_mm.index(at_noise(found))
+    limit = other.scores[MIXES][i].rmse_mm
+    enough: Sequence[int] = [
+        row.landmarks for row in found.rows if row.method == FREE and row.scores[MIXES][i].rmse_mm <= limit
+    ]
+    what = f"{other.method}: {limit:.3f} mm at {found.noises_mm[i]:g} mm noise"
+    if enough:
+        return [f"{what}; ours does as well with {min(enough)} landmarks, of the budgets compared"]
+    return [f"{what}; ours does not reach it with any budget compared"]

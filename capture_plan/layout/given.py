@@ -1,0 +1,54 @@
+"""What a person brings to a comparison: layouts by vertex number, and a recorded take.
+
+Layouts  {"name": [vertex, ...], ...}   JSON; vertices as numbered in the rig's own file, counted from 0
+Take     recorded weights in any format of `read_sequence`
+"""
+
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from jaxtyping import Float
+
+from capture_plan.errors import PlanError, RigError
+from capture_plan.rig import Rig
+from capture_plan.rig.sequence import read_sequence
+from capture_plan.rig.sequence.frames import PosedFrames
+
+
+def read_layouts(path: Path, rig: Rig) -> dict[str, np.ndarray]:
+    """Layouts by vertex of the rig.
+
+    Raises:
+        PlanError: the file cannot be read, is no such table, or names a vertex that the rig does not have.
+    """
+    try:
+        listed = msgspec.json.decode(path.read_bytes(), type=dict[str, list[int]])
+    except OSError as error:
+        raise PlanError(f"{path} cannot be read ({error.strerror}): give a JSON file of layouts") from None
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise PlanError(f'{path} is not a JSON file of layouts ({error}): write {{"name": [vertex, ...]}}') from None
+    own = {source: vertex for vertex, source in reversed(list(enumerate(rig.source_index.tolist())))}
+    layouts = {}
+    for name, sources in listed.items():
+        if not sources:
+            raise PlanError(f"{path}: '{name}' has no vertices: list at least one")
+        if missing := [source for source in sources if source not in own]:
+            raise PlanError(f"{path}: '{name}' names vertex {missing[0]}, which {rig.name} does not have")
+        vertices = [own[source] for source in sources]
+        if len(set(vertices)) < len(vertices):
+            raise PlanError(f"{path}: '{name}' names a vertex twice: list every vertex once")
+        layouts[name] = np.array(vertices)
+    return layouts
+
+
+def take_weights(path: Path, rig: Rig, used: tuple[str, ...]) -> Float[np.ndarray, "t k"]:
+    """Recorded weights of the used blendshapes, held between 0 and 1, which is what the solver allows.
+
+    Raises:
+        RigError: the take is unusable, or holds meshes and no weights.
+    """
+    take = read_sequence(path, rig=rig)
+    if not isinstance(take.frames, PosedFrames):
+        raise RigError(f"{path.name} holds meshes: give a take of recorded weights (.csv, .json, .npz or .glb)")
+    return np.clip(take.frames.weights[:, [rig.names.index(name) for name in used]], 0, 1)

@@ -1,0 +1,101 @@
+"""Layouts side by side on the sample head: fair, repeatable, and read as a table that tells the truth."""
+
+import json
+
+import numpy as np
+import pytest
+
+from capture_plan.errors import PlanError, RigError
+from capture_plan.layout.baselines import BASELINES
+from capture_plan.layout.compare import FREE, MIXES, STUDIO, TAKE, Comparison, Row, compare
+from capture_plan.layout.compare_page import comparison_text, verdicts
+from capture_plan.layout.face import see_face
+from capture_plan.layout.given import read_layouts, take_weights
+from capture_plan.layout.reconstruct import Score
+from capture_plan.layout.settings import LayoutSettings
+from capture_plan.rig import sample_rig
+from capture_plan.rig.audit import audit
+
+SETTINGS = LayoutSettings()
+
+
+@pytest.fixture(scope="module")
+def face():
+    rig = sample_rig()
+    return see_face(rig, audit(rig).used)
+
+
+@pytest.fixture(scope="module")
+def found(face):
+    take = np.full((5, len(face.used)), 0.1)
+    given = {"mine": np.flatnonzero(face.allowed(SETTINGS))[:20]}
+    return compare(face, SETTINGS, budgets=(10,), noises_mm=(0.0, 0.2), given=given, take=take)
+
+
+def test_every_method_stands_in_the_table_once_a_budget(found):
+    at_budget = [row.method for row in found.rows if row.landmarks == 10]
+    assert all(at_budget.count(name) == 1 for name in (FREE, *BASELINES))
+    methods = [row.method for row in found.rows]
+    assert {STUDIO, "mine", "68 points (iBUG), placed", "51 points (iBUG), placed"} <= set(methods)
+
+
+def test_all_but_empirical_layouts_stand_on_the_same_candidates(found, face):
+    allowed = np.flatnonzero(face.allowed(SETTINGS))
+    assert all(np.isin(row.vertices, allowed).all() for row in found.rows if "points" not in row.method)
+
+
+def test_the_table_names_every_layout_and_marks_the_best(found):
+    text = comparison_text(found)
+    assert all(row.method in text for row in found.rows)
+    best = min((row for row in found.rows if row.landmarks == 10), key=lambda row: row.scores[MIXES][1].rmse_mm)
+    line = next(line for line in text.splitlines() if best.method in line and line.strip().startswith("10"))
+    assert f"{best.scores[MIXES][1].rmse_mm:.3f}*" in line
+    assert TAKE in found.frames
+
+
+def row(method, rmse_mm):
+    scores = {name: (Score(0.2, 0.01, rmse_mm, 1.0, "a"),) for name in (MIXES, "single blendshapes")}
+    return Row(method, (1, 2), 2, 1.0, scores)
+
+
+@pytest.mark.parametrize(("ours", "says"), [(0.1, "ours is lowest"), (0.9, "random is lower, 0.500 mm; ours 0.900 mm")])
+def test_it_is_said_plainly_who_wins(ours, says):
+    made = Comparison("rig", 3, 0.2, (2,), 3, 9, (0.2,), {MIXES: 1}, (row(FREE, ours), row("random", 0.5)), ())
+    assert says in verdicts(made)[0]
+
+
+def test_layouts_are_given_by_the_artists_vertex_numbers(tmp_path):
+    rig = sample_rig()
+    file = tmp_path / "mine.json"
+    file.write_text(json.dumps({"mine": rig.source_index[[5, 9]].tolist()}))
+    assert rig.source_index[read_layouts(file, rig)["mine"]].tolist() == rig.source_index[[5, 9]].tolist()
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        ("{", "not a JSON file"),
+        ('{"mine": "nose"}', "not a JSON file"),
+        ('{"mine": []}', "no vertices"),
+        ('{"mine": [1, 1]}', "twice"),
+        ('{"mine": [99999999]}', "99999999"),
+    ],
+)
+def test_layouts_that_are_none_are_refused(tmp_path, content, says):
+    (tmp_path / "mine.json").write_text(content)
+    with pytest.raises(PlanError, match=says):
+        read_layouts(tmp_path / "mine.json", sample_rig())
+
+
+def test_a_take_gives_the_weights_of_the_used_blendshapes(tmp_path):
+    rig = sample_rig()
+    (tmp_path / "take.csv").write_text("jawOpen,eyeBlinkLeft\n0.5,0\n1.5,1\n")
+    w = take_weights(tmp_path / "take.csv", rig, ("jawOpen",))
+    assert w.tolist() == [[0.5], [1.0]]
+
+
+def test_a_take_of_meshes_has_no_weights_to_compare(tmp_path):
+    rig = sample_rig()
+    np.savez(tmp_path / "take.npz", frames=np.stack([rig.neutral] * 2), fps=30.0)
+    with pytest.raises(RigError, match="weights"):
+        take_weights(tmp_path / "take.npz", rig, ("jawOpen",))
