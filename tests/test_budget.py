@@ -7,17 +7,18 @@ import pytest
 from msgspec.structs import replace
 
 from capture_plan.errors import InfeasibleError
-from capture_plan.layout.budget import Search, error_against_budget, gains_at, nested, spend_budget
+from capture_plan.layout.budget import Search, gains_at, nested, spend_budget
 from capture_plan.layout.design import SINGLE_COVER, SIXTY_EIGHT, design_layout
 from capture_plan.layout.face import see_face
 from capture_plan.layout.repair import site_rows
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites
-from capture_plan.layout.worth import Observation
+from capture_plan.layout.worth import Observation, error_against_budget
 from capture_plan.plan.check import check_plan
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.settings import Settings
 from capture_plan.plan.summary import summary
+from capture_plan.report.proofs import proofs
 from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
 
@@ -131,7 +132,7 @@ def test_with_more_of_a_nested_order_the_error_never_grows(seed):
     chosen = np.array([0, 3, 1, 8, 5])
     order = nested(observation, sites, chosen)
     assert sorted(order) == sorted(chosen)
-    curve = error_against_budget(observation, sites, order)
+    curve = error_against_budget(observation, sites.members(order))
     assert len(curve) == sites.size[chosen].sum()
     assert (np.diff(curve) <= 0).all()
     assert curve[-1] == pytest.approx(error(observation, sites, chosen))
@@ -202,6 +203,8 @@ def test_a_plan_within_a_budget_holds_and_its_summary_sets_it_beside_68_points(p
     assert "15 landmarks" in text
     assert "for a budget of 15" in text
     assert "68 points (iBUG): 68 landmarks" in text
+    assert f"the first 7 leave {plan.layout.curve_mm[6]:.2f} mm" in text
+    assert not any("chose markers" in line for line in proofs(plan))
 
 
 def test_a_plan_over_its_budget_or_with_fewer_landmarks_than_its_bound_is_caught(plan):
@@ -211,6 +214,12 @@ def test_a_plan_over_its_budget_or_with_fewer_landmarks_than_its_bound_is_caught
         broken = [claim.what for claim in check_plan(lie, sample_rig()) if not claim.holds]
         assert len(broken) == 1
         assert "keeps its budget" in broken[0]
+
+
+def test_a_plan_with_another_order_than_its_curve_is_caught(plan):
+    lie = replace(plan, layout=replace(plan.layout, order=plan.layout.order[::-1]))
+    broken = [claim.what for claim in check_plan(lie, sample_rig()) if not claim.holds]
+    assert broken == ["the curve of error against budget is that of the first landmarks of the order"]
 
 
 def test_a_plan_whose_budget_pays_for_a_cover_may_leave_nothing_uncovered(plan):

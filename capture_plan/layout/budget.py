@@ -207,17 +207,3 @@ def nested(observation: Observation, sites: Sites, chosen: Int[np.ndarray, " n"]
         order.append(kept[lost.argmin()])
         kept = np.delete(kept, lost.argmin())
     return np.array(order[::-1], dtype=int)
-
-
-def error_against_budget(
-    observation: Observation, sites: Sites, order: Int[np.ndarray, " n"]
-) -> Float[np.ndarray, " m"]:
-    """Predicted error (mm) with the first 1, 2, ... landmarks of a nested order of sites; it never grows.
-
-    Half a pair is not placed: where the next site is a pair, the error stays for one landmark more.
-    """
-    errors = [observation.error(observation.covariance(order[:0]))]
-    for n, site in enumerate(order, start=1):
-        error = observation.error(observation.covariance(sites.members(order[:n])))
-        errors += [errors[-1]] * int(sites.size[site] - 1) + [error]
-    return np.array(errors[1:])

@@ -20,7 +20,7 @@ from capture_plan.layout.record import Bound, Layout, Program, Worth
 from capture_plan.layout.repair import repair
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites
-from capture_plan.layout.worth import Observation
+from capture_plan.layout.worth import Observation, error_against_budget
 from capture_plan.mesh import surface_graph
 from capture_plan.rig import Rig
 
@@ -53,9 +53,12 @@ def design_layout(face: Face, settings: LayoutSettings) -> Layout:
         chosen = np.concatenate([*(cover.chosen for cover in rounds), added])
         numbers = [n for n, cover in enumerate(rounds) for _ in cover.chosen] + [None] * len(added)
     order, round_of = _in_order(face.rig, sites, chosen, numbers)
+    landmarks = name_landmarks(face, settings, order, round_of)
+    told = sites.members(chosen) if settings.method == "budget" else order[:0]
+    name_at = {m.vertex: m.name for m in landmarks}
     return Layout(
         method=settings.method,
-        landmarks=name_landmarks(face, settings, order, round_of),
+        landmarks=landmarks,
         programs=tuple(
             Program(
                 landmarks=int(sites.size[cover.chosen].sum()),
@@ -71,6 +74,8 @@ def design_layout(face: Face, settings: LayoutSettings) -> Layout:
         uncovered=tuple(face.used[k] for k in np.flatnonzero(~covers[:, chosen].any(axis=1))),
         worth=observation.worth(order),
         references=references,
+        order=tuple(name_at[vertex] for vertex in told.tolist()),
+        curve_mm=tuple(np.round(error_against_budget(observation, told), 4).tolist()),
     )
 
 

@@ -78,9 +78,11 @@ class Layout(Struct, frozen=True, forbid_unknown_fields=True):
     """A set of landmarks, what the programs that chose them proved, and what they are worth.
 
     `minimum` is the fewest landmarks that any cover of these candidates needs, `certificate` the part of that anybody
-    can check. Under a budget, the program is the fewest landmarks of any cover at the spacing, where the budget
-    pays for them. `uncovered` are blendshapes that no landmark stands for. `references` are other layouts of the same
-    face under the same noise, by name: the paper's single cover, 68 points.
+    can check. Under a budget, the program is the fewest landmarks of any cover at the spacing, where the budget pays
+    for them; `order` names the landmarks from the most telling to the first to be spared, and `curve_mm` is the
+    predicted error with the first 1, 2, ... of them, millimetres. `uncovered` are blendshapes that no landmark stands
+    for. `references` are other layouts of the same face under the same noise, by name: the paper's single cover, 68
+    points.
     """
 
     method: str
@@ -91,3 +93,5 @@ class Layout(Struct, frozen=True, forbid_unknown_fields=True):
     uncovered: tuple[str, ...]
     worth: Worth
     references: dict[str, Worth]
+    order: tuple[str, ...] = ()
+    curve_mm: tuple[float, ...] = ()

@@ -68,6 +68,13 @@ class Observation:
         )
 
 
+def error_against_budget(observation: Observation, vertices: Int[np.ndarray, " m"]) -> Float[np.ndarray, " m"]:
+    """Predicted error (mm) with the first 1, 2, ... of landmarks at `vertices`; it never grows."""
+    return np.array(
+        [observation.error(observation.covariance(vertices[:m])) for m in range(1, len(vertices) + 1)], dtype=float
+    )
+
+
 def numerical_rank(sigma: Float[np.ndarray, " n"]) -> int:
     """Singular values (largest first) above `RANK_TOLERANCE` of the first; at least 1."""
     return max(1, int((sigma > RANK_TOLERANCE * sigma[0]).sum()))

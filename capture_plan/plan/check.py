@@ -14,6 +14,7 @@ from capture_plan.expressions.certificate import packing_claims
 from capture_plan.layout.face import Face, see_face
 from capture_plan.layout.quality import importance_weights, mean_quality, total_quality
 from capture_plan.layout.sites import Sites
+from capture_plan.layout.worth import Observation, error_against_budget
 from capture_plan.mesh import geodesic_distance, surface_graph
 from capture_plan.mesh.mirror import mirror_map
 from capture_plan.plan.places import read_cameras_of
@@ -149,11 +150,10 @@ def bound_claims(plan: Plan, face: Face) -> list[Claim]:
 
 def worth_claims(plan: Plan, face: Face) -> list[Claim]:
     """Rank, condition and predicted error of the landmarks."""
-    said = plan.layout.worth
-    found = face.observation(plan.settings.landmarks.noise_mm).worth(
-        np.array([m.vertex for m in plan.layout.landmarks])
-    )
+    said, observation = plan.layout.worth, face.observation(plan.settings.landmarks.noise_mm)
+    found = observation.worth(np.array([m.vertex for m in plan.layout.landmarks]))
     return [
+        *curve_claims(plan, observation),
         claim(
             f"rank {said.rank} of {said.full_rank}",
             (found.rank, found.full_rank) == (said.rank, said.full_rank),
@@ -164,6 +164,23 @@ def worth_claims(plan: Plan, face: Face) -> list[Claim]:
             abs(found.error_mm - said.error_mm) < TOLERANCE and np.isclose(found.condition, said.condition, rtol=1e-2),
             f"{found.error_mm:.3f} mm, condition {found.condition:.0f}",
         ),
+    ]
+
+
+def curve_claims(plan: Plan, observation: Observation) -> list[Claim]:
+    """The predicted error with the first landmarks of the order, where the plan has one."""
+    layout, vertex_of = plan.layout, {m.name: m.vertex for m in plan.layout.landmarks}
+    if plan.settings.landmarks.method != "budget":
+        return []
+    whole = sorted(layout.order) == sorted(vertex_of) and len(layout.curve_mm) == len(layout.order)
+    vertices = np.array([vertex_of[name] for name in layout.order if name in vertex_of], dtype=int)
+    curve = error_against_budget(observation, vertices)
+    return [
+        claim(
+            "the curve of error against budget is that of the first landmarks of the order",
+            whole and np.allclose(curve, layout.curve_mm, atol=TOLERANCE, rtol=0),
+            f"{len(curve)} budgets",
+        )
     ]
 
 

@@ -11,6 +11,7 @@ def summary(plan: Plan) -> tuple[str, ...]:
         f"{plan.rig.name}: {len(audit.used)} of {audit.blendshapes} blendshapes planned for, "
         f"{audit.skin_vertices:,} skin vertices.",
         f"{worth_words(layout.worth)}{budget_words(plan)}.",
+        *fewer_words(plan),
         f"Proved: to see every blendshape at all takes at least {layout.minimum} landmarks.",
         *(f"For comparison, {name}: {worth_words(worth)}." for name, worth in layout.references.items()),
         f"{len(packing.expressions)} expressions, {proof_words(packing.proven_optimal, packing.bound)}; "
@@ -31,6 +32,14 @@ def budget_words(plan: Plan) -> str:
     """', for a budget of 34', where landmarks were chosen for one."""
     settings = plan.settings.landmarks
     return f", for a budget of {settings.budget}" if settings.method == "budget" else ""
+
+
+def fewer_words(plan: Plan) -> list[str]:
+    """What a quarter, a half and three quarters of the landmarks would leave, where they have an order."""
+    curve = plan.layout.curve_mm
+    counts = sorted({len(curve) * part // 4 for part in (1, 2, 3)} - {0})
+    steps = ", ".join(f"the first {m} leave {curve[m - 1]:.2f} mm" for m in counts)
+    return [f"In the order of plan.json, {steps} of predicted error."] if steps else []
 
 
 def worth_words(worth: Worth) -> str:

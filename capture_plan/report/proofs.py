@@ -33,7 +33,8 @@ def landmark_proofs(plan: Plan) -> list[str]:
     if minimum := minimum_proof(plan):
         check = f" Prices in plan.json show without a solver that at least {certificate.landmarks} are needed."
         said.append(f"{minimum}.{check if certificate.blendshapes else ''}")
-    if layout.programs and all(program.proven_optimal for program in layout.programs):
+    chose = any(m.round is not None for m in layout.landmarks)
+    if chose and layout.programs and all(program.proven_optimal for program in layout.programs):
         said.append(f"{count(len(layout.programs), 'program')} chose markers, each solved to proven optimality.")
     return said
 
