@@ -182,6 +182,18 @@ def test_what_a_skeleton_plays_comes_before_other_animations_and_points(tmp_path
     )
 
 
+def test_animations_of_two_skeletons_stand_side_by_side_and_the_first_of_a_name_counts(tmp_path):
+    stage = new_stage(tmp_path / "take.usda")
+    add_animation(stage, ["a", "b"], [[0, 0.5], [1, 0.5]], name="face")
+    teeth = UsdSkel.BindingAPI.Apply(UsdSkel.Skeleton.Define(stage, "/root/teeth").GetPrim())
+    animation = add_animation(stage, ["b", "c"], [[0, 0.25], [0, 0.75]], name="jaw", bound=False)
+    teeth.CreateAnimationSourceRel().SetTargets([animation.GetPath()])
+    stage.Save()
+    take = read_here(tmp_path / "take.usda")
+    assert (take.columns, take.notes) == (("a", "b", "c"), ())
+    np.testing.assert_allclose(take.weights, [[0, 0.5, 0.25], [1, 0.5, 0.75]])
+
+
 def other_count(stage, mesh):
     mesh.GetPointsAttr().Set(Vt.Vec3fArray.FromNumpy(np.zeros((5, 3), "f4")), 3)
 

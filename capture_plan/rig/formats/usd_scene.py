@@ -205,7 +205,7 @@ def read_weights(stage: Any, animations: list[Any], notes: list[str]) -> tuple[d
                     f"has {len(row)} weights for the {len(names)} blendshapes of {name} in frame {t}: export it again"
                 )
             weights[t] = row
-        columns = dict(zip(names, weights.T, strict=True)) | columns
+        columns |= {column: w for column, w in zip(names, weights.T, strict=True) if column not in columns}
     scene = {"names": list(columns), "fps": fps, "notes": notes}
     return scene, {"weights": np.stack(list(columns.values()), axis=1)}
 
