@@ -29,7 +29,7 @@ def face():
 def found(face):
     take = np.full((5, len(face.used)), 0.1)
     given = {"mine": np.flatnonzero(face.allowed(SETTINGS))[:20]}
-    return compare(face, SETTINGS, budgets=(10,), noises_mm=(0.0, 0.2), given=given, take=take)
+    return compare(face, SETTINGS, budgets=(10,), noises_mm=(0.2,), given=given, take=take)
 
 
 def test_every_method_stands_in_the_table_once_a_budget(found):
@@ -47,9 +47,9 @@ def test_all_but_empirical_layouts_stand_on_the_same_candidates(found, face):
 def test_the_table_names_every_layout_and_marks_the_best(found):
     text = comparison_text(found)
     assert all(row.method in text for row in found.rows)
-    best = min((row for row in found.rows if row.landmarks == 10), key=lambda row: row.scores[MIXES][1].rmse_mm)
+    best = min((row for row in found.rows if row.landmarks == 10), key=lambda row: row.scores[MIXES][0].rmse_mm)
     line = next(line for line in text.splitlines() if best.method in line and line.strip().startswith("10"))
-    assert f"{best.scores[MIXES][1].rmse_mm:.3f}*" in line
+    assert f"{best.scores[MIXES][0].rmse_mm:.3f}*" in line
     assert TAKE in found.frames
 
 
