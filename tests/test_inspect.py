@@ -4,7 +4,9 @@ import msgspec
 import numpy as np
 import pytest
 
+from capture_plan.cli import inspect
 from capture_plan.layout.face import see_face
+from capture_plan.plan.files import write_plan
 from capture_plan.plan.inspect import Inspection, inspect_plan
 from capture_plan.plan.inspect_page import inspection_text
 from capture_plan.plan.make import make_plan
@@ -57,3 +59,12 @@ def test_the_page_names_every_marker_and_the_json_holds_the_same(plan, found):
     assert f"rank {found.worth.rank} of {found.worth.full_rank}" in page
     assert "nan" not in page.replace("nanny", "")
     assert msgspec.json.decode(msgspec.json.encode(found), type=Inspection) == found
+
+
+def test_the_command_prints_a_page_for_people_and_json_for_programs(plan, found, tmp_path, capsys):
+    path = write_plan(plan, tmp_path / "plan.json")
+    inspect(path, json=True)
+    assert msgspec.json.decode(capsys.readouterr().out, type=Inspection) == found
+    inspect(path)
+    said = capsys.readouterr()
+    assert (said.out, said.err) == ("", inspection_text(found) + "\n")

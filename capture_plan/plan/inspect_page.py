@@ -143,7 +143,7 @@ def pair_lines(found: Inspection) -> list[str]:
     worst = sorted(pairs, key=lambda loss: (-len(loss.uncovered), -loss.error_mm, loss.landmarks))[:PAIRS]
     carry_on = sum(loss.carry_on for loss in pairs)
     return [
-        f"With {carry_on} of {len(pairs)} pairs carry on; the worst are",
+        f"{carry_on} of {len(pairs)} pairs can be lost and the session carry on; the worst are",
         *(f"{' and '.join(found.markers[m].name for m in loss.landmarks)}: {loss_words(loss)}" for loss in worst),
     ]
 
