@@ -88,3 +88,12 @@ def test_the_next_least_squares_mesh_landmark_is_where_a_solve_from_scratch_is_m
         x[free] = np.linalg.solve(A[np.ix_(free, free)], -A[np.ix_(free, held)] @ X[held])
         wrong = np.square(X - x).sum(axis=1)[SHEET.vertices]
         assert SHEET.vertices[wrong.argmax()] == chosen[m]
+
+
+def test_the_next_qr_pivot_is_the_largest_once_the_first_ones_rows_are_projected_out():
+    first, second = choose_baseline("QR pivot", SHEET, 2, 0)
+    blocks = SHEET.rows.reshape(len(SHEET.vertices), 4, 3)
+    Q = np.linalg.svd(blocks[SHEET.vertices == first][0], full_matrices=False)
+    basis = Q[0][:, Q[1] > 1e-4 * Q[1][0]]
+    left = blocks - basis @ (basis.T @ blocks)
+    assert SHEET.vertices[np.square(left).sum(axis=(1, 2)).argmax()] == second
