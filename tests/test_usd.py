@@ -52,7 +52,9 @@ def bind(mesh, shapes):
 
 def read_here(path):
     """As `read_usd`, in this process, since a process for each of these whole files takes long."""
-    return usd.build(path.stem, *usd.unpack(usd_scene.archive(str(path.parent.resolve() / path.name))))
+    answer = path.with_suffix(".answer.npz")
+    usd_scene.write_archive(str(path.parent.resolve() / path.name), "rig", str(answer))
+    return usd.build(path.stem, *usd.unpack(answer))
 
 
 def save(stage, path):
@@ -318,7 +320,7 @@ for i in range(start, 2 * 60):
         for _ in range(random.randint(1, 8)):
             damaged[random.randrange(len(damaged))] = random.randrange(256)
     path.write_bytes(damaged)
-    program["archive"](str(path))
+    program["write_archive"](str(path), "rig", str(path.with_suffix(".answer.npz")))
 """
 
 

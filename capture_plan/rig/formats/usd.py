@@ -9,7 +9,6 @@ usd-core is an extra, `capture-plan[usd]`. Letters: v vertices, f triangles, p p
 """
 
 import importlib.util
-import io
 import json
 import os
 import subprocess
@@ -62,19 +61,19 @@ def run(path: Path, what: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     environment |= {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))} | ONE_THREAD
     with path.open("rb"):  # an OSError here says why it cannot be read
         pass
-    command = [sys.executable, "-P", str(PROGRAM), str(path.resolve()), what]
     try:
-        with tempfile.TemporaryDirectory() as reports:  # where the library describes its end when it is ended
-            environment["TMPDIR"] = reports
-            done = subprocess.run(command, capture_output=True, timeout=SECONDS, env=environment)
-        return unpack(done.stdout)
-    except (subprocess.TimeoutExpired, zipfile.BadZipFile, ValueError, EOFError, KeyError) as error:
+        with tempfile.TemporaryDirectory() as folder:  # also where the library describes its end when it is ended
+            environment["TMPDIR"], answer = folder, Path(folder) / "scene.npz"
+            command = [sys.executable, "-P", str(PROGRAM), str(path.resolve()), what, str(answer)]
+            subprocess.run(command, capture_output=True, timeout=SECONDS, env=environment)
+            return unpack(answer)
+    except (subprocess.TimeoutExpired, zipfile.BadZipFile, OSError, ValueError, EOFError, KeyError) as error:
         raise RigError("cannot be read: it is damaged, or too large: export the face mesh alone") from error
 
 
-def unpack(data: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+def unpack(source: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """The scene and its arrays in an archive. RigError when it only says what is wrong."""
-    with np.load(io.BytesIO(data), allow_pickle=False) as archive:
+    with np.load(source, allow_pickle=False) as archive:
         arrays = {name: archive[name] for name in archive.files}
     scene = json.loads(arrays.pop("scene").tobytes())
     if "error" in scene:

@@ -13,7 +13,6 @@ Take     after the word `take`: values at times s[t], one time code apart or as 
 USD multiplies rows by matrices, p M; the matrices written here are transposed, M p.
 """
 
-import io
 import json
 import os
 import re
@@ -316,8 +315,8 @@ def value(attribute: Any) -> Any:
     return attribute.Get(Usd.TimeCode.EarliestTime()) if found is None else found
 
 
-def archive(path: str, what: str = "rig") -> bytes:
-    """What this program writes for the file at `path`, read as a rig or as a take."""
+def write_archive(path: str, what: str, target: str) -> None:
+    """What this program writes to `target` for the file at `path`, read as a "rig" or as a "take"."""
     arrays: dict[str, np.ndarray] = {}
     try:
         check_layers(path)
@@ -326,13 +325,9 @@ def archive(path: str, what: str = "rig") -> bytes:
         scene: dict[str, Any] = {"error": str(error)}
     except (Tf.ErrorException, RuntimeError, ValueError, TypeError, MemoryError) as error:
         scene = {"error": f"is no whole USD file ({type(error).__name__}): copy or export it again"}
-    packed = io.BytesIO()
-    np.savez(packed, scene=np.frombuffer(json.dumps(scene).encode(), np.uint8), **arrays)  # pyright: ignore[reportArgumentType]
-    return packed.getvalue()
+    np.savez(target, scene=np.frombuffer(json.dumps(scene).encode(), np.uint8), **arrays)  # pyright: ignore[reportArgumentType]
 
 
 if __name__ == "__main__":
     limit()
-    with os.fdopen(os.dup(1), "wb") as output:
-        os.dup2(2, 1)  # whatever the library prints goes to standard error
-        output.write(archive(os.path.realpath(sys.argv[1]), *sys.argv[2:]))
+    write_archive(os.path.realpath(sys.argv[1]), sys.argv[2], sys.argv[3])
