@@ -22,7 +22,7 @@ from capture_plan.errors import InfeasibleError
 from capture_plan.layout.reduce import essential_rows, undominated
 
 RESOLUTION = 1e-4  # costs are compared to four decimals: finer differences of quality mean nothing on a face
-TIME_LIMIT_S = 20.0
+WORK_LIMIT = 20.0  # CP-SAT's deterministic time, about seconds: the same input gives the same answer on any machine
 DUAL_DIGITS = 6
 
 
@@ -48,7 +48,7 @@ def solve_cover(
     """The cheapest cover, solved on the sites and rows that matter.
 
     Raises:
-        InfeasibleError: no cover keeps the cliques and the limit, or none was found in `TIME_LIMIT_S`.
+        InfeasibleError: no cover keeps the cliques and the limit, or none was found within `WORK_LIMIT`.
     """
     free = np.ones(len(cost), dtype=bool)
     for clique in cliques:
@@ -73,8 +73,10 @@ def solve_cover(
     solver.parameters.num_workers = 1
     solver.parameters.linearization_level = 2
     solver.parameters.random_seed = 0
-    solver.parameters.max_time_in_seconds = TIME_LIMIT_S
+    solver.parameters.max_deterministic_time = WORK_LIMIT
     status = solver.solve(model)
+    if status == cp_model.UNKNOWN:
+        raise InfeasibleError(f"no cover was found in {WORK_LIMIT:g} units of work: lower spacing_mm or raise epsilon")
     if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
         raise InfeasibleError(
             "no landmarks reach every blendshape at this distance from each other: lower spacing_mm or epsilon"
