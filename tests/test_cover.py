@@ -69,6 +69,15 @@ def test_a_limit_on_landmarks_is_kept_at_the_least_cost(seed):
     assert found.objective == pytest.approx(cheapest(covers, cost, size=size, limit=fewest))
 
 
+def test_an_undecided_program_is_not_called_impossible(monkeypatch):
+    monkeypatch.setattr("capture_plan.layout.cover.WORK_LIMIT", 1e-9)
+    rng = np.random.default_rng(0)
+    covers = rng.random((60, 400)) < 0.08
+    covers[np.arange(60), rng.integers(0, 400, 60)] = True
+    with pytest.raises(InfeasibleError, match="no cover was found in"):
+        solve_cover(covers, rng.uniform(1, 2, 400), np.ones(400, dtype=int))
+
+
 def test_two_cheap_landmarks_do_not_replace_the_one_that_is_allowed():
     covers = np.array([[True, False, True], [False, True, True]])
     cost, size = np.array([0.1, 0.1, 5.0]), np.array([1, 1, 1])

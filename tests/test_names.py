@@ -1,9 +1,9 @@
-"""What blendshape names tell: ARKit's spelling, the nearest action unit, the side."""
+"""What blendshape names tell: ARKit's spelling, the side."""
 
 import pytest
 
 from capture_plan.rig import sample_rig
-from capture_plan.rig.names import arkit_name, facs_hint, side_of
+from capture_plan.rig.names import arkit_name, side_of
 
 SPELLINGS = (
     "eyeBlinkLeft EyeBlinkLeft eyeBlink_L EyeBlink_L L_eyeBlink l_eyeBlink lf_eyeBlink eyeBlink.L eyeBlink_left "
@@ -15,7 +15,6 @@ SPELLINGS = (
 def test_every_house_spelling_of_the_left_blink_is_one_name(name):
     assert arkit_name(name) == "eyeBlinkLeft"
     assert side_of(name) == "left"
-    assert facs_hint(name) == "AU45"
 
 
 def test_the_sample_speaks_arkit():
@@ -58,7 +57,6 @@ def test_left_and_right_spellings_have_opposite_sides():
 @pytest.mark.parametrize("name", ["", "shape_12", "happy", "jawOpen_mouthSmileLeft", "mouthFunnelUL", "eyeLookLeft"])
 def test_other_names_are_not_taken_for_arkit(name):
     assert arkit_name(name) is None
-    assert facs_hint(name) is None
 
 
 def test_halves_of_undivided_blendshapes_keep_their_side():

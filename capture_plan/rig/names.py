@@ -1,10 +1,9 @@
-"""What a blendshape's name tells: ARKit's name for it, the nearest FACS action unit, the side of the face.
+"""What a blendshape's name tells: ARKit's name for it, and the side of the face.
 
 Names are hints. They say things to people and break ties; which blendshapes are partners, geometry decides.
 
     arkit_name("L_eyeBlink")                 'eyeBlinkLeft'
     arkit_name("CTRL_expressions_eyeBlinkL") 'eyeBlinkLeft'
-    facs_hint("eyeBlink_L")                  'AU45'
     side_of("mouthSmile_L"), side_of("jawLeft"), side_of("eyeLookLeftL")   'left', None, 'left'
 """
 
@@ -59,16 +58,6 @@ def arkit_name(name: str) -> str | None:
         if FACE_WORD.fullmatch(words[start]) or words[start] in SIDE_WORDS:
             return None  # a longer name that only ends like one of the 52: jawOpen_mouthSmileLeft
     return None
-
-
-def facs_hint(name: str) -> str | None:
-    """The FACS action unit nearest to an ARKit blendshape, as 'AU45'; a hint, not an identity."""
-    found = arkit_name(name)
-    if found is None:
-        return None
-    table = _table()
-    entry = table.get(found) or table[found.removesuffix("Left").removesuffix("Right")]
-    return entry.get("unit")
 
 
 @cache
