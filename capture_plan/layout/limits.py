@@ -1,0 +1,39 @@
+"""Wishes as linear constraints: what a person, a face and a camera demand of a layout, each with its name.
+
+Data       n[s]        landmarks that site s places, 1 or 2
+Wish       least <= sum_s amount[s] f[s] <= most      over the chosen sites, f[s] = 1
+Examples   a pin       amount 1 at the site that holds the vertex, least 1
+           a keep-out  amount 1 at every site that touches the zone, most 0
+           a cap       amount n[s] inside a region, most the cap
+           a number    amount n[s] everywhere, least = most = M
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Int
+
+
+@dataclass(frozen=True, eq=False)
+class Limit:
+    """One wish; `name` is how a person would say it: 'at most 4 landmarks on the nose'. No `most`: no upper end."""
+
+    name: str
+    amount: Int[np.ndarray, " s"]
+    least: int = 0
+    most: int | None = None
+
+    def shortfall(self, chosen: Int[np.ndarray, " n"]) -> int:
+        """By how much the chosen sites miss the wish, 0 where they keep it."""
+        total = int(self.amount[chosen].sum())
+        return max(0, self.least - total) + (max(0, total - self.most) if self.most is not None else 0)
+
+
+def open_under(limits: Sequence[Limit], chosen: Int[np.ndarray, " n"], count: int) -> Bool[np.ndarray, " s"]:
+    """Of `count` sites those that may be added to `chosen` without going over any upper end."""
+    fits = np.ones(count, dtype=bool)
+    for limit in limits:
+        if limit.most is not None:
+            fits &= (limit.amount == 0) | (limit.amount <= limit.most - int(limit.amount[chosen].sum()))
+    return fits
