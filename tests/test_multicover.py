@@ -5,10 +5,11 @@ import pytest
 from msgspec.structs import replace
 
 from capture_plan.layout.face import Face
-from capture_plan.layout.multicover import Spacing, adaptive_cover, best_cover, crowded
+from capture_plan.layout.multicover import adaptive_cover, best_cover, crowded
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites
-from capture_plan.mesh import geodesic_distance, surface_graph
+from capture_plan.layout.spacing import Spacing
+from capture_plan.mesh import geodesic_distance, near_table, surface_graph
 from capture_plan.rig import sample_rig
 
 SETTINGS = LayoutSettings(spacing_mm=10.0)
@@ -26,6 +27,12 @@ def graph(face):
     return surface_graph(face.rig.neutral, face.rig.triangles)
 
 
+def spacing_over(face, sites, spacing_mm=10.0):
+    return Spacing(
+        near_table(surface_graph(face.rig.neutral, face.rig.triangles), face.rig.neutral, spacing_mm), sites, spacing_mm
+    )
+
+
 def landmarks_of(sites, rounds):
     return sites.members(np.concatenate([cover.chosen for cover in rounds]))
 
@@ -35,46 +42,46 @@ def landmarks_of(sites, rounds):
 def test_all_landmarks_of_all_rounds_keep_the_spacing(face, graph, symmetric, spacing_mm):
     wanted = replace(SETTINGS, symmetric=symmetric, spacing_mm=spacing_mm)
     sites = face.sites(wanted)
-    vertices = landmarks_of(sites, adaptive_cover(sites, wanted, Spacing(graph, sites, spacing_mm)))
+    vertices = landmarks_of(sites, adaptive_cover(sites, wanted, spacing_over(face, sites, spacing_mm)))
     distance = geodesic_distance(graph, vertices)[:, vertices]
     assert distance[~np.eye(len(vertices), dtype=bool)].min() >= spacing_mm
 
 
-def test_a_clique_is_too_close_together_in_pairs(face, graph):
+def test_a_clique_is_too_close_together_in_pairs(face):
     sites = face.sites(SETTINGS)
-    spacing = Spacing(graph, sites, 10.0)
+    spacing = spacing_over(face, sites)
     start = 100
     near = np.flatnonzero(spacing.close(np.array([start]))[0])
     pair = np.array([start, near[near != start][-1]])
-    (clique,) = spacing.cliques(pair)
+    (clique,) = spacing.clashes(pair)
     assert np.isin(pair, clique).all()
     assert spacing.close(clique)[:, clique].all()
 
 
-def test_a_site_is_close_when_either_of_its_landmarks_is(face, graph):
+def test_a_site_is_close_when_either_of_its_landmarks_is(face):
     sites = face.sites(SETTINGS)
-    spacing = Spacing(graph, sites, 10.0)
+    spacing = spacing_over(face, sites)
     lopsided = Sites(sites.vertices.copy(), sites.reach, sites.visibility)
     pair = int(np.flatnonzero(sites.size == 2)[0])
     partner = lopsided.vertices[pair, 1]
     far = np.flatnonzero(~spacing.close(np.array([pair]))[0] & (sites.size == 2))[-1]
     lopsided.vertices[far, 1] = partner  # its other half stands where the pair's does
-    assert Spacing(graph, lopsided, 10.0).close(np.array([pair]))[0, far]
-    assert Spacing(graph, lopsided, 10.0).close(np.array([far]))[0, pair]
+    assert spacing_over(face, lopsided).close(np.array([pair]))[0, far]
+    assert spacing_over(face, lopsided).close(np.array([far]))[0, pair]
 
 
-def test_more_rounds_never_take_landmarks_away(face, graph):
+def test_more_rounds_never_take_landmarks_away(face):
     sites = face.sites(SETTINGS)
-    spacing = Spacing(graph, sites, 10.0)
+    spacing = spacing_over(face, sites)
     one = landmarks_of(sites, adaptive_cover(sites, replace(SETTINGS, rounds=1), spacing))
     three = landmarks_of(sites, adaptive_cover(sites, SETTINGS, spacing))
     assert set(one) <= set(three)
     assert len(three) > len(one)
 
 
-def test_the_first_round_reaches_every_blendshape(face, graph):
+def test_the_first_round_reaches_every_blendshape(face):
     sites = face.sites(SETTINGS)
-    first = adaptive_cover(sites, SETTINGS, Spacing(graph, sites, 10.0))[0]
+    first = adaptive_cover(sites, SETTINGS, spacing_over(face, sites))[0]
     assert sites.covers(SETTINGS.epsilon)[:, first.chosen].any(axis=1).all()
 
 

@@ -4,12 +4,9 @@ import numpy as np
 import pytest
 
 from capture_plan.layout.face import Face
-from capture_plan.layout.multicover import Spacing
 from capture_plan.layout.observe import angles, blind_spots, confusable, reasons, separators, sights, weakest_mixes
 from capture_plan.layout.settings import LayoutSettings
-from capture_plan.layout.sites import single_sites
 from capture_plan.layout.worth import Observation
-from capture_plan.mesh import surface_graph
 from capture_plan.rig import Rig
 
 SETTINGS = LayoutSettings(symmetric=False, spacing_mm=1.0, noise_mm=0.1)
@@ -83,10 +80,7 @@ def test_the_reason_of_a_landmark_is_the_pair_whose_angle_it_opens(face):
 
 def test_one_more_dot_is_put_where_recomputing_finds_the_widest_angle(face):
     vertices = np.array([0, 8])
-    triangles = face.rig.triangles
-    sites = single_sites(face.reach(SETTINGS), face.visibility, face.allowed(SETTINGS))
-    spacing = Spacing(surface_graph(face.rig.neutral, triangles), sites, 1.0)
-    (one,) = separators(face, SETTINGS, vertices, (("a", "b"),), spacing)
+    (one,) = separators(face, SETTINGS, vertices, (("a", "b"),))
     observation = face.observation(0.1)
     tried = {}
     for vertex in (1, 4):

@@ -20,7 +20,7 @@ from msgspec.structs import replace
 from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.layout.baselines import BASELINES, candidates, choose_baseline
 from capture_plan.layout.budget import spend_budget
-from capture_plan.layout.design import design_layout, spacing_on
+from capture_plan.layout.design import design_layout
 from capture_plan.layout.empirical import place_ibug68
 from capture_plan.layout.face import Face
 from capture_plan.layout.multicover import best_cover
@@ -157,7 +157,7 @@ def error_driven(face: Face, settings: LayoutSettings, budget: int) -> Int[np.nd
     sites = face.sites(replace(settings, method="budget", budget=budget))
     covers = sites.covers(settings.epsilon)
     rows = np.flatnonzero(covers.any(axis=1))
-    spacing = spacing_on(face.rig, sites, settings)
+    spacing = face.spacing(sites, settings.spacing_mm)
     start = best_cover(sites, settings, rows, np.arange(len(sites.visibility)), spacing)
     observation = face.observation(settings.noise_mm)
     chosen = spend_budget(observation, sites, covers[rows], start.chosen, budget=budget, spacing=spacing)

@@ -1,13 +1,11 @@
-"""Set cover: the cheapest sites that reach every blendshape (Zell & McDonnell 2022, eq. 5).
+"""Set cover: the cheapest sites that reach every blendshape (Zell & McDonnell 2022, eq. 5), under any wishes.
 
 Data       c[k, s]    site s is a candidate for blendshape k; every k has one
            a[s]       cost of site s; n[s] landmarks that it places, 1 or 2
-           Q          cliques: sets of sites any two of which stand too close to each other
-Variables  f[s]       site s is chosen
-Model      min  sum_s a[s] f[s]
-           s.t. sum_s c[k, s] f[s] >= 1       for every k
-                sum_{s in q} f[s] <= 1        for every q in Q
-                sum_s n[s] f[s] <= limit      where the number of landmarks is settled already
+           Q, L       cliques of sites too close to each other, and named limits (`program`)
+Reduced    rows that others imply and sites that others dominate are left out where no wish can tell them apart
+Proved     with z the relaxed optimum and d the reduced costs, the best choice among the sites with d <= gap is the best
+           of all once it costs at most z + gap: first few sites, then as many as that answer demands
 """
 
 from collections.abc import Sequence
@@ -15,14 +13,17 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from ortools.sat.python import cp_model
 from scipy.optimize import linprog
+from scipy.sparse import csr_array
 
 from capture_plan.errors import InfeasibleError
+from capture_plan.layout.clash import clash_words
+from capture_plan.layout.limits import Limit
+from capture_plan.layout.program import WORK_LIMIT, Answer, Program, UndecidedError, branch, relax
 from capture_plan.layout.reduce import essential_rows, undominated
 
 RESOLUTION = 1e-4  # costs are compared to four decimals: finer differences of quality mean nothing on a face
-WORK_LIMIT = 20.0  # CP-SAT's deterministic time, about seconds: the same input gives the same answer on any machine
+FIRST_SITES = 300  # that the first branching is about; most faces need no second
 DUAL_DIGITS = 6
 
 
@@ -40,55 +41,92 @@ class Cover:
 def solve_cover(
     covers: Bool[np.ndarray, "k s"],
     cost: Float[np.ndarray, " s"],
-    size: Int[np.ndarray, " s"],
     *,
-    cliques: Sequence[Int[np.ndarray, " q"]] = (),
-    limit: int | None = None,
+    demand: Int[np.ndarray, " k"] | int = 1,
+    cliques: csr_array | None = None,
+    limits: Sequence[Limit] = (),
 ) -> Cover:
-    """The cheapest cover, solved on the sites and rows that matter.
+    """The cheapest choice with `demand` sites at least for every blendshape that keeps cliques and limits.
 
     Raises:
-        InfeasibleError: no cover keeps the cliques and the limit, or none was found within `WORK_LIMIT`.
+        InfeasibleError: there is none, with the wishes that clash, or none was found within `WORK_LIMIT`.
     """
-    free = np.ones(len(cost), dtype=bool)
-    for clique in cliques:
-        free[clique] = False
-    rows = essential_rows(covers)
-    criteria = [cost] if limit is None else [cost, size]
-    kept = undominated(covers[rows], np.array(criteria, dtype=float), free)
-    rows = rows[essential_rows(covers[np.ix_(rows, kept)])]
+    s = len(cost)
+    cliques = csr_array((0, s), dtype=bool) if cliques is None else cliques
+    least = np.broadcast_to(demand, len(covers))
+    rows, kept = essential(covers, cost, least, cliques, limits)
     price = np.rint(cost / RESOLUTION).astype(np.int64)
-
-    model = cp_model.CpModel()
-    f = {s: model.new_bool_var(f"f{s}") for s in kept.tolist()}
-    for k in rows.tolist():
-        model.add_bool_or([f[s] for s in kept[covers[k, kept]].tolist()])
-    for clique in cliques:
-        model.add_at_most_one([f[s] for s in clique.tolist() if s in f])
-    if limit is not None:
-        model.add(sum(int(size[s]) * f[s] for s in f) <= limit)
-    model.minimize(sum(int(price[s]) * f[s] for s in f))
-
-    solver = cp_model.CpSolver()
-    solver.parameters.num_workers = 1
-    solver.parameters.linearization_level = 2
-    solver.parameters.random_seed = 0
-    solver.parameters.max_deterministic_time = WORK_LIMIT
-    status = solver.solve(model)
-    if status == cp_model.UNKNOWN:
-        raise InfeasibleError(f"no cover was found in {WORK_LIMIT:g} units of work: lower spacing_mm or raise epsilon")
-    if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
+    whole = Program(covers[rows], price, least[rows], cliques, tuple(limits))
+    program = whole.among(kept)
+    try:
+        answer = best(program)
+    except UndecidedError:
         raise InfeasibleError(
-            "no landmarks reach every blendshape at this distance from each other: lower spacing_mm or epsilon"
-        )
-    chosen = np.array([s for s in f if solver.boolean_value(f[s])], dtype=int)
+            f"no landmarks were found that keep all wishes within {WORK_LIMIT:g} units of work: "
+            "loosen one, or lower spacing_mm"
+        ) from None
+    if answer is None:
+        raise InfeasibleError(clash_words(whole))
+    chosen = kept[answer.chosen]
     return Cover(
         np.arange(len(covers)),
         chosen,
-        solver.objective_value * RESOLUTION,
-        solver.best_objective_bound * RESOLUTION,
-        status == cp_model.OPTIMAL,
+        answer.cost * RESOLUTION,
+        answer.bound * RESOLUTION,
+        answer.bound >= answer.cost,
     )
+
+
+def essential(
+    covers: Bool[np.ndarray, "k s"],
+    cost: Float[np.ndarray, " s"],
+    demand: Int[np.ndarray, " k"],
+    cliques: csr_array,
+    limits: Sequence[Limit],
+) -> tuple[Int[np.ndarray, " r"], Int[np.ndarray, " n"]]:
+    """Rows and sites that matter: sites that no limit shuts out, and where each may stand for another, the best."""
+    s = len(cost)
+    open_ = np.ones(s, dtype=bool)
+    for limit in limits:
+        open_ &= (limit.amount == 0) | (limit.most != 0)
+    if demand.max() > 1 or any(limit.least > 0 for limit in limits):
+        return np.arange(len(covers)), np.flatnonzero(open_)
+    rows = essential_rows(covers)
+    lonely = np.bincount(cliques.indices, minlength=s) == 0
+    amounts = [limit.amount for limit in limits if limit.most]
+    at = np.flatnonzero(open_)
+    kept = at[undominated(covers[np.ix_(rows, at)], np.array([cost, *amounts], dtype=float)[:, at], lonely[at])]
+    return rows[essential_rows(covers[np.ix_(rows, kept)])], kept
+
+
+def best(program: Program) -> Answer | None:
+    """The cheapest choice with its bound, None where there is none.
+
+    Raises:
+        UndecidedError: no choice was found and none was ruled out within the work limit.
+    """
+    relaxed = relax(program)
+    if relaxed is None:
+        return None
+    floor = int(np.ceil(relaxed.bound / program.unit - 1e-6)) * program.unit
+    order = np.sort(relaxed.reduced)
+    gap, found, hint = float(max(0, order[min(FIRST_SITES, len(order)) - 1])), None, []
+    while True:
+        near = np.flatnonzero(relaxed.reduced <= gap + 1e-6 * max(1.0, relaxed.bound))
+        found = branch(program.among(near), [int(np.searchsorted(near, site)) for site in hint])
+        everything = len(near) == len(order)
+        if found is None and everything:
+            return None
+        if found is None:
+            gap = float(order[-1])
+            continue
+        elsewhere = (
+            found.cost if everything else program.unit * int(np.ceil((relaxed.bound + gap) / program.unit - 1e-6))
+        )
+        answer = Answer(near[found.chosen], found.cost, min(found.cost, max(floor, min(found.bound, elsewhere))))
+        if answer.bound >= answer.cost or found.bound < found.cost or everything:
+            return answer
+        gap, hint = float(answer.cost - relaxed.bound), answer.chosen.tolist()
 
 
 def dual_prices(covers: Bool[np.ndarray, "k s"], size: Int[np.ndarray, " s"]) -> Float[np.ndarray, " k"]:

@@ -5,11 +5,14 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from scipy.sparse import csr_array
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.settings import LayoutSettings
-from capture_plan.layout.sites import Sites, mirrored_sites, moving, relative_displacement, single_sites
+from capture_plan.layout.sites import Sites, mirrored_sites, moving, single_sites
+from capture_plan.layout.spacing import Spacing
 from capture_plan.layout.worth import Observation
+from capture_plan.mesh import near_table, surface_graph
 from capture_plan.mesh.mirror import mirror_map
 from capture_plan.rig import Rig
 from capture_plan.visibility import Camera, camera_visibility, global_visibility
@@ -66,22 +69,66 @@ class Face:
 
         The largest displacement is that of the seen skin: where a lip rolls out of sight, the skin beside it counts.
         """
-        seen = np.where(self.allowed(settings), self.displacement, 0)
-        return relative_displacement(np.where(seen.max(axis=1, keepdims=True) > settings.noise_mm, seen, 0))
+        allowed = self.allowed(settings)
+        largest = np.where(allowed, self.displacement, 0).max(axis=1, keepdims=True)
+        may_carry = allowed | np.isin(np.arange(len(allowed)), self.pinned(settings))
+        seen = np.where(may_carry & (largest > settings.noise_mm), self.displacement, 0)
+        return np.minimum(seen / np.where(largest > 0, largest, 1), 1)
+
+    def pinned(self, settings: LayoutSettings) -> Int[np.ndarray, " p"]:
+        """Vertices that carry a landmark whatever else is decided, in the order of the settings.
+
+        Raises:
+            InfeasibleError: a vertex is not in the rig or not on its skin.
+        """
+        return np.array([self.skin_vertex(source, "pin") for source in settings.pins], dtype=int)
+
+    def skin_vertex(self, source: int, what: str) -> int:
+        """The rig's number of a skin vertex that a person named by its number in the artist's file."""
+        vertex = self.rig.vertex_of.get(source)
+        if vertex is None or not self.rig.skin[vertex]:
+            lies = "is not in the rig" if vertex is None else "is not on the face skin"
+            raise InfeasibleError(f"{what}: vertex {source:,} of {self.rig.name} {lies}: give a vertex of the skin")
+        return vertex
 
     def sites(self, settings: LayoutSettings) -> Sites:
-        """Where landmarks may stand under these settings."""
+        """Where landmarks may stand under these settings: what is allowed, and the pins."""
         allowed, reach = self.allowed(settings), self.reach(settings)
+        allowed[self.pinned(settings)] = True
         if not settings.symmetric:
             return single_sites(reach, self.visibility, allowed)
+        allowed[self.mirror[self.pinned(settings)]] = True
         return mirrored_sites(
             reach,
             self.visibility,
             allowed,
             neutral=self.rig.neutral,
             mirror=self.mirror,
-            spacing_mm=settings.spacing_mm if settings.method != "cover" else 0.0,
+            spacing_mm=settings.spacing_mm,
         )
+
+    def zone(self, name: str) -> Bool[np.ndarray, " v"]:
+        return np.zeros(len(self.rig.neutral), dtype=bool)
+
+    @cached_property
+    def graph(self) -> csr_array:
+        """`surface_graph` of the skin."""
+        skin = self.rig.triangles[self.rig.skin[self.rig.triangles].all(axis=1)]
+        return surface_graph(self.rig.neutral, skin)
+
+    def near(self, radius_mm: float) -> csr_array:
+        """`near_table` of the skin, remembered for the radii that were asked for."""
+        if radius_mm not in self._near:
+            self._near[radius_mm] = near_table(self.graph, self.rig.neutral, radius_mm)
+        return self._near[radius_mm]
+
+    @cached_property
+    def _near(self) -> dict[float, csr_array]:
+        return {}
+
+    def spacing(self, sites: Sites, spacing_mm: float) -> Spacing | None:
+        """Which of the sites stand too close to each other; None where any may."""
+        return Spacing(self.near(spacing_mm), sites, spacing_mm) if spacing_mm else None
 
     def observation(self, noise_mm: float) -> Observation:
         """The face as a measuring problem."""

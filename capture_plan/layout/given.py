@@ -28,14 +28,13 @@ def read_layouts(path: Path, rig: Rig) -> dict[str, np.ndarray]:
         raise PlanError(f"{path} cannot be read ({error.strerror}): give a JSON file of layouts") from None
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise PlanError(f'{path} is not a JSON file of layouts ({error}): write {{"name": [vertex, ...]}}') from None
-    own = {source: vertex for vertex, source in reversed(list(enumerate(rig.source_index.tolist())))}
     layouts = {}
     for name, sources in listed.items():
         if not sources:
             raise PlanError(f"{path}: '{name}' has no vertices: list at least one")
-        if missing := [source for source in sources if source not in own]:
+        if missing := [source for source in sources if source not in rig.vertex_of]:
             raise PlanError(f"{path}: '{name}' names vertex {missing[0]}, which {rig.name} does not have")
-        vertices = [own[source] for source in sources]
+        vertices = [rig.vertex_of[source] for source in sources]
         if len(set(vertices)) < len(vertices):
             raise PlanError(f"{path}: '{name}' names a vertex twice: list every vertex once")
         layouts[name] = np.array(vertices)

@@ -29,6 +29,16 @@ class Limit:
         total = int(self.amount[chosen].sum())
         return max(0, self.least - total) + (max(0, total - self.most) if self.most is not None else 0)
 
+    def among(self, sites: Int[np.ndarray, " n"]) -> "Limit":
+        """The same wish where only these sites can be chosen."""
+        return Limit(self.name, self.amount[sites], self.least, self.most)
+
+    def after(self, chosen: Int[np.ndarray, " n"]) -> "Limit":
+        """What is left of the wish once these sites are chosen and closed."""
+        total = int(self.amount[chosen].sum())
+        most = None if self.most is None else max(0, self.most - total)
+        return Limit(self.name, self.amount, max(0, self.least - total), most)
+
 
 def open_under(limits: Sequence[Limit], chosen: Int[np.ndarray, " n"], count: int) -> Bool[np.ndarray, " s"]:
     """Of `count` sites those that may be added to `chosen` without going over any upper end."""

@@ -5,53 +5,24 @@ more. A blendshape is owned by the chosen site that it moves most; where a landm
 blendshapes, they stay for the next round (section 3.3.2). Unlike the paper's, every single cover keeps the spacing too.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
-from scipy.sparse import csr_array
+from jaxtyping import Int
+from msgspec import structs
+from scipy.sparse import csr_array, vstack
 
+from capture_plan.errors import InfeasibleError
 from capture_plan.layout.cover import Cover, solve_cover
+from capture_plan.layout.limits import Limit, open_under
 from capture_plan.layout.quality import importance_weights, mean_quality, total_quality
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites
-from capture_plan.mesh import geodesic_distance
+from capture_plan.layout.spacing import Spacing, taken_by
 
 OWNED_SHARE = 0.1  # section 3.3.2: one landmark should not be assigned to more than 10 % of the blendshapes
-MAX_CUTS = 60  # rounds of spacing constraints; real faces need fewer than ten
-
-
-@dataclass(frozen=True, eq=False)
-class Spacing:
-    """Least distance along the skin between landmarks; `graph` is `surface_graph` of the neutral."""
-
-    graph: csr_array
-    sites: Sites
-    spacing_mm: float
-
-    def distance(self, vertices: Int[np.ndarray, " m"]) -> Float[np.ndarray, "m s"]:
-        """From each vertex to the nearer member of every site, infinite beyond the spacing, millimetres."""
-        along = geodesic_distance(self.graph, vertices, limit=self.spacing_mm)
-        return np.minimum(along[:, self.sites.vertices[:, 0]], along[:, self.sites.vertices[:, 1]])
-
-    def close(self, chosen: Int[np.ndarray, " n"]) -> Bool[np.ndarray, "n s"]:
-        """close[i, s]: site s stands, with one member at least, nearer to chosen site i than the spacing, or is i."""
-        near = self.distance(self.sites.vertices[chosen].ravel()) < self.spacing_mm
-        close = near[0::2] | near[1::2]
-        close[np.arange(len(chosen)), chosen] = True
-        return close
-
-    def cliques(self, chosen: Int[np.ndarray, " n"]) -> list[Int[np.ndarray, " q"]]:
-        """For every chosen pair that is too close, sites any two of which are: around a vertex between the two."""
-        close = self.close(chosen)
-        found = []
-        for i, j in zip(*np.nonzero(np.triu(close[:, chosen], k=1)), strict=True):
-            ends = self.sites.vertices[chosen[[i, j]]]
-            along = geodesic_distance(self.graph, ends.ravel(), limit=self.spacing_mm).reshape(2, 2, -1).min(axis=1)
-            middle = np.argmin(along.max(axis=0))
-            around = self.distance(np.array([middle]))[0] < self.spacing_mm / 2
-            found.append(np.union1d(np.flatnonzero(around & close[i] & close[j]), chosen[[i, j]]))
-        return found
+MAX_CUTS = 60  # rounds of what the balls of `Spacing` leave too close; real faces need fewer than ten
 
 
 def best_cover(
@@ -60,42 +31,65 @@ def best_cover(
     rows: Int[np.ndarray, " r"],
     open_: Int[np.ndarray, " o"],
     spacing: Spacing | None,
+    limits: Sequence[Limit] = (),
+    *,
+    demand: Int[np.ndarray, " r"] | int = 1,
 ) -> Cover:
-    """The cover of blendshapes `rows` by sites `open_` that `settings.weights` calls best, at the spacing if given."""
+    """The cover of blendshapes `rows` by sites `open_` that `settings.weights` calls best, at the spacing if given.
+
+    A fixed number of landmarks leaves nothing to be fewest: the places alone count then.
+    """
     reach, size = sites.reach[np.ix_(rows, open_)], sites.size[open_]
     covers = reach >= settings.epsilon
     w = importance_weights(reach, sites.visibility[open_], settings.alpha)
-    position = np.full(len(sites.visibility), -1)
-    position[open_] = np.arange(len(open_))
-    cliques: list[np.ndarray] = []
+    wanted = [limit.among(open_) for limit in limits]
+    cliques = csr_array(spacing.balls[:, open_]) if spacing else csr_array((0, len(open_)), dtype=bool)
+    fewest: list[Limit] = []
+    if settings.weights == "lexicographic" and settings.number is None:
+        least = best_cover(
+            sites, structs.replace(settings, weights="count"), rows, open_, spacing, limits, demand=demand
+        )
+        fewest = [Limit("the fewest landmarks", size, most=round(least.objective))]
+    cost = size.astype(float)
+    if settings.weights != "count":
+        cost = total_quality(covers, w) if settings.weights == "paper" else size * mean_quality(covers, w)
     for _ in range(MAX_CUTS):
-        if settings.weights == "paper":
-            cover = solve_cover(covers, total_quality(covers, w), size, cliques=cliques)
-        else:
-            cover = solve_cover(covers, size.astype(float), size, cliques=cliques)
-        if settings.weights == "lexicographic":
-            limit = round(cover.objective)
-            cover = solve_cover(covers, size * mean_quality(covers, w), size, cliques=cliques, limit=limit)
-        cuts = spacing.cliques(open_[cover.chosen]) if spacing else []
+        cover = solve_cover(covers, cost, demand=demand, cliques=cliques, limits=[*wanted, *fewest])
+        cuts = spacing.clashes(open_[cover.chosen]) if spacing else []
         if not cuts:
             return replace(cover, rows=rows, chosen=open_[cover.chosen])
-        cliques += [position[cut][position[cut] >= 0] for cut in cuts]
+        cliques = csr_array(vstack([cliques, clique_rows(cuts, open_, len(sites.visibility))], dtype=bool))
     raise AssertionError("spacing constraints did not settle")
 
 
-def adaptive_cover(sites: Sites, settings: LayoutSettings, spacing: Spacing | None) -> list[Cover]:
-    """The covers of Algorithm 1, one for each round that found something to do."""
-    covers = sites.covers(settings.epsilon)
-    active, open_ = np.arange(len(covers)), np.arange(len(sites.visibility))
+def clique_rows(cuts: Sequence[Int[np.ndarray, " q"]], open_: Int[np.ndarray, " o"], count: int) -> csr_array:
+    """Sets of `count` sites as rows over the sites `open_`."""
+    row = np.repeat(np.arange(len(cuts)), [len(cut) for cut in cuts])
+    return csr_array(
+        csr_array((np.ones(len(row), dtype=bool), (row, np.concatenate(cuts))), shape=(len(cuts), count))[:, open_]
+    )
+
+
+def adaptive_cover(
+    sites: Sites, settings: LayoutSettings, spacing: Spacing | None, limits: Sequence[Limit] = ()
+) -> list[Cover]:
+    """The covers of Algorithm 1, one for each round that found something to do; the first keeps all limits, the
+    others what they leave."""
+    covers, count = sites.covers(settings.epsilon), len(sites.visibility)
+    active, chosen = np.arange(len(covers)), np.empty(0, dtype=int)
     rounds: list[Cover] = []
     for _ in range(settings.rounds):
+        open_ = np.flatnonzero(open_under(limits, chosen, count) & ~taken_by(chosen, spacing, count))
         rows = active[covers[np.ix_(active, open_)].any(axis=1)]
         if not len(rows):
             break
-        rounds.append(best_cover(sites, settings, rows, open_, spacing))
-        chosen = np.concatenate([cover.chosen for cover in rounds])
-        taken = spacing.close(chosen).any(axis=0) if spacing else np.isin(np.arange(len(sites.visibility)), chosen)
-        open_ = np.flatnonzero(~taken)
+        try:
+            rounds.append(best_cover(sites, settings, rows, open_, spacing, [limit.after(chosen) for limit in limits]))
+        except InfeasibleError:
+            if not rounds:
+                raise
+            break  # caps leave less than one more landmark for each: what the first round has is enough to see all
+        chosen = np.concatenate([chosen, rounds[-1].chosen])
         active = crowded(sites, chosen, settings.epsilon)
     return rounds
 

@@ -14,10 +14,10 @@ from jaxtyping import Float, Int
 from msgspec import Struct
 
 from capture_plan.layout.face import Face
-from capture_plan.layout.multicover import Spacing
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import single_sites
 from capture_plan.layout.worth import Observation
+from capture_plan.mesh import geodesic_distance
 
 WEAK = 10.0  # a tenth of the full movement drowns in the noise below this
 CONFUSABLE_DEG = 25.0  # two responses share nine tenths of their length: cos 25 degrees = 0.91
@@ -128,11 +128,10 @@ def separators(
     settings: LayoutSettings,
     vertices: Int[np.ndarray, " m"],
     pairs: tuple[tuple[str, str], ...],
-    spacing: Spacing,
 ) -> tuple[Separator, ...]:
     """For each pair the vertex, at the spacing to all landmarks, that would open the angle between the two most."""
     sites = single_sites(face.reach(settings), face.visibility, face.allowed(settings))
-    along = Spacing(spacing.graph, sites, np.inf).distance(vertices)
+    along = geodesic_distance(face.graph, vertices)[:, sites.vertices[:, 0]]
     apart = along.min(axis=0) >= max(settings.spacing_mm, 1e-9)
     at = sites.vertices[apart, 0]
     if not len(at):

@@ -8,17 +8,26 @@ and lowers trace(G C) by trace(S^-1 A C G C A^T): a closed form for all sites at
 error is small enough and the rank is not, the site that answers most to the mixes nobody sees yet is added.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from capture_plan.layout.multicover import Spacing
+from capture_plan.layout.limits import Limit, open_under
 from capture_plan.layout.sites import Sites
+from capture_plan.layout.spacing import Spacing, taken_by
 from capture_plan.layout.worth import RANK_TOLERANCE, Observation
 from capture_plan.progress import track
 
 
 def repair(
-    observation: Observation, sites: Sites, chosen: Int[np.ndarray, " n"], *, target_mm: float, spacing: Spacing | None
+    observation: Observation,
+    sites: Sites,
+    chosen: Int[np.ndarray, " n"],
+    *,
+    target_mm: float,
+    spacing: Spacing | None,
+    limits: Sequence[Limit] = (),
 ) -> Int[np.ndarray, " a"]:
     """Sites to add to `chosen`, at the spacing, so that the rank is full and the error at most `target_mm`.
 
@@ -30,7 +39,7 @@ def repair(
     for _ in track(range(len(sites.visibility)), "Telling every blendshape apart", total=len(sites.visibility)):
         vertices = sites.members(np.concatenate([chosen, added]))
         C = observation.covariance(vertices)
-        open_ = open_sites(sites, np.concatenate([chosen, added]), spacing)
+        open_ = open_sites(sites, np.concatenate([chosen, added]), spacing, limits)
         wanting = observation.error(C) > target_mm
         gain = error_gains(observation, A, C) if wanting else rank_gains(observation, A, vertices)
         if not gain[open_].any():
@@ -39,11 +48,12 @@ def repair(
     return prune(observation, sites, chosen, added, target_mm)
 
 
-def open_sites(sites: Sites, chosen: Int[np.ndarray, " n"], spacing: Spacing | None) -> Bool[np.ndarray, " s"]:
-    """Sites that keep the spacing to all that are chosen."""
-    if spacing:
-        return ~np.any(spacing.close(chosen), axis=0)
-    return ~np.isin(np.arange(len(sites.visibility)), chosen)
+def open_sites(
+    sites: Sites, chosen: Int[np.ndarray, " n"], spacing: Spacing | None, limits: Sequence[Limit]
+) -> Bool[np.ndarray, " s"]:
+    """Sites that keep spacing and limits beside all that are chosen."""
+    count = len(sites.visibility)
+    return open_under(limits, chosen, count) & ~taken_by(chosen, spacing, count)
 
 
 def site_rows(sites: Sites, deltas: Float[np.ndarray, "k v 3"]) -> Float[np.ndarray, "s r k"]:

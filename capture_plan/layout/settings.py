@@ -5,6 +5,8 @@ from typing import Annotated, Literal
 from msgspec import Meta, Struct
 
 Share = Annotated[float, Meta(ge=0, le=1)]
+Method = Literal["studio", "adaptive", "trivial", "distance", "cover", "budget"]
+Weights = Literal["lexicographic", "paper", "count"]
 
 
 class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -12,19 +14,25 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
     `method`: `studio` is adaptive multi-cover repaired to full rank and to the error of a 68-point layout (where the
     rig has no face to lay 68 points on, to an error of `noise_mm`); `adaptive`
-    is Algorithm 1 of Zell & McDonnell 2022; `cover` is their single set cover; `budget` has the least predicted error
-    that `budget` landmarks buy. `weights`: fewest landmarks first and
+    is Algorithm 1 of Zell & McDonnell 2022; `trivial` has `rounds` sites for every blendshape next to each other,
+    `distance` has them at the spacing; `cover` is their single set cover, at the spacing where that is not 0; `budget`
+    has the least predicted error that `budget` landmarks buy. `weights`: fewest landmarks first and
     then the best places (`lexicographic`), the paper's own sum (`paper`), or the number alone (`count`).
     `epsilon`: a vertex can stand for a blendshape that moves it by this share of the blendshape's largest movement;
     0.3 to 0.7 is the working range. `alpha`: weight of visibility against displacement. `rounds`: landmarks that a
     blendshape gets at most from the multi-cover. `spacing_mm`: least distance along the skin between landmarks.
     `noise_mm`: standard deviation of a measured landmark coordinate, for the predicted error.
     `min_visibility`: vertices that are seen from less than this share of their hemisphere are no candidates; 0 leaves
-    visibility out.
+    visibility out. `budget`: most landmarks there may be; `number`: exactly so many.
+    Wishes, by vertex number in the artist's file: `pins` carry a landmark whatever else is decided, `forbidden` carry
+    none. `keep_out`: zones without landmarks, by name (`rig.zones`) or as a file that paints one. `caps`: most
+    landmarks in a region, by its name ("nose"). `min_views`: cameras that have to see a landmark in every expression,
+    where cameras are known (2 where they triangulate). `dot_mm`: diameter of a marker. `head_markers`: 3 to 5 further
+    markers where the face hardly moves, from which the motion of the head is taken.
     """
 
-    method: Literal["studio", "adaptive", "cover", "budget"] = "studio"
-    weights: Literal["lexicographic", "paper", "count"] = "lexicographic"
+    method: Method = "studio"
+    weights: Weights = "lexicographic"
     epsilon: Annotated[float, Meta(gt=0, le=1)] = 0.5
     alpha: Share = 0.5
     symmetric: bool = True
@@ -33,7 +41,21 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     noise_mm: Annotated[float, Meta(gt=0)] = 0.2
     min_visibility: Share = 0.05
     budget: Annotated[int, Meta(ge=1)] | None = None
+    number: Annotated[int, Meta(ge=1)] | None = None
+    pins: tuple[Annotated[int, Meta(ge=0)], ...] = ()
+    forbidden: tuple[Annotated[int, Meta(ge=0)], ...] = ()
+    keep_out: tuple[str, ...] = ("lash line", "wet lip", "nostril rim")
+    caps: dict[str, Annotated[int, Meta(ge=0)]] = {}
+    min_views: Annotated[int, Meta(ge=0)] = 1
+    dot_mm: Annotated[float, Meta(gt=0)] = 3.0
+    head_markers: Annotated[int, Meta(ge=0, le=5)] = 0
 
     def __post_init__(self) -> None:
-        if self.method == "budget" and self.budget is None:
+        if self.method == "budget" and self.budget is None and self.number is None:
             raise ValueError("method 'budget' needs a budget: the number of landmarks")
+        if self.number and self.method not in ("cover", "budget"):
+            raise ValueError(f"method '{self.method}' settles the number itself: give number with 'cover' or 'budget'")
+        if self.head_markers in (1, 2):
+            raise ValueError(
+                f"{self.head_markers} head markers do not fix a head's pose: give 3, 4 or 5, or 0 for none"
+            )

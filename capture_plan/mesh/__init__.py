@@ -1,6 +1,6 @@
 """Geometry that the other rooms share, as functions of (vertices, triangles)."""
 
-from capture_plan.mesh.geodesic import geodesic_distance, surface_graph
+from capture_plan.mesh.geodesic import geodesic_distance, near_table, surface_graph
 from capture_plan.mesh.geometry import (
     boundary_vertices,
     edges,
@@ -16,6 +16,7 @@ __all__ = [
     "edges",
     "geodesic_distance",
     "half_edges",
+    "near_table",
     "pieces",
     "surface_graph",
     "triangle_areas",

@@ -11,6 +11,8 @@ from scipy.sparse.csgraph import dijkstra
 
 from capture_plan.mesh.geometry import half_edges
 
+BLOCK = 256  # sources whose searches share one small graph
+
 
 def crossings(
     vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]
@@ -64,3 +66,33 @@ def geodesic_distance(
 ) -> Float[np.ndarray, "m v"]:
     """Distance in millimetres from each source to every vertex along `surface_graph`; infinite beyond `limit`."""
     return np.atleast_2d(dijkstra(graph, directed=False, indices=sources, limit=limit))
+
+
+def near_table(graph: csr_array, points: Float[np.ndarray, "v 3"], radius_mm: float) -> csr_array:
+    """Sparse symmetric (v v) matrix of all distances along `surface_graph` below a radius, millimetres.
+
+    A vertex is at distance 0 from itself, which the table holds. No way of a length is longer than as the crow flies,
+    so that a block of sources needs only the vertices within the radius of its box.
+    """
+    on_skin = np.flatnonzero(np.diff(graph.indptr))
+    rows, columns, lengths = [], [], []
+    for block in _blocks(points, on_skin):
+        low, high = points[block].min(axis=0) - radius_mm, points[block].max(axis=0) + radius_mm
+        around = on_skin[((points[on_skin] >= low) & (points[on_skin] <= high)).all(axis=1)]
+        inside = csr_array(graph[around][:, around])
+        along = geodesic_distance(inside, np.searchsorted(around, block), limit=radius_mm)
+        row, column = np.nonzero(along < radius_mm)
+        rows.append(block[row])
+        columns.append(around[column])
+        lengths.append(along[row, column])
+    v = len(points)
+    return csr_array((np.concatenate(lengths), (np.concatenate(rows), np.concatenate(columns))), shape=(v, v))
+
+
+def _blocks(points: Float[np.ndarray, "v 3"], at: Int[np.ndarray, " n"]) -> list[Int[np.ndarray, " _"]]:
+    """Halves of halves along the longest side, until no block has more than `BLOCK` vertices."""
+    if len(at) <= BLOCK:
+        return [at]
+    axis = np.ptp(points[at], axis=0).argmax()
+    at = at[np.argsort(points[at, axis], kind="stable")]
+    return [block for half in (at[: len(at) // 2], at[len(at) // 2 :]) for block in _blocks(points, half)]

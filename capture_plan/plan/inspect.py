@@ -14,7 +14,6 @@ from capture_plan.errors import RigError
 from capture_plan.layout.chart import Chart, flatten
 from capture_plan.layout.empirical import place_ibug68
 from capture_plan.layout.face import Face, see_face
-from capture_plan.layout.multicover import Spacing
 from capture_plan.layout.observe import (
     Mix,
     Reason,
@@ -32,7 +31,7 @@ from capture_plan.layout.record import Worth
 from capture_plan.layout.robust import REACH_MM, Loss, Substitute, Tolerance, losses, substitutes, tolerances
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.trials import Trial, trials
-from capture_plan.mesh import geodesic_distance, surface_graph, vertex_normals
+from capture_plan.mesh import geodesic_distance, vertex_normals
 from capture_plan.plan.places import read_cameras_of
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
@@ -88,12 +87,10 @@ def inspect_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> Inspection:
     face = see_face(rig, plan.audit.used, read_cameras_of(rig, plan.settings, folder))
     vertices = np.array([m.vertex for m in plan.layout.landmarks])
     observation = face.observation(settings.noise_mm)
-    graph = surface_graph(rig.neutral, rig.triangles[rig.skin[rig.triangles].all(axis=1)])
     covers = shares(face, settings, vertices) >= settings.epsilon
     seen = sights(observation, vertices, face.used)
-    spacing = Spacing(graph, face.sites(settings), settings.spacing_mm)
-    more = separators(face, settings, vertices, confusable(seen), spacing)
-    charts = flatten(rig.neutral, vertex_normals(rig.neutral, rig.triangles), graph, vertices, reach_mm=REACH_MM)
+    more = separators(face, settings, vertices, confusable(seen))
+    charts = flatten(rig.neutral, vertex_normals(rig.neutral, rig.triangles), face.graph, vertices, reach_mm=REACH_MM)
     regions = face_regions(rig)
     return Inspection(
         rig=rig.name,
@@ -106,7 +103,7 @@ def inspect_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> Inspection:
         separator_labels=tuple(regions.label(one.vertex) for one in more),
         blind=blind_spots(face, settings, vertices),
         blind_of_68=blind_of_68(face, settings),
-        markers=marker_reports(plan, face, graph, charts, covers),
+        markers=marker_reports(plan, face, charts, covers),
         two_lost=losses(observation, vertices, covers, face.used, at_once=2),
         trials=trials(observation, vertices, rig.neutral, charts),
     )
@@ -121,15 +118,15 @@ def blind_of_68(face: Face, settings: LayoutSettings) -> tuple[str, ...] | None:
 
 
 def marker_reports(
-    plan: Plan, face: Face, graph: csr_array, charts: tuple[Chart, ...], covers: Bool[np.ndarray, "k m"]
+    plan: Plan, face: Face, charts: tuple[Chart, ...], covers: Bool[np.ndarray, "k m"]
 ) -> tuple[MarkerReport, ...]:
-    """Reason, tolerance, loss and substitute of every landmark; `graph` is `surface_graph` of the skin."""
+    """Reason, tolerance, loss and substitute of every landmark."""
     settings, rig = plan.settings.landmarks, face.rig
     observation, epsilon = face.observation(settings.noise_mm), settings.epsilon
     largest = np.where(face.allowed(settings), face.displacement, 0).max(axis=1)
     vertices = np.array([m.vertex for m in plan.layout.landmarks])
     tolerated = tolerances(observation, vertices, charts, covers, largest, epsilon)
-    free = free_for(graph, vertices, settings.spacing_mm) & face.allowed(settings)
+    free = free_for(face.graph, vertices, settings.spacing_mm) & face.allowed(settings)
     instead = substitutes(observation, vertices, charts, covers, largest, epsilon, free)
     lost = losses(observation, vertices, covers, face.used, at_once=1)
     why = reasons(face, settings, vertices)

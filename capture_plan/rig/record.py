@@ -66,6 +66,11 @@ class Rig:
             digest.update(np.ascontiguousarray(array).tobytes())
         return digest.hexdigest()[:16]
 
+    @cached_property
+    def vertex_of(self) -> dict[int, int]:
+        """From the vertex number in the artist's file to the rig's own; of several the first."""
+        return {source: vertex for vertex, source in reversed(list(enumerate(self.source_index.tolist())))}
+
     def arkit(self, name: str) -> str | None:
         """ARKit's name for blendshape `name`, by the user's map, its spelling or its action unit; None by none."""
         found = recognise(name, mine=NameMap(dict(self.meanings)))

@@ -1,0 +1,84 @@
+"""Which sites stand too close to each other, measured along the skin.
+
+Data       d(u, v)   distance along the skin of two vertices; r the spacing, millimetres
+           P[v, s]   vertex v belongs to site s (one or two vertices)
+Close      T[s, t]   some vertex of s is nearer than r to one of t, or s = t
+Cliques    around any vertex v: sites with a vertex nearer than r / 2 to v are close to each other in pairs (triangle
+           inequality), so that at most one of them can be chosen
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Int
+from scipy.sparse import csr_array
+
+from capture_plan.layout.sites import Sites
+
+Cliques = csr_array  # (q s) bool: of the sites of a row at most one may be chosen
+
+
+@dataclass(frozen=True, eq=False)
+class Spacing:
+    """Least distance along the skin between landmarks; `near` is `near_table` of the skin at that distance."""
+
+    near: csr_array
+    sites: Sites
+    spacing_mm: float
+
+    @cached_property
+    def members(self) -> csr_array:
+        """P, (v s)."""
+        s = np.arange(len(self.sites.vertices))
+        row, column = self.sites.vertices.T.ravel(), np.tile(s, 2)
+        return csr_array(
+            (np.ones(len(row), dtype=np.float32), (row, column)), shape=(len(self.near.indptr) - 1, len(s))
+        )
+
+    @cached_property
+    def table(self) -> csr_array:
+        """T, (s s)."""
+        return csr_array((self.members.T @ self._within(self.spacing_mm) @ self.members).astype(bool))
+
+    @cached_property
+    def balls(self) -> Cliques:
+        """A clique around every vertex that has more than one site within half the spacing, each set once."""
+        around = csr_array((self._within(self.spacing_mm / 2) @ self.members).astype(bool))
+        around.sort_indices()
+        several = np.flatnonzero(np.diff(around.indptr) > 1)
+        sets = {around.indices[around.indptr[q] : around.indptr[q + 1]].tobytes(): q for q in several[::-1].tolist()}
+        return csr_array(around[np.sort(np.array(list(sets.values()), dtype=int))])
+
+    def close(self, chosen: Int[np.ndarray, " n"]) -> Bool[np.ndarray, "n s"]:
+        """Rows of T: what each chosen site shuts out, itself among it."""
+        close: np.ndarray = self.table[chosen].toarray()
+        close[np.arange(len(chosen)), chosen] = True
+        return close
+
+    def clashes(self, chosen: Int[np.ndarray, " n"]) -> list[Int[np.ndarray, " q"]]:
+        """For every chosen pair that is too close, sites any two of which are, the pair among them."""
+        close = self.close(chosen)
+        found = []
+        for i, j in zip(*np.nonzero(np.triu(close[:, chosen], k=1)), strict=True):
+            shared = np.flatnonzero(close[i] & close[j])
+            among = self.close(shared)[:, shared]
+            clique = np.searchsorted(shared, chosen[[i, j]]).tolist()
+            for n in range(len(shared)):
+                if n not in clique and among[n, clique].all():
+                    clique.append(n)
+            found.append(shared[sorted(clique)])
+        return found
+
+    def _within(self, radius_mm: float) -> csr_array:
+        """(v v) of 0 and 1: nearer than a radius."""
+        return csr_array(
+            ((self.near.data < radius_mm).astype(np.float32), self.near.indices, self.near.indptr),
+            shape=self.near.shape,
+        )
+
+
+def taken_by(chosen: Int[np.ndarray, " n"], spacing: Spacing | None, count: int) -> Bool[np.ndarray, " s"]:
+    """Of `count` sites those that are chosen or too close to one that is."""
+    taken = np.isin(np.arange(count), chosen)
+    return taken | spacing.close(chosen).any(axis=0) if spacing and len(chosen) else taken

@@ -1,0 +1,95 @@
+"""What a person, a face and a camera ask of a layout, as named limits over its sites.
+
+pins, forbidden    vertices by their number in the artist's file; mirrored where the layout is
+keep-outs          zones of the skin; a site with either landmark inside is out
+caps               landmarks of a region, both of a mirrored pair counted
+number, budget     landmarks in all
+views              cameras that see a site in every expression
+"""
+
+import numpy as np
+from jaxtyping import Bool, Int
+
+from capture_plan.errors import InfeasibleError
+from capture_plan.layout.face import Face
+from capture_plan.layout.limits import Limit
+from capture_plan.layout.settings import LayoutSettings
+from capture_plan.layout.sites import Sites
+from capture_plan.rig.regions import REGIONS, face_regions
+
+
+def wishes(face: Face, settings: LayoutSettings, sites: Sites) -> tuple[Limit, ...]:
+    """All wishes of the settings.
+
+    Raises:
+        InfeasibleError: a wish names a vertex, a zone or a region that this face does not have.
+    """
+    return (
+        *pins(face, settings, sites),
+        *keep_outs(face, settings, sites),
+        *caps(face, settings, sites),
+        *numbers(settings, sites),
+    )
+
+
+def pins(face: Face, settings: LayoutSettings, sites: Sites) -> list[Limit]:
+    """A landmark at every pinned vertex, none at a forbidden one nor within a marker's width of it."""
+    limits = []
+    for source, vertex in zip(settings.pins, face.pinned(settings).tolist(), strict=True):
+        at = (sites.vertices == vertex).any(axis=1)
+        if not at.any():
+            raise InfeasibleError(
+                f"pin: vertex {source:,} has no mirror image at least {settings.spacing_mm:g} mm away: "
+                "pin a vertex on the midline or further from it, or switch symmetric off"
+            )
+        limits.append(Limit(f"the pin at vertex {source}", at.astype(int), least=1))
+    near = face.near(settings.dot_mm) if settings.forbidden else None
+    for source in settings.forbidden:
+        assert near is not None, "there is a forbidden vertex"
+        around = near[[face.skin_vertex(source, "forbidden")]].toarray()[0] > 0
+        around[face.skin_vertex(source, "forbidden")] = True
+        limits.append(Limit(f"no landmark at vertex {source}", touching(sites, around).astype(int), most=0))
+    return limits
+
+
+def keep_outs(face: Face, settings: LayoutSettings, sites: Sites) -> list[Limit]:
+    """Nothing inside the zones."""
+    return [
+        Limit(f"nothing on the {name}", touching(sites, face.zone(name)).astype(int), most=0)
+        for name in settings.keep_out
+    ]
+
+
+def caps(face: Face, settings: LayoutSettings, sites: Sites) -> list[Limit]:
+    """At most so many landmarks in a region."""
+    if not settings.caps:
+        return []
+    regions, limits = face_regions(face.rig), []
+    for name, most in settings.caps.items():
+        if name not in REGIONS:
+            raise InfeasibleError(f"caps: there is no region '{name}': name one of {', '.join(REGIONS)}")
+        inside = regions.of_vertex == REGIONS.index(name)
+        limits.append(Limit(f"at most {most} on the {name}", counted(sites, inside), most=most))
+    return limits
+
+
+def numbers(settings: LayoutSettings, sites: Sites) -> list[Limit]:
+    """Exactly so many landmarks, at most so many."""
+    limits = []
+    if settings.number:
+        limits.append(Limit(f"exactly {settings.number} landmarks", sites.size, settings.number, settings.number))
+    if settings.budget and settings.method != "budget":
+        limits.append(Limit(f"at most {settings.budget} landmarks", sites.size, most=settings.budget))
+    return limits
+
+
+def touching(sites: Sites, mask: Bool[np.ndarray, " v"]) -> Bool[np.ndarray, " s"]:
+    """Sites with a landmark inside a mask."""
+    first, second = mask[sites.vertices].T
+    return first | second
+
+
+def counted(sites: Sites, mask: Bool[np.ndarray, " v"]) -> Int[np.ndarray, " s"]:
+    """Landmarks that every site places inside a mask."""
+    first, second = mask[sites.vertices].T.astype(int)
+    return first + second * (sites.size - 1)
