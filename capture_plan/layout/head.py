@@ -26,7 +26,8 @@ HEAD_LAYOUTS = {3: (0, 1, 2), 4: (0, 1, 2, 3), 5: (0, 1, 3, 4, 5)}  # number of 
 RIGID_MM = 0.5  # what skin slides over the skull at rest; an assumption of ours, no source found
 MOST_MM = 3.0  # beyond it a marker follows the expression more than the head
 CHOICE = 5  # vertices from which a marker can still keep its distance to others
-FOREHEAD_FROM, MIDDLE_WITHIN = 0.55, 0.35  # of the pupil distance: above the brows; half breadth of the middle
+FOREHEAD_FROM = 0.55  # of the pupil distance: above the brows
+MIDDLE_WITHIN, SIDES_WITHIN = 0.35, 0.9  # of the pupil distance: from the midline; further out is too near the temple
 BRIDGE = (-0.4, 0.12, 0.16)  # of the pupil distance: from, to above the eye line; half breadth
 TRAGUS = (-0.5, 0.75)  # of the pupil distance: from below the eye line; as far in front of the ear's widest place
 
@@ -131,13 +132,14 @@ def _sectors(face: Face) -> list[Bool[np.ndarray, " v"]]:
     temple = _is(regions, "temple") | before_ear
     forehead = _is(regions, "forehead") & (y > FOREHEAD_FROM)
     bridge = (_is(regions, "nose") | _is(regions, "brow")) & (y > BRIDGE[0]) & (y < BRIDGE[1]) & (np.abs(x) < BRIDGE[2])
-    sides = (x > MIDDLE_WITHIN, x < -MIDDLE_WITHIN)
+    sides = [forehead & (s * x > MIDDLE_WITHIN) & (s * x < SIDES_WITHIN) for s in (1, -1)]
+    middle = forehead & (np.abs(x) <= MIDDLE_WITHIN)
     return [
         temple & (x > 0),
         temple & (x < 0),
-        forehead & ~sides[0] & ~sides[1],
+        middle,
         bridge,
-        *(forehead & s for s in sides),
+        *sides,
     ]
 
 
