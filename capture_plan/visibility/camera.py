@@ -61,6 +61,13 @@ class Camera:
         return pixels + self.intrinsics[:2, 2]
 
     @property
+    def numbers(self) -> Float[np.ndarray, " n"]:
+        """Everything that decides what the camera sees, in one row."""
+        return np.concatenate(
+            [self.position, self.rotation.ravel(), self.intrinsics.ravel(), self.size_px, self.distortion]
+        )
+
+    @property
     def _fold(self) -> float:
         """The s beyond which points would move inwards: d(r radial)/dr = 1 + 3 k1 s + 5 k2 s² + 7 k3 s³ = 0."""
         k1, k2, _, _, k3 = self.distortion

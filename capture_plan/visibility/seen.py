@@ -45,9 +45,7 @@ def camera_visibility(
         occluder = Occluder(vertices, triangles)
         return np.mean([seen_by(camera, occluder, vertices, some) for camera in cameras], axis=0)
 
-    lenses = [
-        np.concatenate([c.position, c.rotation.ravel(), c.intrinsics.ravel(), c.size_px, c.distortion]) for c in cameras
-    ]
+    lenses = [camera.numbers for camera in cameras]
     return remembered(
         lambda: least_over_shapes(share, neutral, deltas, at), "cameras", neutral, deltas, triangles, at, *lenses
     )
