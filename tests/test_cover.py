@@ -9,9 +9,13 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
 from capture_plan.errors import InfeasibleError
+from capture_plan.layout.clash import possible, smallest_clash
 from capture_plan.layout.cover import dual_prices, solve_cover
 from capture_plan.layout.limits import Limit
+from capture_plan.layout.program import Program, branch
 from capture_plan.layout.reduce import essential_rows, undominated
+from capture_plan.layout.sites import Sites
+from capture_plan.layout.spacing import Spacing
 
 
 def random_program(seed, k=5, s=9):
@@ -21,8 +25,13 @@ def random_program(seed, k=5, s=9):
     return covers, np.round(rng.uniform(0.5, 2, s), 2), rng.integers(1, 3, s)
 
 
-def as_rows(cliques, s=9):
-    return csr_array([np.isin(np.arange(s), clique) for clique in cliques])
+def apart(cliques, s=9):
+    """A spacing that keeps the sites of every clique apart, known in pairs and not in balls."""
+    near = np.eye(s)
+    for clique in cliques:
+        near[np.ix_(clique, clique)] = 1
+    sites = Sites(np.stack([np.arange(s)] * 2, axis=1), np.ones((1, s)), np.ones(s))
+    return Spacing(csr_array(near * 4.0), sites, 5.0)
 
 
 def cheapest(covers, cost, *, cliques=(), size=None, limit=None):
@@ -58,9 +67,9 @@ def test_sites_that_stand_too_close_are_not_chosen_together(seed):
     best = cheapest(covers, cost, cliques=[clique])
     if np.isinf(best):
         with pytest.raises(InfeasibleError, match="cannot be had together"):
-            solve_cover(covers, cost, cliques=as_rows([clique]))
+            solve_cover(covers, cost, spacing=apart([clique]))
     else:
-        found = solve_cover(covers, cost, cliques=as_rows([clique]))
+        found = solve_cover(covers, cost, spacing=apart([clique]))
         assert np.isin(found.chosen, clique).sum() <= 1
         assert found.objective == pytest.approx(best)
 
@@ -73,6 +82,61 @@ def test_a_limit_on_landmarks_is_kept_at_the_least_cost(seed):
     found = solve_cover(covers, cost, limits=[Limit("few", size, most=fewest)])
     assert size[found.chosen].sum() == fewest
     assert found.objective == pytest.approx(cheapest(covers, cost, size=size, limit=fewest))
+
+
+def random_wishes(seed, s=9):
+    """A pin, a keep-out, a cap and a number, each now and then."""
+    rng = np.random.default_rng(seed)
+    size = rng.integers(1, 3, s)
+    some = [
+        Limit("pin", np.eye(s, dtype=int)[rng.integers(s)], least=1),
+        Limit("zone", (rng.random(s) < 0.2).astype(int), most=0),
+        Limit("cap", size * (rng.random(s) < 0.5), most=int(rng.integers(1, 4))),
+        Limit("number", size, *[int(rng.integers(2, 8))] * 2),
+    ]
+    return [limit for limit in some if rng.random() < 0.6]
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=150, deadline=None)
+def test_pins_keep_outs_caps_numbers_spacing_and_demands_together_are_as_cheap_as_the_best_of_all_subsets(seed):
+    covers, cost, _ = random_program(seed)
+    rng = np.random.default_rng(seed)
+    spacing = apart([rng.choice(9, 3, replace=False), rng.choice(9, 2, replace=False)])
+    wishes, demand = random_wishes(seed), rng.integers(1, 3, 5) if rng.random() < 0.3 else np.ones(5, dtype=int)
+    close = spacing.table.toarray() & ~np.eye(9, dtype=bool)
+
+    def keeps_all(subset):
+        at = np.array(subset)
+        kept = not close[np.ix_(at, at)].any() and (covers[:, at].sum(axis=1) >= demand).all()
+        return kept and all(limit.shortfall(at) == 0 for limit in wishes)
+
+    subsets = [list(subset) for n in range(1, 10) for subset in combinations(range(9), n)]
+    prices = [cost[subset].sum() for subset in subsets if keeps_all(subset)]
+    if not prices:
+        with pytest.raises(InfeasibleError, match=r"cannot be had together|reach every blendshape"):
+            solve_cover(covers, cost, demand=demand, spacing=spacing, limits=wishes)
+        return
+    found = solve_cover(covers, cost, demand=demand, spacing=spacing, limits=wishes)
+    assert keeps_all(found.chosen)
+    assert found.proven_optimal
+    assert found.objective == pytest.approx(min(prices), abs=1e-6)
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=60, deadline=None)
+def test_a_clash_names_wishes_of_which_each_is_needed(seed):
+    covers, _cost, _ = random_program(seed)
+    spacing = apart([np.random.default_rng(seed).choice(9, 6, replace=False)])
+    limits = tuple(random_wishes(seed))
+    program = Program(covers, np.ones(9, dtype=int), np.ones(5, dtype=int), spacing.balls, spacing.table, limits)
+    if branch(program) is not None:
+        return
+    by_name = {limit.name: limit for limit in limits}
+    clash = [by_name.get(name, name) for name in smallest_clash(program)]
+    assert not possible(program, clash)
+    for wish in clash:
+        assert possible(program, [other for other in clash if other is not wish])
 
 
 def test_an_undecided_program_is_not_called_impossible(monkeypatch):

@@ -47,15 +47,17 @@ def test_all_landmarks_of_all_rounds_keep_the_spacing(face, graph, symmetric, sp
     assert distance[~np.eye(len(vertices), dtype=bool)].min() >= spacing_mm
 
 
-def test_a_clique_is_too_close_together_in_pairs(face):
+def test_every_ball_is_a_clique_and_every_close_pair_is_known(face, graph):
     sites = face.sites(SETTINGS)
     spacing = spacing_over(face, sites)
-    start = 100
-    near = np.flatnonzero(spacing.close(np.array([start]))[0])
-    pair = np.array([start, near[near != start][-1]])
-    (clique,) = spacing.clashes(pair)
-    assert np.isin(pair, clique).all()
-    assert spacing.close(clique)[:, clique].all()
+    close = spacing.table.toarray()
+    for row in spacing.balls[::37].toarray():
+        clique = np.flatnonzero(row)
+        assert close[np.ix_(clique, clique)].all()
+    some = np.arange(0, len(sites.vertices), 41)
+    along = geodesic_distance(graph, sites.vertices[some].ravel()).reshape(len(some), 2, -1).min(axis=1)
+    nearest = along[:, sites.vertices].min(axis=2)
+    np.testing.assert_array_equal(close[some], nearest < 10.0)
 
 
 def test_a_site_is_close_when_either_of_its_landmarks_is(face):

@@ -34,9 +34,11 @@ def smallest_clash(program: Program) -> list[str]:
 def possible(program: Program, wishes: list[Limit | str]) -> bool:
     """Whether some choice keeps these wishes of a program; yes where that is undecided."""
     rows = len(program.covers) if COVERAGE in wishes else 0
-    cliques = program.cliques if SPACING in wishes else csr_array((0, len(program.cost)), dtype=bool)
+    s = len(program.cost)
+    none = csr_array((0, s), dtype=bool), csr_array((s, s), dtype=bool)
+    cliques, close = (program.cliques, program.close) if SPACING in wishes else none
     limits = tuple(wish for wish in wishes if isinstance(wish, Limit))
-    wanted = Program(program.covers[:rows], 0 * program.cost, program.demand[:rows], cliques, limits)
+    wanted = Program(program.covers[:rows], 0 * program.cost, program.demand[:rows], cliques, close, limits)
     if relax(wanted) is None:
         return False
     try:

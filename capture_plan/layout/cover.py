@@ -2,7 +2,7 @@
 
 Data       c[k, s]    site s is a candidate for blendshape k; every k has one
            a[s]       cost of site s; n[s] landmarks that it places, 1 or 2
-           Q, L       cliques of sites too close to each other, and named limits (`program`)
+           T, L       sites too close to each other, and named limits (`program`)
 Reduced    rows that others imply and sites that others dominate are left out where no wish can tell them apart
 Proved     with z the relaxed optimum and d the reduced costs, the best choice among the sites with d <= gap is the best
            of all once it costs at most z + gap: first few sites, then as many as that answer demands
@@ -21,9 +21,10 @@ from capture_plan.layout.clash import clash_words
 from capture_plan.layout.limits import Limit
 from capture_plan.layout.program import WORK_LIMIT, Answer, Program, UndecidedError, branch, relax
 from capture_plan.layout.reduce import essential_rows, undominated
+from capture_plan.layout.spacing import Spacing
 
 RESOLUTION = 1e-4  # costs are compared to four decimals: finer differences of quality mean nothing on a face
-FIRST_SITES = 300  # that the first branching is about; most faces need no second
+FIRST_SITES, FIRST_SHARE = 300, 12  # sites that the first branching is about, and of each chosen one; seldom a second
 DUAL_DIGITS = 6
 
 
@@ -43,20 +44,21 @@ def solve_cover(
     cost: Float[np.ndarray, " s"],
     *,
     demand: Int[np.ndarray, " k"] | int = 1,
-    cliques: csr_array | None = None,
+    spacing: Spacing | None = None,
     limits: Sequence[Limit] = (),
 ) -> Cover:
-    """The cheapest choice with `demand` sites at least for every blendshape that keeps cliques and limits.
+    """The cheapest choice with `demand` sites at least for every blendshape that keeps spacing and limits.
 
     Raises:
         InfeasibleError: there is none, with the wishes that clash, or none was found within `WORK_LIMIT`.
     """
     s = len(cost)
-    cliques = csr_array((0, s), dtype=bool) if cliques is None else cliques
+    cliques = spacing.balls if spacing else csr_array((0, s), dtype=bool)
+    close = spacing.table if spacing else csr_array((s, s), dtype=bool)
     least = np.broadcast_to(demand, len(covers))
-    rows, kept = essential(covers, cost, least, cliques, limits)
+    rows, kept = essential(covers, cost, least, close, limits)
     price = np.rint(cost / RESOLUTION).astype(np.int64)
-    whole = Program(covers[rows], price, least[rows], cliques, tuple(limits))
+    whole = Program(covers[rows], price, least[rows], cliques, close, tuple(limits))
     program = whole.among(kept)
     try:
         answer = best(program)
@@ -81,7 +83,7 @@ def essential(
     covers: Bool[np.ndarray, "k s"],
     cost: Float[np.ndarray, " s"],
     demand: Int[np.ndarray, " k"],
-    cliques: csr_array,
+    close: csr_array,
     limits: Sequence[Limit],
 ) -> tuple[Int[np.ndarray, " r"], Int[np.ndarray, " n"]]:
     """Rows and sites that matter: sites that no limit shuts out, and where each may stand for another, the best."""
@@ -92,7 +94,7 @@ def essential(
     if demand.max() > 1 or any(limit.least > 0 for limit in limits):
         return np.arange(len(covers)), np.flatnonzero(open_)
     rows = essential_rows(covers)
-    lonely = np.bincount(cliques.indices, minlength=s) == 0
+    lonely = np.diff(close.indptr) <= 1
     amounts = [limit.amount for limit in limits if limit.most]
     at = np.flatnonzero(open_)
     kept = at[undominated(covers[np.ix_(rows, at)], np.array([cost, *amounts], dtype=float)[:, at], lonely[at])]
@@ -108,25 +110,32 @@ def best(program: Program) -> Answer | None:
     relaxed = relax(program)
     if relaxed is None:
         return None
-    floor = int(np.ceil(relaxed.bound / program.unit - 1e-6)) * program.unit
+    floor = program.unit * int(np.ceil(relaxed.bound / program.unit - 1e-6))
     order = np.sort(relaxed.reduced)
-    gap, found, hint = float(max(0, order[min(FIRST_SITES, len(order)) - 1])), None, []
+    few = max(FIRST_SITES, int(FIRST_SHARE * relaxed.chosen))
+    gap, hint = float(max(0, order[min(few, len(order)) - 1])), np.empty(0, dtype=int)
     while True:
         near = np.flatnonzero(relaxed.reduced <= gap + 1e-6 * max(1.0, relaxed.bound))
-        found = branch(program.among(near), [int(np.searchsorted(near, site)) for site in hint])
         everything = len(near) == len(order)
+        try:
+            found = branch(program.among(near), np.searchsorted(near, hint).tolist())
+        except UndecidedError:
+            if everything:
+                raise
+            found = None
         if found is None and everything:
             return None
         if found is None:
             gap = float(order[-1])
             continue
+        # a choice with any other site costs more than the gap
         elsewhere = (
             found.cost if everything else program.unit * int(np.ceil((relaxed.bound + gap) / program.unit - 1e-6))
         )
         answer = Answer(near[found.chosen], found.cost, min(found.cost, max(floor, min(found.bound, elsewhere))))
-        if answer.bound >= answer.cost or found.bound < found.cost or everything:
+        if answer.bound >= answer.cost or found.bound < found.cost:
             return answer
-        gap, hint = float(answer.cost - relaxed.bound), answer.chosen.tolist()
+        gap, hint = float(answer.cost - relaxed.bound), answer.chosen
 
 
 def dual_prices(covers: Bool[np.ndarray, "k s"], size: Int[np.ndarray, " s"]) -> Float[np.ndarray, " k"]:

@@ -12,10 +12,9 @@ import numpy as np
 from jaxtyping import Bool, Int
 from msgspec.structs import replace
 
-from capture_plan.errors import InfeasibleError, RigError
+from capture_plan.errors import InfeasibleError
 from capture_plan.layout.budget import spend_budget
 from capture_plan.layout.cover import Cover, dual_prices
-from capture_plan.layout.empirical import place_ibug68
 from capture_plan.layout.face import Face
 from capture_plan.layout.limits import Limit, open_under
 from capture_plan.layout.multicover import adaptive_cover, best_cover
@@ -86,10 +85,7 @@ def design_layout(face: Face, settings: LayoutSettings) -> Layout:
 
 def sixty_eight(face: Face, observation: Observation) -> dict[str, Worth]:
     """What 68 points are worth on this face; nothing where it has no eyes and mouth to lay them on."""
-    try:
-        return {SIXTY_EIGHT: observation.worth(place_ibug68(face.rig))}
-    except RigError:
-        return {}
+    return {} if face.points68 is None else {SIXTY_EIGHT: observation.worth(face.points68)}
 
 
 def single_cover_worth(face: Face, settings: LayoutSettings, observation: Observation) -> Worth:

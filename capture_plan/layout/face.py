@@ -2,12 +2,14 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.sparse import csr_array
 
-from capture_plan.errors import InfeasibleError
+from capture_plan.errors import InfeasibleError, RigError
+from capture_plan.layout.empirical import place_ibug68
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites, mirrored_sites, moving, single_sites
 from capture_plan.layout.spacing import Spacing
@@ -15,7 +17,11 @@ from capture_plan.layout.worth import Observation
 from capture_plan.mesh import near_table, surface_graph
 from capture_plan.mesh.mirror import mirror_map
 from capture_plan.rig import Rig
+from capture_plan.rig.painted import painted_zone
+from capture_plan.rig.regions import FaceRegions, face_regions
+from capture_plan.rig.zones import ZONES, Ground, check_zone
 from capture_plan.visibility import Camera, camera_visibility, global_visibility
+from capture_plan.visibility.views import Views, camera_views
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +31,7 @@ class Face:
     rig: Rig
     used: tuple[str, ...]
     visibility: Float[np.ndarray, " v"]
+    cameras: tuple[Camera, ...] = ()
 
     @property
     def rows(self) -> list[int]:
@@ -107,8 +114,56 @@ class Face:
             spacing_mm=settings.spacing_mm,
         )
 
-    def zone(self, name: str) -> Bool[np.ndarray, " v"]:
-        return np.zeros(len(self.rig.neutral), dtype=bool)
+    def zone(self, name: str, margin_mm: float) -> Bool[np.ndarray, " v"]:
+        """Skin that a keep-out covers: a zone of `rig.zones` by its name, or a file that paints one, with a margin.
+
+        Raises:
+            RigError: there is no such zone, or the file is unusable.
+        """
+        if (name, margin_mm) not in self._zones:
+            if name not in ZONES and Path(name).exists():
+                mask = self.ground.within(painted_zone(name, self.rig).mask, margin_mm)
+            else:
+                check_zone(name, margin_mm)
+                mask = self.ground.zone(name, margin_mm).mask
+            self._zones[name, margin_mm] = mask
+        return self._zones[name, margin_mm]
+
+    @cached_property
+    def ground(self) -> Ground:
+        """What all named zones are found from."""
+        return Ground(self.rig)
+
+    @cached_property
+    def _zones(self) -> dict[tuple[str, float], Bool[np.ndarray, " v"]]:
+        return {}
+
+    @cached_property
+    def regions(self) -> FaceRegions:
+        """Names for places on this face."""
+        return face_regions(self.rig)
+
+    @cached_property
+    def points68(self) -> Int[np.ndarray, "68"] | None:
+        """The 68 points of iBUG on this face; None where it has no eyes and mouth to lay them on."""
+        try:
+            return place_ibug68(self.rig)
+        except RigError:
+            return None
+
+    def views(self, dot_mm: float) -> Views:
+        """What every camera sees of a dot at every skin vertex, in the order of their numbers."""
+        if dot_mm not in self._views:
+            rig = self.rig
+            at = np.flatnonzero(self.rig.skin)
+            self._views[dot_mm] = camera_views(
+                rig.neutral, rig.deltas[self.rows], rig.triangles, at, self.cameras, dot_mm=dot_mm
+            )
+        return self._views[dot_mm]
+
+    @cached_property
+    def _views(self) -> dict[float, Views]:
+        return {}
 
     @cached_property
     def graph(self) -> csr_array:
@@ -144,4 +199,4 @@ def see_face(rig: Rig, used: tuple[str, ...], cameras: tuple[Camera, ...] = ()) 
         visibility[at] = camera_visibility(rig.neutral, deltas, rig.triangles, at, cameras)
     else:
         visibility[at] = global_visibility(rig.neutral, deltas, rig.triangles, at)
-    return Face(rig, used, visibility)
+    return Face(rig, used, visibility, cameras)

@@ -11,7 +11,6 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Int
 from msgspec import structs
-from scipy.sparse import csr_array, vstack
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.cover import Cover, solve_cover
@@ -22,7 +21,6 @@ from capture_plan.layout.sites import Sites
 from capture_plan.layout.spacing import Spacing, taken_by
 
 OWNED_SHARE = 0.1  # section 3.3.2: one landmark should not be assigned to more than 10 % of the blendshapes
-MAX_CUTS = 60  # rounds of what the balls of `Spacing` leave too close; real faces need fewer than ten
 
 
 def best_cover(
@@ -43,7 +41,6 @@ def best_cover(
     covers = reach >= settings.epsilon
     w = importance_weights(reach, sites.visibility[open_], settings.alpha)
     wanted = [limit.among(open_) for limit in limits]
-    cliques = csr_array(spacing.balls[:, open_]) if spacing else csr_array((0, len(open_)), dtype=bool)
     fewest: list[Limit] = []
     if settings.weights == "lexicographic" and settings.number is None:
         least = best_cover(
@@ -53,21 +50,9 @@ def best_cover(
     cost = size.astype(float)
     if settings.weights != "count":
         cost = total_quality(covers, w) if settings.weights == "paper" else size * mean_quality(covers, w)
-    for _ in range(MAX_CUTS):
-        cover = solve_cover(covers, cost, demand=demand, cliques=cliques, limits=[*wanted, *fewest])
-        cuts = spacing.clashes(open_[cover.chosen]) if spacing else []
-        if not cuts:
-            return replace(cover, rows=rows, chosen=open_[cover.chosen])
-        cliques = csr_array(vstack([cliques, clique_rows(cuts, open_, len(sites.visibility))], dtype=bool))
-    raise AssertionError("spacing constraints did not settle")
-
-
-def clique_rows(cuts: Sequence[Int[np.ndarray, " q"]], open_: Int[np.ndarray, " o"], count: int) -> csr_array:
-    """Sets of `count` sites as rows over the sites `open_`."""
-    row = np.repeat(np.arange(len(cuts)), [len(cut) for cut in cuts])
-    return csr_array(
-        csr_array((np.ones(len(row), dtype=bool), (row, np.concatenate(cuts))), shape=(len(cuts), count))[:, open_]
-    )
+    apart = spacing.among(open_) if spacing else None
+    cover = solve_cover(covers, cost, demand=demand, spacing=apart, limits=[*wanted, *fewest])
+    return replace(cover, rows=rows, chosen=open_[cover.chosen])
 
 
 def adaptive_cover(

@@ -9,7 +9,6 @@ from capture_plan.layout.face import Face
 from capture_plan.layout.quality import importance_weights
 from capture_plan.layout.record import Landmark, Role, Side
 from capture_plan.layout.settings import LayoutSettings
-from capture_plan.rig.regions import face_regions
 
 SIDES: dict[int, Side] = {1: "left", 0: "middle", -1: "right"}
 ROLES: dict[int | None, Role] = {0: "primary", None: "repair"}
@@ -23,7 +22,7 @@ def name_landmarks(
     reach = face.reach(settings)[:, vertices]
     w = importance_weights(reach, visibility, settings.alpha)
     covers = reach >= settings.epsilon
-    regions = face_regions(rig)
+    regions = face.regions
     labels = _count_up([regions.label(vertex) for vertex in vertices.tolist()])
     landmarks = []
     for m, vertex in enumerate(vertices.tolist()):

@@ -2,15 +2,15 @@
 
 Data       c[k, s]    site s is a candidate for blendshape k;  demand, sites that every k needs at least
            a[s]       cost of site s, a whole number
-           Q          cliques: sets of sites any two of which stand too close to each other
+           T[s, t]    sites s and t stand too close to each other; Q cliques of such sites, many pairs in few rows
            L          limits: least <= amount . f <= most, each with a name (`limits`)
 Variables  f[s]       site s is chosen
 Model      min  sum_s a[s] f[s]
            s.t. sum_s c[k, s] f[s] >= demand            for every k
-                sum_{s in q} f[s] <= 1                  for every q in Q
+                sum_{s in q} f[s] <= 1                  for every q in Q, and every pair in T that no q holds
                 least <= sum_s amount[s] f[s] <= most   for every limit
-Relaxed    0 <= f <= 1: its optimum z bounds the program from below, and a choice with site s costs at least z + d[s], d
-           the reduced costs. On faces z is nearly the answer, so that few sites are left to branch on.
+Relaxed    0 <= f <= 1, without the lone pairs: its optimum z bounds the program from below, and a choice with site s
+           costs at least z + d[s], d the reduced costs. On faces z is nearly the answer: few sites are left to try
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from ortools.sat.python import cp_model
 from scipy.optimize import linprog
-from scipy.sparse import csr_array, vstack
+from scipy.sparse import csr_array, triu, vstack
 
 from capture_plan.layout.limits import Limit
 
@@ -30,12 +30,13 @@ WORK_LIMIT = 2.0  # CP-SAT's deterministic time, about seconds: the same input g
 
 @dataclass(frozen=True, eq=False)
 class Program:
-    """One program; of the sites of a row of `cliques` at most one may be chosen."""
+    """One program; `cliques` (q s) and `close` (s s) are boolean, empty where sites may stand as they like."""
 
     covers: Bool[np.ndarray, "k s"]
     cost: Int[np.ndarray, " s"]
     demand: Int[np.ndarray, " k"]
     cliques: csr_array
+    close: csr_array
     limits: tuple[Limit, ...]
 
     def among(self, sites: Int[np.ndarray, " n"]) -> "Program":
@@ -43,7 +44,15 @@ class Program:
         limits = tuple(Limit(one.name, one.amount[sites], one.least, one.most) for one in self.limits)
         cliques = csr_array(self.cliques[:, sites])
         cliques = csr_array(cliques[np.diff(cliques.indptr) > 1])
-        return Program(self.covers[:, sites], self.cost[sites], self.demand, cliques, limits)
+        close = csr_array(self.close[sites][:, sites])
+        return Program(self.covers[:, sites], self.cost[sites], self.demand, cliques, close, limits)
+
+    @property
+    def lone_pairs(self) -> Int[np.ndarray, "n 2"]:
+        """Close pairs that stand in no clique together."""
+        held = (self.cliques.T.astype(np.float32) @ self.cliques.astype(np.float32)).astype(bool)
+        lone = triu(self.close.astype(np.int8) - self.close.multiply(held).astype(np.int8), k=1)
+        return np.argwhere(lone.toarray() > 0) if lone.nnz else np.empty((0, 2), dtype=int)
 
     @cached_property
     def unit(self) -> int:
@@ -53,9 +62,11 @@ class Program:
 
 @dataclass(frozen=True, eq=False)
 class Relaxation:
-    """Optimum of the relaxed program, and what it costs more at least to choose each site; negative: to leave it."""
+    """Optimum of the relaxed program, how many sites it chooses in all, and what it costs more at least to choose each
+    site (negative: to leave it)."""
 
     bound: float
+    chosen: float
     reduced: Float[np.ndarray, " s"]
 
 
@@ -90,7 +101,9 @@ def relax(program: Program) -> Relaxation | None:
     if answer.status == 2:  # infeasible
         return None
     assert answer.status == 0, answer.message
-    return Relaxation(float(answer.fun), np.asarray(answer.lower.marginals + answer.upper.marginals))
+    return Relaxation(
+        float(answer.fun), float(answer.x.sum()), np.asarray(answer.lower.marginals + answer.upper.marginals)
+    )
 
 
 def branch(program: Program, hint: Sequence[int] = ()) -> Answer | None:
@@ -106,6 +119,8 @@ def branch(program: Program, hint: Sequence[int] = ()) -> Answer | None:
         model.add_bool_or(candidates) if least == 1 else model.add(sum(candidates) >= least)
     for q in range(len(program.cliques.indptr) - 1):
         model.add_at_most_one([f[s] for s in _row(program.cliques, q)])
+    for s, t in program.lone_pairs.tolist():
+        model.add_at_most_one([f[s], f[t]])
     for limit in program.limits:
         total = cp_model.LinearExpr.weighted_sum(f, limit.amount.tolist())
         model.add_linear_constraint(total, limit.least, cp_model.INT32_MAX if limit.most is None else limit.most)

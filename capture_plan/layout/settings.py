@@ -2,9 +2,13 @@
 
 from typing import Annotated, Literal
 
-from msgspec import Meta, Struct
+from msgspec import Meta, Struct, field
 
+from capture_plan.rig.zones import MARGINS_MM
+
+KEPT_OUT = ("lash line", "wet lip", "nostril rim")  # where no dot holds on anybody
 Share = Annotated[float, Meta(ge=0, le=1)]
+Length = Annotated[float, Meta(ge=0)]
 Method = Literal["studio", "adaptive", "trivial", "distance", "cover", "budget"]
 Weights = Literal["lexicographic", "paper", "count"]
 
@@ -25,10 +29,10 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     `min_visibility`: vertices that are seen from less than this share of their hemisphere are no candidates; 0 leaves
     visibility out. `budget`: most landmarks there may be; `number`: exactly so many.
     Wishes, by vertex number in the artist's file: `pins` carry a landmark whatever else is decided, `forbidden` carry
-    none. `keep_out`: zones without landmarks, by name (`rig.zones`) or as a file that paints one. `caps`: most
-    landmarks in a region, by its name ("nose"). `min_views`: cameras that have to see a landmark in every expression,
-    where cameras are known (2 where they triangulate). `dot_mm`: diameter of a marker. `head_markers`: 3 to 5 further
-    markers where the face hardly moves, from which the motion of the head is taken.
+    none. `keep_out`: zones without landmarks and the margin around each, by name (`rig.zones`) or as a file that paints
+    one. `caps`: most landmarks in a region, by its name ("nose"). `min_views`: cameras that have to see a landmark in
+    every expression, where cameras are known (2 where they triangulate). `dot_mm`: diameter of a marker.
+    `head_markers`: 3 to 5 further markers where the face hardly moves, from which the motion of the head is taken.
     """
 
     method: Method = "studio"
@@ -36,7 +40,7 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     epsilon: Annotated[float, Meta(gt=0, le=1)] = 0.5
     alpha: Share = 0.5
     symmetric: bool = True
-    spacing_mm: Annotated[float, Meta(ge=0)] = 8.0
+    spacing_mm: Length = 8.0
     rounds: Annotated[int, Meta(ge=1)] = 3
     noise_mm: Annotated[float, Meta(gt=0)] = 0.2
     min_visibility: Share = 0.05
@@ -44,8 +48,8 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     number: Annotated[int, Meta(ge=1)] | None = None
     pins: tuple[Annotated[int, Meta(ge=0)], ...] = ()
     forbidden: tuple[Annotated[int, Meta(ge=0)], ...] = ()
-    keep_out: tuple[str, ...] = ("lash line", "wet lip", "nostril rim")
-    caps: dict[str, Annotated[int, Meta(ge=0)]] = {}
+    keep_out: dict[str, Length] = field(default_factory=lambda: {name: MARGINS_MM[name] for name in KEPT_OUT})
+    caps: dict[str, Annotated[int, Meta(ge=0)]] = field(default_factory=dict)
     min_views: Annotated[int, Meta(ge=0)] = 1
     dot_mm: Annotated[float, Meta(gt=0)] = 3.0
     head_markers: Annotated[int, Meta(ge=0, le=5)] = 0

@@ -4,7 +4,7 @@ Data       d(u, v)   distance along the skin of two vertices; r the spacing, mil
            P[v, s]   vertex v belongs to site s (one or two vertices)
 Close      T[s, t]   some vertex of s is nearer than r to one of t, or s = t
 Cliques    around any vertex v: sites with a vertex nearer than r / 2 to v are close to each other in pairs (triangle
-           inequality), so that at most one of them can be chosen
+           inequality), so that at most one of them can be chosen. They hold nearly all close pairs in few rows
 """
 
 from dataclasses import dataclass
@@ -15,8 +15,6 @@ from jaxtyping import Bool, Int
 from scipy.sparse import csr_array
 
 from capture_plan.layout.sites import Sites
-
-Cliques = csr_array  # (q s) bool: of the sites of a row at most one may be chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +40,8 @@ class Spacing:
         return csr_array((self.members.T @ self._within(self.spacing_mm) @ self.members).astype(bool))
 
     @cached_property
-    def balls(self) -> Cliques:
-        """A clique around every vertex that has more than one site within half the spacing, each set once."""
+    def balls(self) -> csr_array:
+        """(q s): a clique around every vertex that has more than one site within half the spacing, each set once."""
         around = csr_array((self._within(self.spacing_mm / 2) @ self.members).astype(bool))
         around.sort_indices()
         several = np.flatnonzero(np.diff(around.indptr) > 1)
@@ -56,19 +54,10 @@ class Spacing:
         close[np.arange(len(chosen)), chosen] = True
         return close
 
-    def clashes(self, chosen: Int[np.ndarray, " n"]) -> list[Int[np.ndarray, " q"]]:
-        """For every chosen pair that is too close, sites any two of which are, the pair among them."""
-        close = self.close(chosen)
-        found = []
-        for i, j in zip(*np.nonzero(np.triu(close[:, chosen], k=1)), strict=True):
-            shared = np.flatnonzero(close[i] & close[j])
-            among = self.close(shared)[:, shared]
-            clique = np.searchsorted(shared, chosen[[i, j]]).tolist()
-            for n in range(len(shared)):
-                if n not in clique and among[n, clique].all():
-                    clique.append(n)
-            found.append(shared[sorted(clique)])
-        return found
+    def among(self, sites: Int[np.ndarray, " n"]) -> "Spacing":
+        """The same where only these sites can be chosen."""
+        less = Sites(self.sites.vertices[sites], self.sites.reach[:, sites], self.sites.visibility[sites])
+        return Spacing(self.near, less, self.spacing_mm) if len(sites) < len(self.sites.vertices) else self
 
     def _within(self, radius_mm: float) -> csr_array:
         """(v v) of 0 and 1: nearer than a radius."""

@@ -7,6 +7,8 @@ number, budget     landmarks in all
 views              cameras that see a site in every expression
 """
 
+from pathlib import Path
+
 import numpy as np
 from jaxtyping import Bool, Int
 
@@ -15,7 +17,7 @@ from capture_plan.layout.face import Face
 from capture_plan.layout.limits import Limit
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites
-from capture_plan.rig.regions import REGIONS, face_regions
+from capture_plan.rig.regions import REGIONS
 
 
 def wishes(face: Face, settings: LayoutSettings, sites: Sites) -> tuple[Limit, ...]:
@@ -28,6 +30,7 @@ def wishes(face: Face, settings: LayoutSettings, sites: Sites) -> tuple[Limit, .
         *pins(face, settings, sites),
         *keep_outs(face, settings, sites),
         *caps(face, settings, sites),
+        *views(face, settings, sites),
         *numbers(settings, sites),
     )
 
@@ -55,8 +58,8 @@ def pins(face: Face, settings: LayoutSettings, sites: Sites) -> list[Limit]:
 def keep_outs(face: Face, settings: LayoutSettings, sites: Sites) -> list[Limit]:
     """Nothing inside the zones."""
     return [
-        Limit(f"nothing on the {name}", touching(sites, face.zone(name)).astype(int), most=0)
-        for name in settings.keep_out
+        Limit(f"nothing on the {Path(name).stem}", touching(sites, face.zone(name, margin)).astype(int), most=0)
+        for name, margin in settings.keep_out.items()
     ]
 
 
@@ -64,11 +67,11 @@ def caps(face: Face, settings: LayoutSettings, sites: Sites) -> list[Limit]:
     """At most so many landmarks in a region."""
     if not settings.caps:
         return []
-    regions, limits = face_regions(face.rig), []
+    limits = []
     for name, most in settings.caps.items():
         if name not in REGIONS:
             raise InfeasibleError(f"caps: there is no region '{name}': name one of {', '.join(REGIONS)}")
-        inside = regions.of_vertex == REGIONS.index(name)
+        inside = face.regions.of_vertex == REGIONS.index(name)
         limits.append(Limit(f"at most {most} on the {name}", counted(sites, inside), most=most))
     return limits
 
@@ -81,6 +84,21 @@ def numbers(settings: LayoutSettings, sites: Sites) -> list[Limit]:
     if settings.budget and settings.method != "budget":
         limits.append(Limit(f"at most {settings.budget} landmarks", sites.size, most=settings.budget))
     return limits
+
+
+def views(face: Face, settings: LayoutSettings, sites: Sites) -> list[Limit]:
+    """Only what enough cameras see at once in every expression, where cameras are known."""
+    if not (face.cameras and settings.min_views):
+        return []
+    if settings.min_views > len(face.cameras):
+        raise InfeasibleError(
+            f"min_views is {settings.min_views} and there are {len(face.cameras)} cameras: lower it or add cameras"
+        )
+    few = np.ones(len(face.rig.neutral), dtype=bool)
+    few[face.rig.skin] = face.views(settings.dot_mm).views < settings.min_views
+    cameras = "camera" if settings.min_views == 1 else "cameras"
+    name = f"every landmark seen by {settings.min_views} {cameras} at once in every expression"
+    return [Limit(name, touching(sites, few).astype(int), most=0)]
 
 
 def touching(sites: Sites, mask: Bool[np.ndarray, " v"]) -> Bool[np.ndarray, " s"]:

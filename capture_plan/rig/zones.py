@@ -74,12 +74,17 @@ def find_zones(rig: Rig, margins_mm: Mapping[str, float] = MARGINS_MM) -> tuple[
         RigError: there is no such zone, or a margin is not a length.
     """
     for name, margin in margins_mm.items():
-        if name not in ZONES:
-            raise RigError(f"no keep-out zone is called '{name}': known are {', '.join(ZONES)}")
-        if not 0 <= margin < np.inf:
-            raise RigError(f"keep-out zone '{name}': its margin is {margin} mm: give 0 mm or more")
+        check_zone(name, margin)
     ground = Ground(rig)
     return tuple(ground.zone(name, margin) for name, margin in margins_mm.items())
+
+
+def check_zone(name: str, margin_mm: float) -> None:
+    """RigError unless there is a zone of this name and the margin is a length."""
+    if name not in ZONES:
+        raise RigError(f"no keep-out zone is called '{name}': known are {', '.join(ZONES)}, or a file that marks one")
+    if not 0 <= margin_mm < np.inf:
+        raise RigError(f"keep-out zone '{name}': its margin is {margin_mm} mm: give 0 mm or more")
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,10 +128,17 @@ class Ground:
             mask, note = self._strap(margin_mm), "where straps and pads sit is assumed from the proportions of the face"
         else:
             core, note = self._core(name)
-            mask = self._within(core, margin_mm)
+            mask = self.within(core, margin_mm)
         mirror = mirror_map(self.rig.neutral)
         partners = mirror[mirror] == np.arange(len(mirror))
         return Zone(name, self.rig.skin & (mask | (mask[mirror] & partners)), note)
+
+    def within(self, core: Bool[np.ndarray, " v"], margin_mm: float) -> Bool[np.ndarray, " v"]:
+        """Skin within the margin of the core along the skin."""
+        if not core.any():
+            return core
+        away = dijkstra(self.graph, directed=False, indices=np.flatnonzero(core), min_only=True, limit=margin_mm)
+        return np.isfinite(away)
 
     def _core(self, name: str) -> tuple[Bool[np.ndarray, " v"], str]:
         """What a zone is named for, before its margin, and what was assumed of it."""
@@ -167,13 +179,6 @@ class Ground:
 
     def _near(self, points: Float[np.ndarray, "p 3"], reach: float) -> Bool[np.ndarray, " v"]:
         return KDTree(points).query(self.rig.neutral)[0] <= reach
-
-    def _within(self, core: Bool[np.ndarray, " v"], margin_mm: float) -> Bool[np.ndarray, " v"]:
-        """Skin within the margin of the core along the skin."""
-        if not core.any():
-            return core
-        away = dijkstra(self.graph, directed=False, indices=np.flatnonzero(core), min_only=True, limit=margin_mm)
-        return np.isfinite(away)
 
     def _strap(self, margin_mm: float) -> Bool[np.ndarray, " v"]:
         """Skin near the line of a strap in the side view (z, y): over the temple, before the ear, under the chin."""
