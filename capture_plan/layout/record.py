@@ -5,7 +5,16 @@ from typing import Literal
 from msgspec import Struct
 
 Side = Literal["left", "right", "middle"]
-Role = Literal["primary", "backup", "repair"]
+Role = Literal["primary", "backup", "repair", "head"]
+
+
+class View(Struct, frozen=True, forbid_unknown_fields=True):
+    """One camera's view of a marker: whether it sees it in every expression, and the least of the marker's smaller
+    diameter in pixels over the expressions in which it does (0 where it never does)."""
+
+    camera: str
+    always: bool
+    pixels: float
 
 
 class Landmark(Struct, frozen=True, forbid_unknown_fields=True):
@@ -16,6 +25,7 @@ class Landmark(Struct, frozen=True, forbid_unknown_fields=True):
     it by at least epsilon of their own maximum; `quality` is the mean weight w of Zell & McDonnell 2022 eq. 1 over
     them (0 best, 2 worst); `visibility` is the share of the hemisphere (or of the cameras) that sees it, 0 to 1;
     `round` is the index in `Layout.programs` of the program that chose it, none for what a repair or a budget added.
+    `views` has one entry for every known camera.
     """
 
     name: str
@@ -32,6 +42,16 @@ class Landmark(Struct, frozen=True, forbid_unknown_fields=True):
     quality: float
     visibility: float
     round: int | None
+    views: tuple[View, ...] = ()
+
+
+class HeadPose(Struct, frozen=True, forbid_unknown_fields=True):
+    """Root mean square errors of a head pose fitted to the head markers under the noise of the plan: its rotation, its
+    shift at the markers' middle, and what both do to the skin that moves."""
+
+    rotation_degrees: float
+    translation_mm: float
+    surface_mm: float
 
 
 class Bound(Struct, frozen=True, forbid_unknown_fields=True):
@@ -81,7 +101,8 @@ class Layout(Struct, frozen=True, forbid_unknown_fields=True):
     can check. Under a budget, the program is the fewest landmarks of any cover at the spacing, where the budget pays
     for them; `order` names the landmarks from the most telling to the first to be spared, and `curve_mm` is the
     predicted error with the first 1, 2, ... of them, millimetres. `uncovered` are blendshapes that no landmark stands
-    for. `references` are other layouts of the same face under the same noise, by name: the paper's single cover, 68
+    for. `head` are the markers that the head's own motion is taken from, `head_pose` what they are worth, where any were
+    asked for. `references` are other layouts of the same face under the same noise, by name: the paper's single cover, 68
     points.
     """
 
@@ -93,5 +114,12 @@ class Layout(Struct, frozen=True, forbid_unknown_fields=True):
     uncovered: tuple[str, ...]
     worth: Worth
     references: dict[str, Worth]
+    head: tuple[Landmark, ...] = ()
+    head_pose: HeadPose | None = None
     order: tuple[str, ...] = ()
     curve_mm: tuple[float, ...] = ()
+
+    @property
+    def markers(self) -> tuple[Landmark, ...]:
+        """Every dot that goes on the skin: landmarks, then head markers."""
+        return (*self.landmarks, *self.head)
