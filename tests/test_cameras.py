@@ -7,6 +7,7 @@ from solids import patch, sphere, square, together
 
 from capture_plan.errors import RigError
 from capture_plan.rig import sample_rig
+from capture_plan.rig.regions import face_regions
 from capture_plan.visibility import PRESETS, Camera, camera_visibility, cameras_for, look_at, read_cameras
 
 
@@ -212,3 +213,62 @@ def test_a_rotation_that_mirrors_is_refused():
         Camera("m", np.zeros(3), np.diag([1.0, 1, -1]), np.eye(3), (10, 10), np.zeros(5))
     turned = Rotation.from_rotvec([0.1, 0.2, 0.3]).as_matrix()
     assert Camera("r", np.zeros(3), turned, np.eye(3), (10, 10), np.zeros(5)).name == "r"
+
+
+def head_mounted(tmp_path, lines, rig):
+    path = tmp_path / "boom.toml"
+    path.write_text("[head_mounted]\n" + lines)
+    return cameras_for(str(path), rig.neutral, rig.skin)
+
+
+def test_an_empty_head_mounted_table_is_the_preset(tmp_path):
+    rig = sample_rig()
+    preset = cameras_for("head-mounted-pair", rig.neutral, rig.skin)
+    for one, other in zip(head_mounted(tmp_path, "", rig), preset, strict=True):
+        assert one.name == other.name
+        assert np.array_equal(one.numbers, other.numbers)
+
+
+def test_a_head_mounted_pair_is_built_as_measured(tmp_path):
+    rig = sample_rig()
+    lines = "boom_mm = 210\nrise_mm = 15\nbaseline_mm = 80\nfield_degrees = 90\nwidth = 1000\nheight = 600\n"
+    top, bottom = head_mounted(tmp_path, lines, rig)
+    assert (top.position - bottom.position).tolist() == pytest.approx([0, 80, 0])
+    assert top.intrinsics[1, 1] == pytest.approx(300)  # half the height over tan 45 degrees
+    assert top.size_px == (1000, 600)
+    philtrum = top.position - [0, 15, 210]
+    for one in (top, bottom):
+        assert one.project(philtrum[None])[0] == pytest.approx([499.5, 299.5])
+    left, right = head_mounted(tmp_path, lines + "side_by_side = true", rig)
+    assert (left.position - right.position).tolist() == pytest.approx([80, 0, 0])
+    (single,) = head_mounted(tmp_path, "baseline_mm = 0", rig)
+    assert single.name == "boom"
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_presets_see_brows_and_mouth_corners_at_rest(preset):
+    rig = sample_rig()
+    regions = face_regions(rig)
+    for one in cameras_for(preset, rig.neutral, rig.skin):
+        corners = np.stack([regions.anchors.corner_left, regions.anchors.corner_right])
+        brows = rig.neutral[regions.of_vertex == regions.names.index("brow")]
+        assert one.in_image(corners).all()
+        assert one.in_image(brows).all()
+
+
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        ("boom = 210", "write a table with some of boom_mm"),
+        ("boom_mm = -1", "boom_mm must be above 0"),
+        ("boom_mm = 'near'", "'boom_mm' must be one number"),
+        ("field_degrees = 180", "between 0 and 180"),
+        ("side_by_side = 1", "true or false"),
+        ("width = 0", "whole number of pixels"),
+        ("[[cameras]]\nname = 'top'", "keep the one that you measured"),
+    ],
+)
+def test_a_bad_head_mounted_table_is_refused_in_one_line(tmp_path, lines, message):
+    with pytest.raises(RigError, match=message) as error:
+        head_mounted(tmp_path, lines, sample_rig())
+    assert "\n" not in str(error.value)

@@ -49,15 +49,24 @@ KEYS = {
 
 def read_cameras(path: str | Path) -> tuple[Camera, ...]:
     """The cameras of a TOML file; RigError says what to change in it."""
-    path = Path(path)
+    return cameras_of(read_toml(Path(path)), Path(path))
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """What a camera file holds."""
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8")).get("cameras")
+        return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise RigError(f"{path}: cannot be read as a camera file: {error.strerror}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise RigError(f"{path}: is not a TOML file: {error}") from error
+
+
+def cameras_of(content: dict[str, Any], path: Path) -> tuple[Camera, ...]:
+    """The cameras of its [[cameras]] tables."""
+    tables = content.get("cameras")
     if not isinstance(tables, list) or not tables or not all(isinstance(table, dict) for table in tables):
-        raise RigError(f"{path}: has no cameras: write one [[cameras]] table for each")
+        raise RigError(f"{path}: has no cameras: write one [[cameras]] table for each, or one [head_mounted] table")
     cameras = tuple(camera_from(table, f"{path}, camera {number}") for number, table in enumerate(tables, start=1))
     names = [camera.name for camera in cameras]
     if len(set(names)) < len(names):

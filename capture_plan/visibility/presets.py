@@ -1,64 +1,105 @@
-"""Cameras for teams without a calibration, placed relative to the face.
+"""Cameras for teams without a calibration, placed relative to the face: by name, or from what a tape measures.
+
+    [head_mounted]            # in a TOML file; every line may be left out
+    boom_mm = 250             # from the upper philtrum straight ahead to the lens
+    rise_mm = 0               # the lens, of a pair the upper one, above the upper philtrum
+    baseline_mm = 100         # between the lenses of a pair; 0 is a single camera
+    side_by_side = false      # of a pair: one lens beside the other instead of above it
+    field_degrees = 50        # angle that the image's height covers
+    width = 1536              # pixels
+    height = 2048
 
 Image centres lie on the upper philtrum, as makers of head-mounted cameras ask (Epic Games, MetaHuman documentation).
 
 Letters    W     width of the head: extent in x of the skin above the tip of the nose
 Philtrum   tip of the nose + W (0, -0.09, -0.11)
-Presets    frontal             one portrait camera 6 W in front (about 0.9 m), the head in its image
-           head-mounted-pair   two portrait cameras 1.5 W in front (about 230 mm) on a boom, 0.6 W apart, one above the
-                               other, the upper one at the height of the philtrum
+Presets    frontal             one portrait camera 6 W in front (about 1 m), the head in its image
+           head-mounted-pair   the table above with boom_mm = 1.5 W (about 250) and baseline_mm = 0.6 W (about 100)
 
 Distances, baseline and fields of view are assumptions: measure your own and write a camera file.
 """
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from capture_plan.errors import RigError
 from capture_plan.visibility.camera import Camera, look_at
-from capture_plan.visibility.camera_file import read_cameras
+from capture_plan.visibility.camera_file import cameras_of, numbers, read_toml, whole
 
-# name: (camera, offset from the philtrum in W, image in pixels, height of the field of view in degrees)
-PRESETS = {
-    "frontal": (("frontal", (0.0, 0.0, 6.0), (2160, 3840), 24.0),),
-    "head-mounted-pair": (
-        ("boom top", (0.0, 0.0, 1.5), (1536, 2048), 60.0),
-        ("boom bottom", (0.0, -0.6, 1.5), (1536, 2048), 60.0),
-    ),
-}
+PRESETS = ("frontal", "head-mounted-pair")
+BOOM, BASELINE = 1.5, 0.6  # of W
+FIELD_DEGREES = 50.0  # at 250 mm an image 233 mm high and 175 mm wide: from the hairline to below an open jaw
+KEYS = ("boom_mm", "rise_mm", "baseline_mm", "side_by_side", "field_degrees", "width", "height")
 
 
 def cameras_for(spec: str, neutral: Float[np.ndarray, "v 3"], skin: Bool[np.ndarray, " v"]) -> tuple[Camera, ...]:
     """The cameras of a preset, placed in front of this face, or of a camera file: whichever `spec` names."""
     if spec in PRESETS:
         return placed(spec, neutral[skin])
-    if not Path(spec).is_file():
+    path = Path(spec)
+    if not path.is_file():
         raise RigError(f"cameras: '{spec}' is neither a file nor one of {', '.join(PRESETS)}")
-    return read_cameras(spec)
+    content = read_toml(path)
+    if "head_mounted" not in content:
+        return cameras_of(content, path)
+    if "cameras" in content:
+        raise RigError(f"{path}: has [[cameras]] and [head_mounted]: keep the one that you measured")
+    return head_mounted(content["head_mounted"], f"{path}, head_mounted", neutral[skin])
 
 
 def placed(preset: str, face: Float[np.ndarray, "v 3"]) -> tuple[Camera, ...]:
     """The cameras of a preset in front of these vertices of the face."""
+    if preset == "head-mounted-pair":
+        return head_mounted({}, preset, face)
     philtrum, width = upper_philtrum(face)
-    cameras = []
-    for name, offset, size_px, field in PRESETS[preset]:
-        position = philtrum + width * np.array(offset)
-        focal = size_px[1] / 2 / np.tan(np.radians(field) / 2)
-        cameras.append(
-            Camera(
-                name=name,
-                position=position,
-                rotation=look_at(position, philtrum),
-                intrinsics=np.array(
-                    [[focal, 0.0, (size_px[0] - 1) / 2], [0.0, focal, (size_px[1] - 1) / 2], [0.0, 0.0, 1.0]]
-                ),
-                size_px=size_px,
-                distortion=np.zeros(5),
-            )
+    return (aimed("frontal", philtrum + np.array([0, 0, 6 * width]), philtrum, (2160, 3840), 24.0),)
+
+
+def head_mounted(table: Any, where: str, face: Float[np.ndarray, "v 3"]) -> tuple[Camera, ...]:
+    """The camera or the pair that a [head_mounted] table describes; `where` opens the lines of its errors."""
+    if not isinstance(table, dict) or set(table) - set(KEYS):
+        raise RigError(f"{where}: write a table with some of {', '.join(KEYS)}")
+    philtrum, width = upper_philtrum(face)
+    assumed = {"boom_mm": BOOM * width, "rise_mm": 0, "baseline_mm": BASELINE * width, "side_by_side": False}
+    known = assumed | {"field_degrees": FIELD_DEGREES, "width": 1536, "height": 2048} | table
+    boom, rise, baseline, field = (
+        float(numbers(known, key, where)) for key in ("boom_mm", "rise_mm", "baseline_mm", "field_degrees")
+    )
+    if boom <= 0 or baseline < 0 or not 0 < field < 180 or not isinstance(known["side_by_side"], bool):
+        raise RigError(
+            f"{where}: boom_mm must be above 0, baseline_mm 0 or more, field_degrees between 0 and 180, "
+            "side_by_side true or false"
         )
-    return tuple(cameras)
+    size_px = whole(known, "width", where), whole(known, "height", where)
+    lens, apart = philtrum + np.array([0, rise, boom]), np.array([0, baseline, 0])
+    places = {"boom top": lens, "boom bottom": lens - apart}
+    if baseline == 0:
+        places = {"boom": lens}
+    elif known["side_by_side"]:
+        places = {"boom left": lens + apart[[1, 0, 2]] / 2, "boom right": lens - apart[[1, 0, 2]] / 2}
+    return tuple(aimed(name, place, philtrum, size_px, field) for name, place in places.items())
+
+
+def aimed(
+    name: str,
+    position: Float[np.ndarray, "3"],
+    target: Float[np.ndarray, "3"],
+    size_px: tuple[int, int],
+    field_degrees: float,
+) -> Camera:
+    """A camera without lens errors with `target` in its image centre; its image's height covers `field_degrees`."""
+    focal = size_px[1] / 2 / np.tan(np.radians(field_degrees) / 2)
+    return Camera(
+        name=name,
+        position=position,
+        rotation=look_at(position, target),
+        intrinsics=np.array([[focal, 0.0, (size_px[0] - 1) / 2], [0.0, focal, (size_px[1] - 1) / 2], [0.0, 0.0, 1.0]]),
+        size_px=size_px,
+        distortion=np.zeros(5),
+    )
 
 
 def upper_philtrum(face: Float[np.ndarray, "v 3"]) -> tuple[Float[np.ndarray, "3"], float]:
