@@ -149,7 +149,7 @@ class Search:
         gains, found = self.gains(chosen), [np.empty(0, dtype=int)]
         for site in chosen:
             rest = tuple(other for other in chosen if other != site)
-            found.append(self.instead(gains, self.everywhere, (site,), rest, self.size[site])[:FEW])
+            found.append(self.instead(gains, self.everywhere, (site,), rest, int(self.size[site]))[:FEW])
         return np.unique(np.concatenate(found))
 
     def swap_among(self, chosen: Choice, listed: Int[np.ndarray, " n"]) -> Choice:
@@ -157,7 +157,7 @@ class Search:
         gains, settled = self.gains(chosen).at(listed), 0
         while settled < len(chosen):
             site, *rest = chosen
-            better = self.instead(gains, listed, (site,), tuple(rest), self.size[site])
+            better = self.instead(gains, listed, (site,), tuple(rest), int(self.size[site]))
             new = int(better[0]) if len(better) else site
             settled += 1
             chosen = (*rest, new)
