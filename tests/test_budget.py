@@ -64,6 +64,19 @@ def test_a_swap_lowers_the_error_by_what_its_closed_form_says(singles):
 
 
 @pytest.mark.parametrize("singles", [3, 9])
+def test_what_a_swap_can_gain_at_most_is_never_less_than_what_it_gains(singles):
+    observation, sites = problem(5, singles=singles)
+    search, chosen = unlimited(observation, sites, 9), (1, 4, 7)
+    gains = search.gains(chosen)
+    most = gains.most(search.all_rows[list(chosen)])
+    for n, left in enumerate(chosen):
+        gain = gains.without(search.rows((left,)), np.arange(9), beat=-1.0)
+        assert (most[n] >= gain / SLACK).all()
+        traces = np.trace(gains.step(search.rows((left,)), 1).H, axis1=1, axis2=2)
+        assert most[n] == pytest.approx(traces / observation.noise_mm**2)
+
+
+@pytest.mark.parametrize("singles", [3, 9])
 def test_steps_in_and_out_arrive_where_large_products_do(singles):
     observation, sites = problem(3, singles=singles)
     search = unlimited(observation, sites, 9)

@@ -20,6 +20,8 @@ from jaxtyping import Float, Int
 from capture_plan.layout.repair import times
 from capture_plan.layout.worth import Observation
 
+BLOCK = 512  # sites at a time: their products stay in the cache
+
 
 @dataclass(frozen=True, eq=False)
 class Gains:
@@ -62,6 +64,20 @@ class Gains:
         gain = np.full(len(among), -2.0)
         gain[at] = traces(self.T[among[at]] + V @ VT + noise * np.eye(r), H)
         return gain
+
+    def most(self, left: Float[np.ndarray, "n r k"]) -> Float[np.ndarray, "n s"]:
+        """What `without` cannot exceed at any site, for each of n chosen sites whose rows are left out, mm^2."""
+        roots = np.stack([self.root(R, 1) for R in left])
+        K, M = np.concatenate(roots, axis=1), roots.transpose(0, 2, 1) @ self.observation.gram @ roots
+        GK, (n, r, k) = self.observation.gram @ K, left.shape
+        bound = np.empty((n, len(self.A)))
+        for start in range(0, len(self.A), BLOCK):
+            at = slice(start, start + BLOCK)
+            V = (self.A[at].reshape(-1, k) @ K).reshape(-1, n, r).transpose(1, 0, 2)
+            X = (self.P[at].reshape(-1, k) @ GK).reshape(-1, n, r).transpose(1, 0, 2)
+            spread = np.einsum("nzq,nzq->nz", 2 * X + V @ M, V).reshape(n, -1, r).sum(axis=2)
+            bound[:, at] = spread + np.trace(self.H[at], axis1=1, axis2=2)
+        return bound / self.observation.noise_mm**2
 
     def step(self, R: Float[np.ndarray, "q k"], w: int) -> "Gains":
         """The same once the rows R are left out (w = 1) or taken in (w = -1)."""

@@ -29,7 +29,7 @@ from capture_plan.layout.worth import PRIOR_SD, Observation
 CLOSE = 0.003  # of f, 0.15 % of the error: what better shares could still add to the bound
 ROUNDS, UPDATES = 60, 15  # real faces need fewer than ten rounds
 SHARE_DIGITS, ERROR_DIGITS = (2, 3, 4), 4
-BRIEF = 0.002  # of the bound, given up for a certificate of fewer digits and sites
+BRIEF = 0.005  # of f, given up for a certificate of fewer digits and sites
 JOINS = 0.02  # share that a site begins with
 
 

@@ -24,7 +24,8 @@ from capture_plan.layout.repair import site_rows
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.worth import Observation
 
-FEW = 20  # better sites that are kept for each one chosen: swaps among a few hundred sites cost a tenth
+FEW = 60  # rivals of each chosen site: swaps among a few hundred sites cost a tenth
+CLOSE = -0.5  # sites that give back half of what is lost may give more once others have moved
 BETTER = 1e-9  # relative: smaller gains are rounding, and following them could go round in circles
 
 Choice = tuple[int, ...]
@@ -139,17 +140,24 @@ class Search:
         return chosen
 
     def swap_all(self, chosen: Choice) -> Choice:
-        """Swaps until no site has a better one: looked for everywhere, then done among the best that were found."""
-        while len(found := self.better(chosen)):
-            chosen = self.swap_among(chosen, found)
+        """Swaps until no site has a better one: among those that come close everywhere, then among the better ones."""
+        listed = self.rivals(chosen, CLOSE)
+        chosen = self.swap_among(chosen, listed)
+        while len(better := self.rivals(chosen, BETTER)):
+            listed = np.union1d(listed, better)
+            chosen = self.swap_among(chosen, listed)
         return chosen
 
-    def better(self, chosen: Choice) -> Int[np.ndarray, " n"]:
-        """For each of the chosen sites the few best of those that would lower the score in its place."""
-        gains, found = self.gains(chosen), [np.empty(0, dtype=int)]
-        for site in chosen:
+    def rivals(self, chosen: Choice, share: float) -> Int[np.ndarray, " n"]:
+        """For each of the chosen sites the few best that lower the score in its place, or do but for `share`."""
+        if not chosen:
+            return np.empty(0, dtype=int)
+        gains, found, kept = self.gains(chosen), [], self.misses(chosen) == 0
+        for site, most in zip(chosen, gains.most(self.all_rows[list(chosen)]), strict=True):
             rest = tuple(other for other in chosen if other != site)
-            found.append(self.instead(gains, self.everywhere, (site,), rest, int(self.size[site]))[:FEW])
+            listed = np.flatnonzero(most > (1 + share) * gains.loss(self.rows((site,)))) if kept else self.everywhere
+            few = self.instead(gains.at(listed), listed, (site,), rest, int(self.size[site]), share)
+            found.append(few[:FEW])
         return np.unique(np.concatenate(found))
 
     def swap_among(self, chosen: Choice, listed: Int[np.ndarray, " n"]) -> Choice:
@@ -166,11 +174,11 @@ class Search:
         return chosen
 
     def instead(
-        self, gains: Gains, listed: Int[np.ndarray, " n"], left: Choice, rest: Choice, size: int
+        self, gains: Gains, listed: Int[np.ndarray, " n"], left: Choice, rest: Choice, size: int, share: float = BETTER
     ) -> Int[np.ndarray, " m"]:
         """Of the listed sites, whose gains are given, those of one size that lower the score in the place of `left`.
 
-        The best is first.
+        The best is first. Those count whose gain is 1 + `share` of what is lost.
         """
         at = np.flatnonzero((self.open_to(rest) & (self.size == size))[listed])
         if not len(at):
@@ -179,7 +187,7 @@ class Search:
         at = at[after == after.min()]
         if after.min() > before:
             return at[:0]
-        beat = gains.loss(self.rows(left)) * (1 + BETTER) if after.min() == before else -1.0
+        beat = gains.loss(self.rows(left)) * (1 + share) if after.min() == before else -1.0
         gain = gains.without(self.rows(left), at, beat=beat)
         order = np.argsort(-gain, kind="stable")
         return listed[at[order[: int((gain > beat).sum())]]]
