@@ -7,10 +7,11 @@ import pytest
 from msgspec.structs import replace
 
 from capture_plan.errors import InfeasibleError
-from capture_plan.layout.budget import Search, gains_at, nested, spend_budget
+from capture_plan.layout.budget import keepable, replan, spend_budget
 from capture_plan.layout.design import SINGLE_COVER, SIXTY_EIGHT, design_layout
 from capture_plan.layout.face import see_face
-from capture_plan.layout.repair import site_rows
+from capture_plan.layout.limits import Limit
+from capture_plan.layout.search import Search
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.worth import Observation, error_against_budget
@@ -41,19 +42,48 @@ def error(observation, sites, chosen):
     return observation.error(observation.covariance(sites.members(np.array(chosen, dtype=int))))
 
 
+def unlimited(observation, sites, budget, limits=()):
+    return Search(observation, sites, np.zeros((0, len(sites.size)), bool), None, budget, limits)
+
+
 @pytest.mark.parametrize("singles", [3, 9])
 def test_a_swap_lowers_the_error_by_what_its_closed_form_says(singles):
     observation, sites = problem(0, singles=singles)
-    chosen = [1, 4, 7]
-    gains = gains_at(
-        observation, site_rows(sites, observation.deltas), observation.covariance(sites.members(np.array(chosen)))
-    )
+    search, chosen = unlimited(observation, sites, 9), (1, 4, 7)
+    gains = search.gains(chosen)
     for left in chosen:
         rest = [site for site in chosen if site != left]
         among = np.array([site for site in range(9) if site not in rest])
         before = error(observation, sites, rest) ** 2
-        after = [error(observation, sites, [*rest, site]) ** 2 for site in among]
-        assert gains.without(left, among) == pytest.approx(before - np.array(after), rel=1e-6)
+        after = np.array([error(observation, sites, [*rest, site]) ** 2 for site in among])
+        rows = search.rows((left,))
+        assert gains.without(rows, among, beat=0.0) == pytest.approx(before - after, rel=1e-6)
+        assert gains.loss(rows) == pytest.approx(before - error(observation, sites, chosen) ** 2, rel=1e-6)
+        some = gains.without(rows, among, beat=gains.loss(rows))
+        assert (some[before - after > gains.loss(rows)] > 0).all()
+
+
+@pytest.mark.parametrize("singles", [3, 9])
+def test_what_a_swap_can_gain_at_most_is_never_less_than_what_it_gains(singles):
+    observation, sites = problem(5, singles=singles)
+    search, chosen = unlimited(observation, sites, 9), (1, 4, 7)
+    gains = search.gains(chosen)
+    most = gains.most(search.all_rows[list(chosen)])
+    for n, left in enumerate(chosen):
+        gain = gains.without(search.rows((left,)), np.arange(9), beat=-1.0)
+        assert (most[n] >= gain / SLACK).all()
+        traces = np.trace(gains.step(search.rows((left,)), 1).H, axis1=1, axis2=2)
+        assert most[n] == pytest.approx(traces / observation.noise_mm**2)
+
+
+@pytest.mark.parametrize("singles", [3, 9])
+def test_steps_in_and_out_arrive_where_large_products_do(singles):
+    observation, sites = problem(3, singles=singles)
+    search = unlimited(observation, sites, 9)
+    stepped = search.gains((1, 4, 7)).step(search.rows((8,)), -1).step(search.rows((4, 1)), 1)
+    direct = search.gains((7, 8))
+    for name in ("C", "P", "T", "H"):
+        assert getattr(stepped, name) == pytest.approx(getattr(direct, name), abs=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -85,12 +115,12 @@ def test_no_swap_of_the_answer_is_better(seed):
 @pytest.mark.parametrize("seed", range(8))
 def test_every_exchange_lowers_the_error_and_greedy_is_never_better(seed):
     observation, sites = problem(seed, s=20, singles=6)
-    search = Search(observation, sites, np.zeros((0, 20), bool), None, 9)
+    search = unlimited(observation, sites, 9)
     greedy = search.fill(())
     swapped = search.swap_all(greedy)
     traded = search.trade(swapped)
     assert search.score(traded) <= search.score(swapped)
-    assert search.score(swapped)[1] <= search.score(greedy)[1] * SLACK
+    assert search.score(swapped)[2] <= search.score(greedy)[2] * SLACK
     chosen = spend_budget(observation, sites, search.covers, NO_COVER, budget=9, spacing=None)
     assert error(observation, sites, chosen) <= error(observation, sites, greedy) * SLACK
 
@@ -126,11 +156,116 @@ def test_pairs_alone_leave_an_odd_budget_short_by_one_and_buy_nothing_for_one():
         spend_budget(observation, sites, NO_CONSTRAINT, NO_COVER, budget=1, spacing=None)
 
 
+def limited(rng, sites):
+    """A pin, a keep-out, a cap and an exact number that site 0, the pin and fillers can keep."""
+    s = len(sites.size)
+    pin, away = rng.choice(s, 2, replace=False)
+    zone = rng.permutation(s)[:4]
+    return (
+        Limit("pin", (np.arange(s) == pin).astype(int), least=1),
+        Limit("keep-out", (np.arange(s) == away).astype(int), most=0),
+        Limit("cap", np.isin(np.arange(s), zone) * sites.size, most=2),
+        Limit("number", sites.size, least=5, most=5),
+    )
+
+
+def choices_within(sites, limits, budget):
+    return [
+        subset
+        for n in range(1, budget + 1)
+        for subset in combinations(range(len(sites.size)), n)
+        if sites.size[list(subset)].sum() <= budget and all(limit.shortfall(np.array(subset)) == 0 for limit in limits)
+    ]
+
+
+@pytest.mark.parametrize("seed", range(16))
+def test_limits_are_kept_and_no_choice_within_them_is_better_by_more_than_a_tenth(seed):
+    observation, sites = problem(seed, singles=4)
+    limits = limited(np.random.default_rng(seed), sites)
+    within = choices_within(sites, limits, 5)
+    cover = np.array(within[seed % len(within)])
+    chosen = spend_budget(observation, sites, NO_CONSTRAINT, cover, budget=5, spacing=None, limits=limits)
+    assert [limit.name for limit in limits if limit.shortfall(chosen)] == []
+    best = min(error(observation, sites, subset) for subset in within)
+    assert best / SLACK <= error(observation, sites, chosen) <= 1.1 * best
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_every_move_keeps_the_limits(seed):
+    observation, sites = problem(seed, s=20, singles=6)
+    zone = np.arange(20) < 8
+    limits = (
+        Limit("pins", (np.arange(20) == 2).astype(int), least=1),
+        Limit("some", zone * sites.size, least=2, most=3),
+        Limit("none", (np.arange(20) > 16).astype(int), most=0),
+    )
+    search = unlimited(observation, sites, 9, limits)
+    filled = search.fill(())
+    for move in (search.swap_all(filled), search.trade(filled), search.descend(filled)):
+        assert search.shortfall(move) == 0
+        assert search.score(move) <= (0, 0, search.score(filled)[2] * SLACK)
+        assert search.landmarks(move) <= 9
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_limits_come_before_blendshapes_and_blendshapes_before_the_error(seed):
+    observation, sites = problem(seed, k=8, s=20, singles=6)
+    covers = np.zeros((8, 20), dtype=bool)
+    covers[:, 19] = covers[:4, 18] = True
+    never = Limit("not there", (np.arange(20) == 19).astype(int), most=0)
+    free = Search(observation, sites, covers, None, 6)
+    assert 19 in free.descend(free.fill(()))
+    held = Search(observation, sites, covers, None, 6, (never,))
+    end = held.descend(held.fill(()))
+    assert 19 not in end
+    assert 18 in end
+
+
+def one(vertex, **ends):
+    return Limit(f"vertex {vertex}", (np.arange(20) == vertex).astype(int), **ends)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_planned_again_after_one_change_it_keeps_the_change_and_is_as_good_as_any_start(seed):
+    observation, sites = problem(seed, s=20, singles=20)
+    nothing = np.zeros((0, 20), bool)
+    former = spend_budget(observation, sites, nothing, NO_COVER, budget=6, spacing=None)
+    new = next(site for site in range(20) if site not in former)
+    changes = {
+        "pinned": (one(new, least=1),),
+        "forbidden": (one(former[0], most=0),),
+        "moved": (one(new, least=1), one(former[-1], most=0)),
+    }
+    for limits in changes.values():
+        search = unlimited(observation, sites, 6, limits)
+        again = replan(search, former)
+        assert search.shortfall(tuple(again.tolist())) == 0
+        assert len(again) == 6
+        scratch = spend_budget(observation, sites, nothing, NO_COVER, budget=6, spacing=None, limits=limits)
+        assert error(observation, sites, again) <= 1.05 * error(observation, sites, scratch)
+
+
+def test_planned_again_without_a_change_it_stays():
+    observation, sites = problem(2, s=20, singles=6)
+    former = spend_budget(observation, sites, np.zeros((0, 20), bool), NO_COVER, budget=7, spacing=None)
+    assert np.array_equal(replan(unlimited(observation, sites, 7), former), former)
+
+
+def test_what_must_go_is_what_is_missed_least():
+    observation, sites = problem(4, s=20, singles=20)
+    former = spend_budget(observation, sites, np.zeros((0, 20), bool), NO_COVER, budget=6, spacing=None)
+    fewer = unlimited(observation, sites, 5)
+    assert keepable(fewer, tuple(former.tolist())) == tuple(former[:5].tolist())
+    pinned = next(site for site in range(20) if site not in former)
+    held = unlimited(observation, sites, 6, (one(pinned, least=1),))
+    assert set(keepable(held, tuple(former.tolist()))) == {pinned, *former[:5]}
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_with_more_of_a_nested_order_the_error_never_grows(seed):
     observation, sites = problem(seed)
     chosen = np.array([0, 3, 1, 8, 5])
-    order = nested(observation, sites, chosen)
+    order = np.array(unlimited(observation, sites, 9).in_order(tuple(chosen.tolist())))
     assert sorted(order) == sorted(chosen)
     curve = error_against_budget(observation, sites.members(order))
     assert len(curve) == sites.size[chosen].sum()
@@ -141,7 +276,7 @@ def test_with_more_of_a_nested_order_the_error_never_grows(seed):
 @pytest.mark.parametrize("seed", range(6))
 def test_the_last_of_a_nested_order_is_missed_least(seed):
     observation, sites = problem(seed)
-    order = nested(observation, sites, np.array([0, 3, 1, 8, 5]))
+    order = np.array(unlimited(observation, sites, 9).in_order((0, 3, 1, 8, 5)))
     for n in range(2, 6):
         kept = order[:n]
         lost = [error(observation, sites, kept[kept != site]) ** 2 for site in kept]

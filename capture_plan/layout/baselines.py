@@ -28,6 +28,7 @@ from scipy.sparse.linalg import splu
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.empirical import stiffness
 from capture_plan.layout.face import Face
+from capture_plan.layout.pivots import Pivots
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.mesh import surface_graph
 from capture_plan.mesh.geodesic import geodesic_distance
@@ -36,7 +37,6 @@ KEPT_VARIANCE = 0.99
 KMEANS_ROUNDS = 50
 RESTARTS = 5  # k-means ends in local minima: the best of five is kept
 GROUND = 1e-6  # of L'L, whose entries are about 1: skin without any landmark stays in the neutral
-NOTHING = 1e-9  # of the largest movement
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,19 +121,12 @@ def nearest_to_centres(rows: Float[np.ndarray, "n r"], count: int, seed: int) ->
 
 def qr_pivot(among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
     """Blockwise pivoted QR of the response; needs no seed."""
-    X = among.rows.reshape(len(among.vertices), -1, 3)
-    left, chosen = X.copy(), []
-    nothing = NOTHING * np.square(X).sum(axis=(1, 2)).max()
-    while len(chosen) < count:
-        size = np.square(left).sum(axis=(1, 2))
-        size[chosen] = -1
-        if size.max() <= nothing and not np.array_equal(left, X):
-            left = X.copy()
-            continue
-        chosen.append(int(size.argmax()))
-        U, sigma, _ = np.linalg.svd(left[chosen[-1]], full_matrices=False)
-        U = U[:, sigma**2 > nothing]
-        left -= U @ (U.T @ left)
+    n = len(among.vertices)
+    pivots, free = Pivots(among.rows.reshape(n, -1, 3).transpose(0, 2, 1)), np.ones(n, dtype=bool)
+    chosen: list[int] = []
+    for _ in range(count):
+        chosen.append(pivots.take(np.flatnonzero(free), np.ones(n, dtype=int)))
+        free[chosen[-1]] = False
     return among.vertices[chosen]
 
 
