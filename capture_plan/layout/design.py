@@ -5,61 +5,63 @@ fewest landmarks that any layout needs; the chosen method answers; what it chose
 the layouts that people know.
 """
 
-from dataclasses import dataclass
-from dataclasses import replace as dataclass_replace
+from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Int
 from msgspec.structs import replace
 
-from capture_plan.errors import InfeasibleError
-from capture_plan.layout.budget import spend_budget
-from capture_plan.layout.cover import Cover, dual_prices
+from capture_plan.layout.cover import dual_prices
 from capture_plan.layout.face import Face
-from capture_plan.layout.limits import Limit, open_under
-from capture_plan.layout.multicover import adaptive_cover, best_cover
-from capture_plan.layout.naming import name_landmarks
-from capture_plan.layout.record import Bound, Layout, Program, Worth
-from capture_plan.layout.repair import repair
-from capture_plan.layout.settings import LayoutSettings, Method, Weights
+from capture_plan.layout.head import pose_error
+from capture_plan.layout.head_choice import choose_head_markers
+from capture_plan.layout.methods import choose
+from capture_plan.layout.multicover import best_cover
+from capture_plan.layout.naming import name_head_markers, name_landmarks
+from capture_plan.layout.record import Bound, ErrorBound, HeadPose, Layout, Program, Worth
+from capture_plan.layout.relaxation import error_bound
+from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites
-from capture_plan.layout.spacing import Spacing
-from capture_plan.layout.wishes import wishes
+from capture_plan.layout.task import NOTHING, Task, task_of
 from capture_plan.layout.worth import Observation, error_against_budget
 from capture_plan.rig import Rig
 
 SINGLE_COVER = "single set cover"
 SIXTY_EIGHT = "68 points (iBUG)"
-NOTHING = np.empty(0, dtype=int)
 
 
-def design_layout(face: Face, settings: LayoutSettings) -> Layout:
+def design_layout(
+    face: Face,
+    settings: LayoutSettings,
+    *,
+    former: Sequence[int] = (),
+    unlike: Sequence[Sequence[int]] = (),
+) -> Layout:
     """The layout that `settings` ask for.
 
+    Vertices of a `former` layout are where a budget starts again from, so that little changes; every layout of `unlike`
+    is to be left in some places (`wishes.differences`).
+
     Raises:
-        InfeasibleError: no skin is seen well enough, no landmarks reach every blendshape at this spacing, or the
-            budget does not pay for a single site.
+        InfeasibleError: no skin is seen well enough, the wishes clash, or the budget does not pay for a single site.
     """
-    sites = face.sites(settings)
-    limits = wishes(face, settings, sites)
-    covers = sites.covers(settings.epsilon)
-    open_ = np.flatnonzero(open_under(limits, NOTHING, len(sites.visibility)))
-    reachable = np.flatnonzero(covers[:, open_].any(axis=1))
-    if not len(reachable):
-        raise InfeasibleError(f"no vertex that is seen moves by {settings.epsilon} of any blendshape: lower epsilon")
-    observation = face.observation(settings.noise_mm)
-    task = Task(face, settings, sites, limits, reachable, open_, face.spacing(sites, settings.spacing_mm), observation)
+    task = task_of(face, settings, unlike)
+    head = NOTHING
+    if settings.head_markers:
+        head = choose_head_markers(face, settings, task.sites, task.limits, task.reachable, task.open_)
+        task = task.beside(head)
+    sites, observation = task.sites, task.observation
     references = sixty_eight(face, observation) | {SINGLE_COVER: single_cover_worth(face, settings, observation)}
     target_mm = references[SIXTY_EIGHT].error_mm if SIXTY_EIGHT in references else settings.noise_mm
-    method, rounds, added = choose(task, target_mm)
-    chosen = np.concatenate([*(cover.chosen for cover in rounds), added]) if method != "budget" else added
-    numbers: list[int | None] = [None] * len(added)
-    if method != "budget":
-        numbers = [n for n, cover in enumerate(rounds) for _ in cover.chosen] + numbers
+    method, rounds, added = choose(task, target_mm, former)
+    covered = [] if method == "budget" else rounds
+    chosen = np.concatenate([*(cover.chosen for cover in covered), added])
+    numbers = [n for n, cover in enumerate(covered) for _ in cover.chosen] + [None] * len(added)
     order, round_of = _in_order(face.rig, sites, chosen, numbers)
-    landmarks = name_landmarks(face, settings, order, round_of)
+    landmarks = name_landmarks(face, settings, order, round_of, method)
     told = sites.members(chosen) if method == "budget" else order[:0]
     name_at = {m.vertex: m.name for m in landmarks}
+    covers = sites.covers(settings.epsilon)
     return Layout(
         method=method,
         landmarks=landmarks,
@@ -74,13 +76,28 @@ def design_layout(face: Face, settings: LayoutSettings) -> Layout:
             for cover in rounds
         ),
         minimum=minimum_landmarks(task),
-        certificate=certify([face.used[k] for k in reachable], covers[np.ix_(reachable, open_)], sites.size[open_]),
+        certificate=certify(task),
         uncovered=tuple(face.used[k] for k in np.flatnonzero(~covers[:, chosen].any(axis=1))),
         worth=observation.worth(order),
         references=references,
+        head=name_head_markers(face, settings, head),
+        head_pose=head_pose(face, head, settings.noise_mm) if len(head) else None,
         order=tuple(name_at[vertex] for vertex in told.tolist()),
         curve_mm=tuple(np.round(error_against_budget(observation, told), 4).tolist()),
+        error_bound=bound_of(task) if method == "budget" else None,
     )
+
+
+def head_pose(face: Face, head: Int[np.ndarray, " h"], noise_mm: float) -> HeadPose:
+    """What a pose fitted to the head markers is worth over the moving skin."""
+    return pose_error(face.rig.neutral[head], face.rig.neutral[face.moving_skin], noise_mm)
+
+
+def bound_of(task: Task) -> ErrorBound:
+    """The least error that any layout of the budget under the wishes could predict."""
+    budget = task.settings.budget or task.settings.number
+    assert budget is not None, "a budget was spent"
+    return error_bound(task.observation, task.sites, budget=budget, limits=task.limits)
 
 
 def sixty_eight(face: Face, observation: Observation) -> dict[str, Worth]:
@@ -101,79 +118,6 @@ def all_of(sites: Sites) -> Int[np.ndarray, " s"]:
     return np.arange(len(sites.visibility))
 
 
-@dataclass(frozen=True, eq=False)
-class Task:
-    """What one design is about: sites, wishes, the blendshapes that open sites reach, spacing, and what is measured."""
-
-    face: Face
-    settings: LayoutSettings
-    sites: Sites
-    limits: tuple[Limit, ...]
-    reachable: Int[np.ndarray, " r"]
-    open_: Int[np.ndarray, " o"]
-    spacing: Spacing | None
-    observation: Observation
-
-    def cover(self, weights: Weights, *, demand: Int[np.ndarray, " r"] | int = 1) -> Cover:
-        """The best cover of all that can be reached that keeps spacing and wishes."""
-        settings = replace(self.settings, weights=weights)
-        return best_cover(self.sites, settings, self.reachable, self.open_, self.spacing, self.limits, demand=demand)
-
-
-def choose(task: Task, target_mm: float) -> tuple[Method, list[Cover], Int[np.ndarray, " a"]]:
-    """The method that answers, its covers, and the sites that a repair or a budget chose."""
-    settings = task.settings
-    if settings.method == "budget":
-        return "budget", *within_budget(task)
-    if settings.method == "cover":
-        return "cover", [task.cover(settings.weights)], NOTHING
-    if settings.method in ("trivial", "distance"):
-        return settings.method, [multiple_cover(task)], NOTHING
-    rounds = adaptive_cover(task.sites, settings, task.spacing, task.limits)
-    if settings.method == "adaptive":
-        return "adaptive", rounds, NOTHING
-    chosen = np.concatenate([cover.chosen for cover in rounds])
-    added = repair(task.observation, task.sites, chosen, target_mm=target_mm, spacing=task.spacing, limits=task.limits)
-    if settings.budget and task.sites.size[np.concatenate([chosen, added])].sum() >= settings.budget:
-        return "budget", *within_budget(task)  # a budget that binds is better spent as a whole
-    return "studio", rounds, added
-
-
-def multiple_cover(task: Task) -> Cover:
-    """`rounds` sites for every blendshape, or as many as it has room for: next to each other, or at the spacing."""
-    rows = task.sites.covers(task.settings.epsilon)[np.ix_(task.reachable, task.open_)]
-    if task.settings.method == "trivial":
-        alone = dataclass_replace(task, spacing=None)
-        return alone.cover(task.settings.weights, demand=np.minimum(rows.sum(axis=1), task.settings.rounds))
-    room = np.array([room_for(task.spacing, task.open_[row], task.settings.rounds) for row in rows])
-    return task.cover(task.settings.weights, demand=room)
-
-
-def room_for(spacing: Spacing | None, candidates: Int[np.ndarray, " n"], most: int) -> int:
-    """How many of the candidates fit beside each other, first come first served, `most` at most."""
-    count, left = 0, candidates
-    while len(left) and count < most:
-        count += 1
-        left = left[~spacing.close(left[:1])[0, left]] if spacing else left[1:]
-    return count
-
-
-def within_budget(task: Task) -> tuple[list[Cover], Int[np.ndarray, " n"]]:
-    """The fewest landmarks of a cover under all wishes where the budget pays for them, and the sites that it buys."""
-    budget = task.settings.budget or task.settings.number
-    assert budget is not None, "settings of this method carry a budget"
-    fewest, start = task.cover("count"), task.cover("lexicographic")
-    chosen = spend_budget(
-        task.observation,
-        task.sites,
-        task.sites.covers(task.settings.epsilon)[task.reachable],
-        start.chosen,
-        budget=budget,
-        spacing=task.spacing,
-    )
-    return [fewest] if fewest.objective <= budget else [], chosen
-
-
 def _in_order(
     rig: Rig, sites: Sites, chosen: Int[np.ndarray, " n"], numbers: list[int | None]
 ) -> tuple[Int[np.ndarray, " m"], list[int | None]]:
@@ -191,12 +135,13 @@ def minimum_landmarks(task: Task) -> int:
     return round(best_cover(task.sites, counting, task.reachable, task.open_, None).bound)
 
 
-def certify(names: list[str], covers: Bool[np.ndarray, "k s"], size: Int[np.ndarray, " s"]) -> Bound:
+def certify(task: Task) -> Bound:
     """A lower bound on the number of landmarks with its dual prices, checkable without a solver."""
-    prices = dual_prices(covers, size)
+    covers = task.sites.covers(task.settings.epsilon)[np.ix_(task.reachable, task.open_)]
+    prices = dual_prices(covers, task.sites.size[task.open_])
     priced = np.flatnonzero(prices > 0)
     return Bound(
-        blendshapes=tuple(names[k] for k in priced),
+        blendshapes=tuple(task.face.used[task.reachable[k]] for k in priced),
         weights=tuple(float(prices[k]) for k in priced),
         landmarks=int(np.ceil(prices.sum() - 1e-9)),
     )

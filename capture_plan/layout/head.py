@@ -18,6 +18,7 @@ from jaxtyping import Bool, Float, Int
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.face import Face
+from capture_plan.layout.record import HeadPose
 from capture_plan.rig.regions import FaceRegions, face_regions
 from capture_plan.visibility import Camera, camera_visibility, global_visibility
 
@@ -53,15 +54,6 @@ class HeadSites:
         return self.motion_mm / RIGID_MM + 1 - self.visibility
 
 
-@dataclass(frozen=True)
-class PoseError:
-    """Root mean square errors of a fitted head pose: its rotation, its shift at the markers' middle, and the face."""
-
-    rotation_degrees: float
-    translation_mm: float
-    surface_mm: float
-
-
 def head_candidates(face: Face, cameras: tuple[Camera, ...] = ()) -> HeadSites:
     """Skin that hardly moves in each sector; seen from anywhere or, where they are known, from the cameras."""
     rig, motion = face.rig, face.displacement.max(axis=0)
@@ -86,7 +78,7 @@ def head_candidates(face: Face, cameras: tuple[Camera, ...] = ()) -> HeadSites:
     return HeadSites(vertices, motion[vertices], sector, visibility, tuple(limits), tuple(notes))
 
 
-def pose_error(points: Float[np.ndarray, "m 3"], face: Float[np.ndarray, "v 3"], noise_mm: float) -> PoseError:
+def pose_error(points: Float[np.ndarray, "m 3"], face: Float[np.ndarray, "v 3"], noise_mm: float) -> HeadPose:
     """What a rigid fit of m head markers leaves, each coordinate measured with the standard deviation `noise_mm`.
 
     `face` are the points over which the error at the surface is averaged.
@@ -105,7 +97,7 @@ def pose_error(points: Float[np.ndarray, "m 3"], face: Float[np.ndarray, "v 3"],
     inverse = np.linalg.inv(J)
     d = face - middle
     turned = (d**2).sum(axis=1) * np.trace(inverse) - np.einsum("vx,xy,vy->v", d, inverse, d)
-    return PoseError(
+    return HeadPose(
         rotation_degrees=float(np.degrees(noise_mm * np.sqrt(np.trace(inverse)))),
         translation_mm=float(noise_mm * np.sqrt(3 / len(points))),
         surface_mm=float(noise_mm * np.sqrt((turned + 3 / len(points)).mean())),

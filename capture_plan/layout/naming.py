@@ -1,23 +1,42 @@
 """Landmarks as people on set speak of them: numbered from the top down, named by place."""
 
 from collections import Counter
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Int
 
 from capture_plan.layout.face import Face
 from capture_plan.layout.quality import importance_weights
-from capture_plan.layout.record import Landmark, Role, Side
-from capture_plan.layout.settings import LayoutSettings
+from capture_plan.layout.record import Landmark, Role, Side, View
+from capture_plan.layout.settings import LayoutSettings, Method
 
 SIDES: dict[int, Side] = {1: "left", 0: "middle", -1: "right"}
 ROLES: dict[int | None, Role] = {0: "primary", None: "repair"}
 
 
 def name_landmarks(
-    face: Face, settings: LayoutSettings, vertices: Int[np.ndarray, " m"], rounds: list[int | None]
+    face: Face, settings: LayoutSettings, vertices: Int[np.ndarray, " m"], rounds: list[int | None], method: Method
 ) -> tuple[Landmark, ...]:
     """A record for each of `vertices`, in their order; `rounds[m]` is the program that chose it."""
+    primary: Role = "primary"
+    roles = [primary if method == "budget" else ROLES.get(number, "backup") for number in rounds]
+    return _records(face, settings, vertices, rounds, roles, "M")
+
+
+def name_head_markers(face: Face, settings: LayoutSettings, vertices: Int[np.ndarray, " m"]) -> tuple[Landmark, ...]:
+    """A record for each head marker; they are numbered apart from the landmarks."""
+    return _records(face, settings, vertices, [None] * len(vertices), ["head"] * len(vertices), "H")
+
+
+def _records(
+    face: Face,
+    settings: LayoutSettings,
+    vertices: Int[np.ndarray, " m"],
+    rounds: list[int | None],
+    roles: Sequence[Role],
+    letter: str,
+) -> tuple[Landmark, ...]:
     rig, visibility = face.rig, face.visibility[vertices]
     reach = face.reach(settings)[:, vertices]
     w = importance_weights(reach, visibility, settings.alpha)
@@ -29,11 +48,11 @@ def name_landmarks(
         triangle = int(np.flatnonzero((rig.triangles == vertex).any(axis=1))[0])
         landmarks.append(
             Landmark(
-                name=f"M{m + 1:02d}",
+                name=f"{letter}{m + 1:02d}",
                 label=labels[m],
                 region=regions.names[regions.of_vertex[vertex]],
                 side=SIDES[int(regions.side[vertex])],
-                role="primary" if settings.method == "budget" else ROLES.get(rounds[m], "backup"),
+                role=roles[m],
                 vertex=vertex,
                 source_vertex=int(rig.source_index[vertex]),
                 position=tuple(np.round(rig.neutral[vertex], 3).tolist()),
@@ -43,9 +62,21 @@ def name_landmarks(
                 quality=round(float(w[covers[:, m], m].mean()) if covers[:, m].any() else 2.0, 4),
                 visibility=round(float(visibility[m]), 4),
                 round=rounds[m],
+                views=views_of(face, settings, vertex),
             )
         )
     return tuple(landmarks)
+
+
+def views_of(face: Face, settings: LayoutSettings, vertex: int) -> tuple[View, ...]:
+    """What every known camera sees of a marker at a vertex."""
+    if not face.cameras:
+        return ()
+    found, n = face.views(settings.dot_mm), int(face.rig.skin[:vertex].sum())
+    return tuple(
+        View(camera, bool(found.seen[c, n]), round(float(found.pixels[c, n]), 2))
+        for c, camera in enumerate(found.cameras)
+    )
 
 
 def _count_up(labels: list[str]) -> list[str]:

@@ -67,6 +67,15 @@ class Bound(Struct, frozen=True, forbid_unknown_fields=True):
     landmarks: int
 
 
+class ErrorBound(Struct, frozen=True, forbid_unknown_fields=True):
+    """No layout predicts less than `error_mm`, millimetres. The certificate: shares of sites, each named by its first
+    vertex, at which `relaxation.bound_from` gives this bound."""
+
+    error_mm: float
+    vertices: tuple[int, ...]
+    shares: tuple[float, ...]
+
+
 class Worth(Struct, frozen=True, forbid_unknown_fields=True):
     """What landmarks tell about the blendshape weights, beside how many they are.
 
@@ -101,8 +110,9 @@ class Layout(Struct, frozen=True, forbid_unknown_fields=True):
     can check. Under a budget, the program is the fewest landmarks of any cover at the spacing, where the budget pays
     for them; `order` names the landmarks from the most telling to the first to be spared, and `curve_mm` is the
     predicted error with the first 1, 2, ... of them, millimetres. `uncovered` are blendshapes that no landmark stands
-    for. `head` are the markers that the head's own motion is taken from, `head_pose` what they are worth, where any were
-    asked for. `references` are other layouts of the same face under the same noise, by name: the paper's single cover, 68
+    for. `head` are the markers that the head's own motion is taken from, `head_pose` what they are worth, where any
+    were asked for. `error_bound` is the least error that any layout of the budget could predict. `references` are
+    other layouts of the same face under the same noise, by name: the paper's single cover, 68
     points.
     """
 
@@ -118,6 +128,7 @@ class Layout(Struct, frozen=True, forbid_unknown_fields=True):
     head_pose: HeadPose | None = None
     order: tuple[str, ...] = ()
     curve_mm: tuple[float, ...] = ()
+    error_bound: ErrorBound | None = None
 
     @property
     def markers(self) -> tuple[Landmark, ...]:

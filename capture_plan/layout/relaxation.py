@@ -19,9 +19,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from msgspec import Struct
 
 from capture_plan.layout.limits import Limit
+from capture_plan.layout.record import ErrorBound
 from capture_plan.layout.repair import site_rows, times
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.worth import PRIOR_SD, Observation
@@ -31,15 +31,6 @@ ROUNDS, UPDATES = 60, 15  # real faces need fewer than ten rounds
 SHARE_DIGITS, ERROR_DIGITS = (2, 3, 4), 4
 BRIEF = 0.005  # of f, given up for a certificate of fewer digits and sites
 JOINS = 0.02  # share that a site begins with
-
-
-class ErrorBound(Struct, frozen=True, forbid_unknown_fields=True):
-    """No layout predicts less than `error_mm`, millimetres. The certificate: shares of sites, each named by its first
-    vertex, at which `bound_from` gives this bound."""
-
-    error_mm: float
-    vertices: tuple[int, ...]
-    shares: tuple[float, ...]
 
 
 @dataclass(frozen=True, eq=False)

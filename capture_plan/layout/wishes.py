@@ -7,6 +7,7 @@ number, budget     landmarks in all
 views              cameras that see a site in every expression
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,8 @@ from capture_plan.layout.limits import Limit
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites
 from capture_plan.rig.regions import REGIONS
+
+OTHER_SHARE = 0.2  # of the landmarks: fewer is the same layout with a dot or two moved
 
 
 def wishes(face: Face, settings: LayoutSettings, sites: Sites) -> tuple[Limit, ...]:
@@ -99,6 +102,21 @@ def views(face: Face, settings: LayoutSettings, sites: Sites) -> list[Limit]:
     cameras = "camera" if settings.min_views == 1 else "cameras"
     name = f"every landmark seen by {settings.min_views} {cameras} at once in every expression"
     return [Limit(name, touching(sites, few).astype(int), most=0)]
+
+
+def differences(face: Face, settings: LayoutSettings, sites: Sites, unlike: Sequence[Sequence[int]]) -> list[Limit]:
+    """Of every layout given by its vertices, a fifth of the places or more is left: landmarks stand elsewhere instead.
+
+    A place is left when no landmark stands within the spacing of it, or of a marker's width where that is more.
+    """
+    limits, radius = [], max(settings.spacing_mm, settings.dot_mm)
+    for vertices in unlike:
+        near = np.zeros(len(face.rig.neutral), dtype=bool)
+        near[face.near(radius)[np.array(vertices)].indices] = True
+        far = counted(sites, ~near)
+        least = max(1, round(OTHER_SHARE * len(vertices)))
+        limits.append(Limit(f"{least} landmarks away from those of another layout", far, least=least))
+    return limits
 
 
 def touching(sites: Sites, mask: Bool[np.ndarray, " v"]) -> Bool[np.ndarray, " s"]:

@@ -1,0 +1,87 @@
+"""The methods by which landmarks are chosen, each from a task to covers and further sites.
+
+cover              one exact program
+trivial, distance  the same with several sites for every blendshape: next to each other, at the spacing
+adaptive           cover, take away what is chosen, cover again what is crowded (`multicover`)
+studio             adaptive, then repaired to full rank and to a target error (`repair`); within a budget, if one binds
+budget             the least predicted error that so many landmarks buy (`budget`)
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace as dataclass_replace
+
+import numpy as np
+from jaxtyping import Int
+from msgspec.structs import replace
+
+from capture_plan.layout.budget import replan, spend_budget
+from capture_plan.layout.cover import Cover
+from capture_plan.layout.multicover import adaptive_cover
+from capture_plan.layout.repair import repair
+from capture_plan.layout.search import Search
+from capture_plan.layout.settings import Method
+from capture_plan.layout.spacing import Spacing
+from capture_plan.layout.task import NOTHING, Task
+
+
+def choose(task: Task, target_mm: float, former: Sequence[int]) -> tuple[Method, list[Cover], Int[np.ndarray, " a"]]:
+    """The method that answers, its covers, and the sites that a repair or a budget chose."""
+    settings = task.settings
+    if settings.method == "budget":
+        return "budget", *within_budget(task, former)
+    if settings.method == "cover":
+        return "cover", [task.cover(settings.weights)], NOTHING
+    if settings.method in ("trivial", "distance"):
+        return settings.method, [multiple_cover(task)], NOTHING
+    rounds = adaptive_cover(task.sites, settings, task.spacing, task.limits)
+    if settings.method == "adaptive":
+        return "adaptive", rounds, NOTHING
+    chosen = np.concatenate([cover.chosen for cover in rounds])
+    added = repair(task.observation, task.sites, chosen, target_mm=target_mm, spacing=task.spacing, limits=task.limits)
+    if settings.budget and task.sites.size[np.concatenate([chosen, added])].sum() >= settings.budget:
+        return "budget", *within_budget(task, former)  # a budget that binds is better spent as a whole
+    return "studio", rounds, added
+
+
+def multiple_cover(task: Task) -> Cover:
+    """`rounds` sites for every blendshape, or as many as it has room for: next to each other, or at the spacing."""
+    rows = task.sites.covers(task.settings.epsilon)[np.ix_(task.reachable, task.open_)]
+    if task.settings.method == "trivial":
+        alone = dataclass_replace(task, settings=replace(task.settings, spacing_mm=0.0))
+        return alone.cover(task.settings.weights, demand=np.minimum(rows.sum(axis=1), task.settings.rounds))
+    room = np.array([room_for(task.spacing, task.open_[row], task.settings.rounds) for row in rows])
+    return task.cover(task.settings.weights, demand=room)
+
+
+def room_for(spacing: Spacing | None, candidates: Int[np.ndarray, " n"], most: int) -> int:
+    """How many of the candidates fit beside each other, first come first served, `most` at most."""
+    count, left = 0, candidates
+    while len(left) and count < most:
+        count += 1
+        left = left[~spacing.close(left[:1])[0, left]] if spacing else left[1:]
+    return count
+
+
+def within_budget(task: Task, former: Sequence[int]) -> tuple[list[Cover], Int[np.ndarray, " n"]]:
+    """The fewest landmarks of a cover under all wishes where the budget pays for them, and the sites that it buys."""
+    budget = task.settings.budget or task.settings.number
+    assert budget is not None, "settings of this method carry a budget"
+    fewest = task.cover("count")
+    affordable = [fewest] if task.sites.size[fewest.chosen].sum() <= budget else []
+    covers = task.sites.covers(task.settings.epsilon)[task.reachable]
+    if former:
+        search = Search(
+            task.observation, task.sites, covers if affordable else covers[:0], task.spacing, budget, task.limits
+        )
+        return affordable, replan(search, np.flatnonzero(np.isin(task.sites.vertices, former).any(axis=1)))
+    start = task.cover("lexicographic")
+    chosen = spend_budget(
+        task.observation,
+        task.sites,
+        covers,
+        start.chosen,
+        budget=budget,
+        spacing=task.spacing,
+        limits=task.limits,
+    )
+    return affordable, chosen

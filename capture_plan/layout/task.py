@@ -1,0 +1,80 @@
+"""What one design is about: where landmarks may stand, what is wished, what has to be seen, what is measured."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from dataclasses import replace as dataclass_replace
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Int
+from msgspec.structs import replace
+
+from capture_plan.errors import InfeasibleError
+from capture_plan.layout.cover import Cover
+from capture_plan.layout.face import Face
+from capture_plan.layout.limits import Limit, open_under
+from capture_plan.layout.multicover import best_cover
+from capture_plan.layout.settings import LayoutSettings, Weights
+from capture_plan.layout.sites import Sites
+from capture_plan.layout.spacing import Spacing
+from capture_plan.layout.wishes import differences, touching, wishes
+from capture_plan.layout.worth import Observation
+
+NOTHING = np.empty(0, dtype=int)
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What one design is about: sites, wishes, the blendshapes that open sites reach, and what is measured."""
+
+    face: Face
+    settings: LayoutSettings
+    sites: Sites
+    limits: tuple[Limit, ...]
+
+    @cached_property
+    def open_(self) -> Int[np.ndarray, " o"]:
+        """Sites that no wish shuts out."""
+        return np.flatnonzero(open_under(self.limits, NOTHING, len(self.sites.visibility)))
+
+    @cached_property
+    def reachable(self) -> Int[np.ndarray, " r"]:
+        """Blendshapes that an open site can stand for."""
+        return np.flatnonzero(self.sites.covers(self.settings.epsilon)[:, self.open_].any(axis=1))
+
+    @cached_property
+    def spacing(self) -> Spacing | None:
+        """Which sites stand too close to each other."""
+        return self.face.spacing(self.sites, self.settings.spacing_mm)
+
+    @cached_property
+    def observation(self) -> Observation:
+        """The face as a measuring problem."""
+        return self.face.observation(self.settings.noise_mm)
+
+    def cover(self, weights: Weights, *, demand: Int[np.ndarray, " r"] | int = 1) -> Cover:
+        """The best cover of all that can be reached that keeps spacing and wishes."""
+        settings = replace(self.settings, weights=weights)
+        return best_cover(self.sites, settings, self.reachable, self.open_, self.spacing, self.limits, demand=demand)
+
+    def beside(self, head: Int[np.ndarray, " h"]) -> "Task":
+        """The same with all sites shut out that stand too close to the head markers."""
+        near = np.zeros(len(self.face.rig.neutral), dtype=bool)
+        near[head] = True
+        if self.spacing:
+            near[self.spacing.near[head].indices] = True
+        clear = Limit("nothing beside the head markers", touching(self.sites, near).astype(int), most=0)
+        return dataclass_replace(self, limits=(*self.limits, clear))
+
+
+def task_of(face: Face, settings: LayoutSettings, unlike: Sequence[Sequence[int]] = ()) -> Task:
+    """The task of these settings.
+
+    Raises:
+        InfeasibleError: nothing that is seen moves enough, or a wish names what this face does not have.
+    """
+    sites = face.sites(settings)
+    task = Task(face, settings, sites, (*wishes(face, settings, sites), *differences(face, settings, sites, unlike)))
+    if not len(task.reachable):
+        raise InfeasibleError(f"no vertex that is seen moves by {settings.epsilon} of any blendshape: lower epsilon")
+    return task
