@@ -70,7 +70,7 @@ def camera_views(
     Kept on disk by content, like the global visibility.
     """
     lenses = [camera.numbers for camera in cameras]
-    key = digest([METHOD, version("embreex"), "views", neutral, deltas, triangles, vertices, *lenses, np.array(dot_mm)])
+    key = digest([METHOD, version("embreex"), "dots", neutral, deltas, triangles, vertices, *lenses, np.array(dot_mm)])
 
     def compute() -> Arrays:
         return _worst(neutral, deltas, triangles, vertices, cameras, dot_mm)
