@@ -94,6 +94,7 @@ def test_views_are_the_fewest_at_once_and_not_the_cameras_that_always_see():
     move = np.zeros((2, len(mesh[0]), 3))
     move[0, 5:9, 0], move[1, 9:13, 0] = 480, -480
     found = look(mesh, move, cameras)
+    assert found.at_once.tolist() == [[2], [1], [1]]
     assert found.views.tolist() == [1]
     assert found.seen.tolist() == [[False], [False]]
     assert (found.pixels > 0).all()

@@ -37,15 +37,17 @@ class Views:
 
     `seen[c, n]`: camera c sees it in every expression. `views[n]`: fewest cameras that see it in any one expression.
     `pixels[c, n]`: least of its smaller diameter over the expressions in which c sees it, pixels; 0 where c never does.
+    `at_once[e, n]`: how many cameras see it in each expression, the neutral first, then the deltas in their order.
     """
 
     cameras: tuple[str, ...]
     seen: Bool[np.ndarray, "c n"]
     views: Int[np.ndarray, " n"]
     pixels: Float[np.ndarray, "c n"]
+    at_once: Int[np.ndarray, "e n"]
 
     def __post_init__(self) -> None:
-        for array in (self.seen, self.views, self.pixels):
+        for array in (self.seen, self.views, self.pixels, self.at_once):
             array.flags.writeable = False
 
     @property
@@ -68,13 +70,19 @@ def camera_views(
     Kept on disk by content, like the global visibility.
     """
     lenses = [camera.numbers for camera in cameras]
-    key = digest([METHOD, version("embreex"), "views", neutral, deltas, triangles, vertices, *lenses, np.array(dot_mm)])
+    key = digest([METHOD, version("embreex"), "dots", neutral, deltas, triangles, vertices, *lenses, np.array(dot_mm)])
 
     def compute() -> Arrays:
         return _worst(neutral, deltas, triangles, vertices, cameras, dot_mm)
 
     found = cached(compute, "views", key, entries=ENTRIES)
-    return Views(tuple(camera.name for camera in cameras), found["seen"], found["views"], found["pixels"])
+    return Views(
+        cameras=tuple(camera.name for camera in cameras),
+        seen=found["seen"],
+        views=found["at_once"].min(axis=0),
+        pixels=found["pixels"],
+        at_once=found["at_once"],
+    )
 
 
 def smaller_diameter(
@@ -108,11 +116,11 @@ def _worst(
         return seen, pixels
 
     always, pixels = look(neutral)
-    views = always.sum(axis=0)
+    at_once = [always.sum(axis=0)]
     with ThreadPoolExecutor(os.cpu_count()) as pool:  # embree releases the interpreter lock
         looks = pool.map(lambda delta: look(neutral + delta), deltas)
         for seen, spans in track(looks, "Looking through the cameras", total=len(deltas)):
             always &= seen
-            views = np.minimum(views, seen.sum(axis=0))
+            at_once.append(seen.sum(axis=0))
             pixels = np.minimum(pixels, spans)
-    return {"seen": always, "views": views, "pixels": np.where(np.isfinite(pixels), pixels, 0.0)}
+    return {"seen": always, "at_once": np.stack(at_once), "pixels": np.where(np.isfinite(pixels), pixels, 0.0)}
