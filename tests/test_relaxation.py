@@ -77,7 +77,7 @@ def test_the_bound_is_reached_where_the_budget_pays_for_all(seed):
 def test_the_shares_keep_the_budget_and_are_the_best_there_are(seed):
     observation, sites = problem(seed)
     relaxed = relax(observation, sites, 5, ())
-    lam = best_shares(relaxed)
+    lam = best_shares(relaxed, relaxed.scaled(np.ones(len(relaxed.size))))
     assert sites.size @ lam <= 5 + 1e-3
     assert lam.max() <= 1
     f, g = relaxed.value(lam)

@@ -34,13 +34,13 @@ def design_layout(
     face: Face,
     settings: LayoutSettings,
     *,
-    former: Sequence[int] = (),
+    former: Layout | None = None,
     unlike: Sequence[Sequence[int]] = (),
 ) -> Layout:
     """The layout that `settings` ask for.
 
-    Vertices of a `former` layout are where a budget starts again from, so that little changes; every layout of `unlike`
-    is to be left in some places (`wishes.differences`).
+    A `former` layout is where a budget starts again from, so that little changes; every layout of `unlike`, given by
+    its vertices, is to be left in some places (`wishes.differences`).
 
     Raises:
         InfeasibleError: no skin is seen well enough, the wishes clash, or the budget does not pay for a single site.
@@ -84,7 +84,7 @@ def design_layout(
         head_pose=head_pose(face, head, settings.noise_mm) if len(head) else None,
         order=tuple(name_at[vertex] for vertex in told.tolist()),
         curve_mm=tuple(np.round(error_against_budget(observation, told), 4).tolist()),
-        error_bound=bound_of(task) if method == "budget" else None,
+        error_bound=bound_of(task, former) if method == "budget" else None,
     )
 
 
@@ -93,11 +93,12 @@ def head_pose(face: Face, head: Int[np.ndarray, " h"], noise_mm: float) -> HeadP
     return pose_error(face.rig.neutral[head], face.rig.neutral[face.moving_skin], noise_mm)
 
 
-def bound_of(task: Task) -> ErrorBound:
+def bound_of(task: Task, former: Layout | None) -> ErrorBound:
     """The least error that any layout of the budget under the wishes could predict."""
     budget = task.settings.budget or task.settings.number
     assert budget is not None, "a budget was spent"
-    return error_bound(task.observation, task.sites, budget=budget, limits=task.limits)
+    near = former.error_bound if former else None
+    return error_bound(task.observation, task.sites, budget=budget, limits=task.limits, former=near)
 
 
 def sixty_eight(face: Face, observation: Observation) -> dict[str, Worth]:

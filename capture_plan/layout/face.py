@@ -18,6 +18,7 @@ from capture_plan.mesh import near_table, surface_graph
 from capture_plan.mesh.mirror import mirror_map
 from capture_plan.rig import Rig
 from capture_plan.rig.painted import painted_zone
+from capture_plan.rig.performed import performed_deltas
 from capture_plan.rig.regions import FaceRegions, face_regions
 from capture_plan.rig.zones import ZONES, Ground, check_zone
 from capture_plan.visibility import Camera, camera_visibility, global_visibility
@@ -157,7 +158,7 @@ class Face:
             rig = self.rig
             at = np.flatnonzero(self.rig.skin)
             self._views[dot_mm] = camera_views(
-                rig.neutral, rig.deltas[self.rows], rig.triangles, at, self.cameras, dot_mm=dot_mm
+                rig.neutral, performed_deltas(rig, self.used), rig.triangles, at, self.cameras, dot_mm=dot_mm
             )
         return self._views[dot_mm]
 
@@ -193,7 +194,7 @@ class Face:
 def see_face(rig: Rig, used: tuple[str, ...], cameras: tuple[Camera, ...] = ()) -> Face:
     """Visibility of every skin vertex in every expression, from anywhere or, where they are known, from the cameras."""
     face = Face(rig, used, np.zeros(len(rig.neutral)))
-    at, deltas = np.flatnonzero(face.markable), rig.deltas[face.rows]
+    at, deltas = np.flatnonzero(face.markable), performed_deltas(rig, used)
     visibility = np.zeros(len(rig.neutral))
     if cameras:
         visibility[at] = camera_visibility(rig.neutral, deltas, rig.triangles, at, cameras)

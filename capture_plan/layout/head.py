@@ -19,6 +19,7 @@ from jaxtyping import Bool, Float, Int
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.face import Face
 from capture_plan.layout.record import HeadPose
+from capture_plan.rig.performed import performed_deltas
 from capture_plan.rig.regions import FaceRegions, face_regions
 from capture_plan.visibility import Camera, camera_visibility, global_visibility
 
@@ -69,7 +70,7 @@ def head_candidates(face: Face, cameras: tuple[Camera, ...] = ()) -> HeadSites:
                 f"{name}: no {CHOICE} vertices move less than {RIGID_MM:g} mm, so up to {limit:g} mm are let in"
             )
     vertices = np.concatenate(found)
-    deltas = rig.deltas[face.rows]
+    deltas = performed_deltas(rig, face.used)
     if cameras:
         visibility = camera_visibility(rig.neutral, deltas, rig.triangles, vertices, cameras)
     else:

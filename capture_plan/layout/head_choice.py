@@ -42,7 +42,7 @@ def choose_head_markers(
     s = len(sites.visibility)
     joined = Sites(
         np.concatenate([sites.vertices, head.vertices]),
-        block_diag(sites.reach, head.reach),
+        np.asarray(block_diag(sites.reach, head.reach)),
         np.concatenate([sites.visibility, head.visibility]),
     )
     extra = np.zeros(len(head.visibility), dtype=int)

@@ -7,7 +7,6 @@ studio             adaptive, then repaired to full rank and to a target error (`
 budget             the least predicted error that so many landmarks buy (`budget`)
 """
 
-from collections.abc import Sequence
 from dataclasses import replace as dataclass_replace
 
 import numpy as np
@@ -17,6 +16,7 @@ from msgspec.structs import replace
 from capture_plan.layout.budget import replan, spend_budget
 from capture_plan.layout.cover import Cover
 from capture_plan.layout.multicover import adaptive_cover
+from capture_plan.layout.record import Layout
 from capture_plan.layout.repair import repair
 from capture_plan.layout.search import Search
 from capture_plan.layout.settings import Method
@@ -24,7 +24,7 @@ from capture_plan.layout.spacing import Spacing
 from capture_plan.layout.task import NOTHING, Task
 
 
-def choose(task: Task, target_mm: float, former: Sequence[int]) -> tuple[Method, list[Cover], Int[np.ndarray, " a"]]:
+def choose(task: Task, target_mm: float, former: Layout | None) -> tuple[Method, list[Cover], Int[np.ndarray, " a"]]:
     """The method that answers, its covers, and the sites that a repair or a budget chose."""
     settings = task.settings
     if settings.method == "budget":
@@ -62,7 +62,7 @@ def room_for(spacing: Spacing | None, candidates: Int[np.ndarray, " n"], most: i
     return count
 
 
-def within_budget(task: Task, former: Sequence[int]) -> tuple[list[Cover], Int[np.ndarray, " n"]]:
+def within_budget(task: Task, former: Layout | None) -> tuple[list[Cover], Int[np.ndarray, " n"]]:
     """The fewest landmarks of a cover under all wishes where the budget pays for them, and the sites that it buys."""
     budget = task.settings.budget or task.settings.number
     assert budget is not None, "settings of this method carry a budget"
@@ -70,10 +70,11 @@ def within_budget(task: Task, former: Sequence[int]) -> tuple[list[Cover], Int[n
     affordable = [fewest] if task.sites.size[fewest.chosen].sum() <= budget else []
     covers = task.sites.covers(task.settings.epsilon)[task.reachable]
     if former:
+        kept = [m.vertex for m in former.landmarks]
         search = Search(
             task.observation, task.sites, covers if affordable else covers[:0], task.spacing, budget, task.limits
         )
-        return affordable, replan(search, np.flatnonzero(np.isin(task.sites.vertices, former).any(axis=1)))
+        return affordable, replan(search, np.flatnonzero(np.isin(task.sites.vertices, kept).any(axis=1)))
     start = task.cover("lexicographic")
     chosen = spend_budget(
         task.observation,

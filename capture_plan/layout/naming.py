@@ -13,20 +13,21 @@ from capture_plan.layout.settings import LayoutSettings, Method
 
 SIDES: dict[int, Side] = {1: "left", 0: "middle", -1: "right"}
 ROLES: dict[int | None, Role] = {0: "primary", None: "repair"}
+BOUGHT: dict[int | None, Role] = {None: "primary"}
+HEAD: Role = "head"
 
 
 def name_landmarks(
     face: Face, settings: LayoutSettings, vertices: Int[np.ndarray, " m"], rounds: list[int | None], method: Method
 ) -> tuple[Landmark, ...]:
     """A record for each of `vertices`, in their order; `rounds[m]` is the program that chose it."""
-    primary: Role = "primary"
-    roles = [primary if method == "budget" else ROLES.get(number, "backup") for number in rounds]
-    return _records(face, settings, vertices, rounds, roles, "M")
+    roles = BOUGHT if method == "budget" else ROLES
+    return _records(face, settings, vertices, rounds, [roles.get(number, "backup") for number in rounds], "M")
 
 
 def name_head_markers(face: Face, settings: LayoutSettings, vertices: Int[np.ndarray, " m"]) -> tuple[Landmark, ...]:
     """A record for each head marker; they are numbered apart from the landmarks."""
-    return _records(face, settings, vertices, [None] * len(vertices), ["head"] * len(vertices), "H")
+    return _records(face, settings, vertices, [None] * len(vertices), (HEAD,) * len(vertices), "H")
 
 
 def _records(

@@ -82,10 +82,19 @@ class Relaxed:
         return Relaxed(self.observation, self.A[at], self.size[at], self.open_[at], self.held[at], self.budget)
 
 
-def error_bound(observation: Observation, sites: Sites, *, budget: int, limits: tuple[Limit, ...] = ()) -> ErrorBound:
-    """What no layout of at most `budget` landmarks on these sites predicts less than."""
+def error_bound(
+    observation: Observation,
+    sites: Sites,
+    *,
+    budget: int,
+    limits: tuple[Limit, ...] = (),
+    former: ErrorBound | None = None,
+) -> ErrorBound:
+    """What no layout of at most `budget` landmarks on these sites predicts less than; `former` is a certificate of a
+    problem close to this one, from whose shares the search starts."""
     relaxed = relax(observation, sites, budget, limits)
-    lam = brief(relaxed, best_shares(relaxed))
+    start = np.ones(len(sites.size)) if former is None else shares_of(sites, former)
+    lam = brief(relaxed, best_shares(relaxed, relaxed.scaled(start)))
     at = np.flatnonzero(lam)
     return ErrorBound(
         error_mm=bound_from(observation, sites, lam, budget=budget, limits=limits),
@@ -94,9 +103,8 @@ def error_bound(observation: Observation, sites: Sites, *, budget: int, limits: 
     )
 
 
-def best_shares(relaxed: Relaxed) -> Float[np.ndarray, " s"]:
-    """Shares whose bound comes within `CLOSE` of their f, or the best that were found."""
-    lam = relaxed.scaled(np.ones(len(relaxed.size)))
+def best_shares(relaxed: Relaxed, lam: Float[np.ndarray, " s"]) -> Float[np.ndarray, " s"]:
+    """Shares whose bound comes within `CLOSE` of their f, or the best that were found, from a start on."""
     best, found = -np.inf, lam
     for _ in range(ROUNDS):
         f, g = relaxed.value(lam)
