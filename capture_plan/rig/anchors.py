@@ -6,7 +6,7 @@ Data     surface of the face with its border loops: two mirrored ones are the li
 Order    eyes: lid openings, else eyeballs, else proportions of the head
          mouth: its opening, else where blendshapes stretch the midline, else 1.1 pupil distances below the eyes
          nose tip: most forward on the midline between eyes and mouth; chin: most forward and low below the mouth
-         ears: furthest to the side, between brow and mouth, behind the eyes
+         ears: furthest to the side, between brow and mouth, behind the eyes, with more of the head behind them
 Unit     the pupil distance; proportions are those of the four heads measured here and only stand in where holes lack
 """
 
@@ -28,6 +28,7 @@ MOUTH_BELOW_EYES, MOUTH_WIDTH = 1.1, 0.8  # of the pupil distance
 EARS_WITHIN = 1.9  # pupil distances from the midline: four human heads have 1.4, a fox's whiskers 2.2
 SAME_FACE = 0.5  # of the given skin; where less is found to be skin, the search went astray and the person is right
 REMEMBERED = 8  # rigs of a session; the search for skin casts rays
+BEHIND_EARS = 0.4  # pupil distances that a head goes on; a mask ends with what is furthest to its side
 COMPACT = 0.45  # least over largest extent of an eyeball; half a ball has 0.5, a lash strip 0.3
 
 
@@ -94,7 +95,8 @@ def surface_anchors(rig: Rig) -> Anchors:
     ]
     aside = [eyes.mean(axis=0) + unit * np.array([side * 1.4, -0.3, -1.4]) for side in (1, -1)]
     ears = [_furthest(beside, (side, 0, 0), point) for side, point in zip((1, -1), aside, strict=True)]
-    if max(abs(ear[0] - x0) for ear in ears) < EARS_WITHIN * unit:
+    goes_on = points[:, 2].min() < min(ear[2] for ear in ears) - BEHIND_EARS * unit
+    if goes_on and max(abs(ear[0] - x0) for ear in ears) < EARS_WITHIN * unit:
         how += ("ears",)
     else:
         ears = aside
