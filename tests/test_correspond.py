@@ -10,16 +10,8 @@ import pytest
 from solids import square
 
 from capture_plan.errors import RigError
-from capture_plan.layout.correspond import (
-    correspond,
-    fit,
-    own_nearest,
-    stiffness,
-    transfer,
-    transfer_places,
-)
+from capture_plan.layout.correspond import correspond, transfer, transfer_places
 from capture_plan.layout.empirical import EMPIRICAL, empirical_layout, place_layout
-from capture_plan.mesh import vertex_normals
 from capture_plan.rig import Rig, sample_rig
 
 SIXTY_EIGHT = empirical_layout("ibug68").vertices
@@ -141,42 +133,6 @@ def test_a_point_that_is_no_skin_is_refused_in_one_line():
     tooth = np.flatnonzero(~rig.skin)[:1]
     with pytest.raises(RigError, match=f"MakeHuman head: vertex {tooth[0]} is no skin"):
         transfer(rig, tooth, rig)
-
-
-def test_stiffness_leaves_planes_alone_and_is_symmetric():
-    """A shape of constant slope inside a regular grid costs nothing; a lone bump does."""
-    x, y = np.meshgrid(np.arange(7.0), np.arange(7.0))
-    first = (np.arange(6)[:, None] * 7 + np.arange(6)).ravel()
-    triangles = np.concatenate([np.stack([first, first + 1, first + 8], 1), np.stack([first, first + 8, first + 7], 1)])
-    K = stiffness(triangles, 49).toarray()
-    assert np.allclose(K, K.T)
-    assert np.allclose(K @ np.ones(49), 0)
-    assert np.linalg.eigvalsh(K).min() > -1e-12
-    inner = (2 * x + 3 * y).ravel()
-    assert (K @ inner).reshape(7, 7)[3, 3] == pytest.approx(0, abs=1e-9)
-    assert np.eye(49)[24] @ K @ np.eye(49)[24] > 1
-
-
-def test_fit_lays_a_sheet_onto_a_sheet_beside_it():
-    count = np.linspace(-1, 1, 13)
-    x, y = (grid.ravel() for grid in np.meshgrid(count, count))
-    first = (np.arange(12)[:, None] * 13 + np.arange(12)).ravel()
-    triangles = np.concatenate(
-        [np.stack([first, first + 1, first + 14], 1), np.stack([first, first + 14, first + 13], 1)]
-    )
-    start = np.stack([x, y, np.zeros_like(x)], axis=1)
-    skin = np.stack([x, y, 0.1 + 0.05 * x**2], axis=1)
-    p = fit(start, triangles, skin, vertex_normals(skin, triangles), np.ones(len(skin), dtype=bool))
-    assert np.abs(p - start)[:, 2].mean() > 0.08
-    assert np.sqrt(np.mean((p - skin) ** 2)) < 0.01
-
-
-def test_each_point_gets_a_vertex_of_its_own_facing_the_same_way():
-    p = np.array([[0.0, 0, 0], [0.01, 0, 0]])
-    up = np.array([[0.0, 0, 1]] * 2)
-    q = np.array([[0.0, 0, 0], [0.0, 0, 0], [0.05, 0, 0]])
-    m = np.array([[0.0, 0, -1], [0.0, 0, 1], [0.0, 0, 1]])
-    assert own_nearest(p, up, q, m).tolist() == [1, 2]
 
 
 def test_a_mesh_too_coarse_for_68_points_is_refused_in_one_line():

@@ -1,16 +1,11 @@
 """Surface correspondence: the face of one rig laid onto that of another, to carry points from skin to skin.
 
-Data       p_i, n_i     vertices and normals of the source's face; u the distance between the target's pupils, the unit
-           q_j, m_j     vertices and normals of the target's surface
-           L            p - mean of its neighbours, on the source's mesh
-Start      p = a thin spline through eyes, mouth, nose, chin and ears of both faces (radial kernel r, affine part)
-Repeat     j(i) = nearest vertex in (q / u, a m): near and facing the same way;  c_i = trust in the pair
-           p    = argmin  sum_i c_i |p_i - q_j(i)|² + b |L (p - p_start)|²       for b falling from stiff to soft
-Trust      none in a pair with the end of the target's mesh: a mask without ears is no narrow face
+Unit       the distance between the pupils, of each face its own
+Start      the source's face bent by a thin spline through eyes, mouth, nose, chin and ears of both
+Face       what lies before the ears, laid onto the target's surface (`register.py`); the end of the target's mesh
+           attracts nothing, for a mask without ears is no narrow face
 Beyond     ears, skull and neck follow the same way, from a spline through the face as it lies
-Answer     for each point a vertex of the target's skin of its own, the least sum of distances (assignment problem)
-
-This is non-rigid registration by closest points (Allen et al. 2003; Amberg et al. 2007) with a Laplacian for stiffness.
+Answer     for each point a vertex of the target's skin of its own, or none where no skin is near
 """
 
 from dataclasses import dataclass
@@ -18,22 +13,16 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy.interpolate import RBFInterpolator
-from scipy.optimize import linear_sum_assignment
-from scipy.sparse import csc_array, csr_array, diags_array, eye_array
-from scipy.sparse.linalg import splu
+from scipy.sparse import csr_array
 from scipy.spatial import KDTree
-from scipy.spatial.distance import cdist
 
 from capture_plan.errors import RigError
-from capture_plan.mesh import boundary_vertices, half_edges, vertex_normals
+from capture_plan.layout.register import fit, own_nearest, spline_start
+from capture_plan.mesh import boundary_vertices, vertex_normals
 from capture_plan.rig import Rig
 from capture_plan.rig.anchors import Anchors, face_anchors, face_surface
 
-NORMAL_WEIGHT = 0.4  # a: opposite normals count like 0.8 pupil distances, so that lips do not meet each other's
-STIFFNESS = np.geomspace(3000, 30, 20)  # b, per round
 SMOOTHING = 0.5  # control points are a few millimetres wrong
-FAR, DOUBTFUL = 0.4, 0.1  # pupil distances: pairs further apart are dropped, pairs this far apart count half
 FACE_ABOVE, FACE_BELOW = 1.2, 0.4  # pupil distances above the eyes and below the chin: the part that is fitted
 ABSENT = 0.25  # pupil distances: a point this far from all of the surface is not on the mesh, as ears of a mask
 EAR_SIZE = 0.85  # pupil distances from the point furthest to the side to the rim, the lobe and the cheek beside it
@@ -108,22 +97,24 @@ class Correspondence:
         skin, m = np.flatnonzero(self.target.skin), len(weights.indptr) - 1
         if len(skin) < m:
             raise RigError(f"{self.target.name}: {len(skin)} skin vertices for {m} points: a finer mesh is needed")
+        p, n = self._lay(weights)
+        surface, facing, _ = surface_of(self.target, self.unit)
+        allowed = self.target.skin[face_surface(self.target)]
+        to_skin, to_surface = (KDTree(to).query(p)[0] for to in (surface[allowed], surface))
+        absent = (to_surface > ABSENT) | (to_skin > to_surface + OUTSIDE) | (weights @ self.without_partner > 0)
+        vertices = np.full(m, -1)
+        vertices[~absent] = skin[own_nearest(p[~absent], n[~absent], surface[allowed], facing[allowed])]
+        return Carried(vertices, self.unit * to_skin, absent)
+
+    def _lay(self, weights: csr_array) -> tuple[Float[np.ndarray, "m 3"], Float[np.ndarray, "m 3"]]:
+        """Where the points came to lie, in pupil distances, and which way the skin faces there."""
         used = np.unique(weights.indices)
         at, laid = (self.face, self.places) if np.isin(used, self.face).all() else self.head
         if not np.isin(used, at).all():
             raise RigError(f"{self.source.name}: vertex {used[~np.isin(used, at)][0]} is no skin: choose points on it")
-        W = weights[:, at]
         triangles = self.source.triangles[np.isin(self.source.triangles, at).all(axis=1)]
-        normals = vertex_normals(laid, np.searchsorted(at, triangles))
-        surface, normals_there, _ = surface_of(self.target, self.unit)
-        allowed = self.target.skin[face_surface(self.target)]
-        q, normals_there = surface[allowed], normals_there[allowed]
-        p = W @ laid / self.unit
-        gaps, to_surface = KDTree(q).query(p)[0], KDTree(surface).query(p)[0]
-        absent = (to_surface > ABSENT) | (gaps > to_surface + OUTSIDE) | (weights @ self.without_partner > 0)
-        vertices = np.full(m, -1)
-        vertices[~absent] = skin[own_nearest(p[~absent], (W @ normals)[~absent], q, normals_there)]
-        return Carried(vertices, self.unit * gaps, absent)
+        W = weights[:, at]
+        return W @ laid / self.unit, W @ vertex_normals(laid, np.searchsorted(at, triangles))
 
 
 @lru_cache(maxsize=REMEMBERED)
@@ -188,65 +179,3 @@ def surface_part(rig: Rig, inside: Bool[np.ndarray, " v"]) -> tuple[Int[np.ndarr
 def control_points(anchors: Anchors) -> Float[np.ndarray, "a 3"]:
     """The points that the start matches, millimetres; the ears last."""
     return np.stack([getattr(anchors, name) for name in CONTROL_POINTS])
-
-
-def spline_start(
-    points: Float[np.ndarray, "n 3"],
-    controls: tuple[Float[np.ndarray, "a 3"], Float[np.ndarray, "a 3"]],
-    unit_here: float,
-    unit_there: float,
-    *,
-    smoothing: float,
-) -> Float[np.ndarray, "n 3"]:
-    """The points of the source, bent so that its control points come near those of the target."""
-    here, there = controls
-    bend = RBFInterpolator(here / unit_here, there / unit_there, kernel="linear", degree=1, smoothing=smoothing)
-    return bend(points / unit_here) * unit_there
-
-
-def fit(
-    start: Float[np.ndarray, "n 3"],
-    triangles: Int[np.ndarray, "f 3"],
-    q: Float[np.ndarray, "s 3"],
-    m: Float[np.ndarray, "s 3"],
-    inner: Bool[np.ndarray, " s"],
-) -> Float[np.ndarray, "n 3"]:
-    """The start laid onto the surface q with normals m, all in pupil distances; only `inner` vertices attract."""
-    tree = KDTree(np.hstack([q, NORMAL_WEIGHT * m]))
-    LL = stiffness(triangles, len(start))
-    p = start
-    for b in STIFFNESS:
-        n = vertex_normals(p, triangles)
-        j = tree.query(np.hstack([p, NORMAL_WEIGHT * n]))[1]
-        gap = np.linalg.norm(q[j] - p, axis=1)
-        facing = np.einsum("nx,nx->n", n, m[j]) > 0.5
-        c = facing * inner[j] * (gap < FAR) / (1 + (gap / DOUBTFUL) ** 2)
-        # (C + b LᵀL) (p - start) = C (q - start)
-        A = csc_array(diags_array(c + 1e-6) + b * LL)
-        solver = splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options={"SymmetricMode": True})
-        p = start + solver.solve(c[:, None] * (q[j] - start))
-    return p
-
-
-def stiffness(triangles: Int[np.ndarray, "f 3"], n: int) -> csc_array:
-    """LᵀL of L x = x - mean of the neighbours of x."""
-    sides = half_edges(triangles)
-    sides = np.concatenate([sides, sides[:, ::-1]])
-    W = csc_array((np.ones(len(sides)), (sides[:, 0], sides[:, 1])), shape=(n, n))
-    L = eye_array(n) - diags_array(1 / W.sum(axis=1)) @ W
-    return csc_array(L.T @ L)
-
-
-def own_nearest(
-    p: Float[np.ndarray, "a 3"],
-    n: Float[np.ndarray, "a 3"],
-    q: Float[np.ndarray, "s 3"],
-    m: Float[np.ndarray, "s 3"],
-) -> Int[np.ndarray, " a"]:
-    """For each point an index into q of its own, near and facing the same way, with the least sum of distances.
-
-    Where q has fewer points than p, some serve twice.
-    """
-    weight = NORMAL_WEIGHT / 2
-    distance = cdist(np.hstack([p, weight * n]), np.hstack([q, weight * m]))
-    return distance.argmin(axis=1) if len(q) < len(p) else linear_sum_assignment(distance)[1]

@@ -2,8 +2,8 @@
 
 Data     data/empirical.json   every layout's points as vertices of the bundled sample head, each with its name and what
                                defines it; picked by us from the definitions, which the notes say how far to trust
-Place    the sample's face is laid onto the rig, once for all layouts (`correspond.py`); every point takes a skin vertex
-         of its own
+Place    the sample's face is laid onto the rig, once for all layouts (`correspond.py`); every point takes a skin
+         vertex of its own
 """
 
 from dataclasses import dataclass
@@ -61,12 +61,14 @@ def place_layout(rig: Rig, key: str) -> Placement:
     """The layout called `key` on a rig.
 
     Raises:
-        RigError: the skin has fewer vertices than the layout has points.
+        RigError: the skin has fewer vertices than the layout has points, or lies nowhere near them.
         PlanError: no layout is called so.
     """
     layout = empirical_layout(key)
     carried = transfer(sample_rig(), layout.vertices, rig)
     there = ~carried.absent
+    if not there.any():
+        raise RigError(f"{rig.name}: no skin near any of the {layout.title}: allow landmarks on the face")
     return Placement(
         names=tuple(point.name for point, is_there in zip(layout.points, there, strict=True) if is_there),
         vertices=carried.vertices[there],
