@@ -7,7 +7,7 @@ from capture_plan.errors import PlanError
 from capture_plan.layout.empirical import empirical_layout
 from capture_plan.rig import sample_rig
 from capture_plan.rig.regions import face_regions
-from capture_plan.sheets.placement import FOOTER_MM, HEAD_MM, HEADER_MM, VIEWS, placement_picture
+from capture_plan.sheets.placement import FOOTER_MM, HEAD_MM, HEADER_MM, VIEWS, named_in, placement_picture
 from capture_plan.sheets.style import LOOKS, rgb
 from capture_plan.sheets.view import pixels
 
@@ -50,6 +50,17 @@ def test_a_dot_more_changes_the_picture_on_its_own_side_only():
     assert not heads[: third - 10].any()
     assert heads[third:].any()
     assert heads[2 * third :].any()
+
+
+def test_points_are_named_from_the_front_or_from_their_own_side():
+    """A corner of the right eye that faces the nose is not named in the view from the left, where it is seen too."""
+    x = np.array([-20.0, -20.0, 20.0, 0.0])
+    normals = np.array([[0.6, 0, 0.8], [-0.8, 0, 0.6], [0.8, 0, 0.6], [0, 0, 1.0]])
+    everywhere = np.ones((len(VIEWS), 4), dtype=bool)
+    names = [VIEWS[i].name for i in named_in(everywhere, normals, x)]
+    assert names == ["Front", "Right three-quarter", "Left three-quarter", "Front"]
+    from_the_left_only = np.array([[view.azimuth > 0] * 4 for view in VIEWS])
+    assert {VIEWS[i].name for i in named_in(from_the_left_only, normals, x)} == {"Left three-quarter"}
 
 
 def test_names_must_match_points():

@@ -3,7 +3,7 @@
 Every dot is drawn wherever it is seen, and named once: from the front or its own side, as it faces most. Dots have the
 colour and the shape of their region. Lengths are page millimetres from the top left corner, y down.
 
-Letters: n points, s places for labels.
+Letters: n points, m points named in a view, w views.
 """
 
 from dataclasses import replace
@@ -90,9 +90,7 @@ def _draw_views(
     frames = [portrait(rig, regions.anchors, view, aspect) for view in VIEWS]
     probes = [picture(solid, view, frame, size_px=size) for view, frame in zip(VIEWS, frames, strict=True)]
     seen = np.stack([unhidden(dots.positions, dots.normals, view, p) for view, p in zip(VIEWS, probes, strict=True)])
-    facing = np.stack([view.project(dots.normals)[:, 2] for view in VIEWS])
-    own_side = np.stack([view.azimuth * (dots.positions[:, 0] - regions.anchors.midline) >= 0 for view in VIEWS])
-    best = np.where(seen, facing + own_side, -1).argmax(axis=0)
+    best = named_in(seen, dots.normals, dots.positions[:, 0] - regions.anchors.midline)
     for i, (view, frame) in enumerate(zip(VIEWS, frames, strict=True)):
         left = MARGIN_MM + i * (HEAD_MM[0] + 2 * column) + column
         shown = picture(posed, view, frame, size_px=size)
@@ -104,6 +102,15 @@ def _draw_views(
         for n in np.flatnonzero(seen[i]):
             book.marker(float(points[n, 0]), float(points[n, 1]), dots.looks[dots.region[n]], radius=DOT_MM)
     return np.any(seen, axis=0)
+
+
+def named_in(
+    seen: Bool[np.ndarray, "w n"], normals: Float[np.ndarray, "n 3"], x: Float[np.ndarray, " n"]
+) -> Int[np.ndarray, " n"]:
+    """The view that names each point, an index into `VIEWS`: of the front and its own side, the one that it faces."""
+    facing = np.stack([view.project(normals)[:, 2] for view in VIEWS])
+    own_side = np.stack([view.azimuth * x >= 0 for view in VIEWS])
+    return np.where(seen, facing + 2 * own_side, -2).argmax(axis=0)
 
 
 def _draw_names(
