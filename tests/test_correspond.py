@@ -93,6 +93,16 @@ def test_one_fit_serves_all_layouts():
     assert correspond(sample_rig(), sample_rig()) is correspond(sample_rig(), sample_rig())
 
 
+def test_the_face_lies_as_it_lies_whatever_else_is_asked_for():
+    """Ears and skull follow the face, and do not move it."""
+    rig = sample_rig()
+    rough = rig.neutral + np.random.default_rng(1).normal(size=rig.neutral.shape)
+    laid = correspond(rig, changed(rough))
+    at, places = laid.head
+    assert set(laid.face.tolist()) < set(at.tolist())
+    assert np.array_equal(places[np.isin(at, laid.face)], laid.places)
+
+
 def test_a_poor_fit_shows_in_the_gaps():
     rig = sample_rig()
     rough = rig.neutral + 4 * np.random.default_rng(0).normal(size=rig.neutral.shape) * (rig.neutral[:, [2]] > 50)
