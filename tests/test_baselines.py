@@ -8,7 +8,7 @@ from scipy.sparse import eye_array
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.baselines import BASELINES, GROUND, Candidates, choose_baseline, nearest_to_centres
-from capture_plan.layout.empirical import stiffness
+from capture_plan.layout.register import stiffness
 
 SIDE = 9
 RNG = np.random.default_rng(11)

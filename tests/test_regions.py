@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from capture_plan.rig import sample_rig
-from capture_plan.rig.anchors import face_anchors, interpupillary
+from capture_plan.rig.anchors import face_anchors, face_surface, interpupillary
 from capture_plan.rig.regions import REGIONS, face_regions, region_label
 
 
@@ -96,6 +96,28 @@ def test_a_face_without_openings_still_gets_its_regions(rig, regions):
     assert np.linalg.norm(anchors.corner_right - regions.anchors.corner_right) < 20
     same = face_regions(bare).of_vertex == regions.of_vertex
     assert same[rig.skin].mean() > 0.7
+
+
+@pytest.mark.parametrize("cut", ["below the nose", "lips and lids", "right half"])
+def test_a_narrowed_skin_moves_no_anchor(rig, regions, cut):
+    """Eyes, mouth and ears are those of the face, whatever part of it a person allows markers on."""
+    off = {
+        "below the nose": rig.neutral[:, 1] < regions.anchors.nose_tip[1] - 10,
+        "lips and lids": np.isin(
+            regions.of_vertex, [i for i, name in enumerate(REGIONS) if "lip" in name or "lid" in name]
+        ),
+        "right half": rig.neutral[:, 0] < 0,
+    }[cut]
+    narrow = face_anchors(replace(rig, skin=rig.skin & ~off))
+    for name in ("eye_left", "eye_right", "mouth", "corner_left", "corner_right", "nose_tip", "chin", "ear_left"):
+        assert np.allclose(getattr(narrow, name), getattr(regions.anchors, name))
+
+
+def test_a_skin_that_the_rig_contradicts_is_the_persons():
+    """Where a person calls skin what the rig shows to be none, nothing is added to it."""
+    rig = sample_rig()
+    teeth = replace(rig, skin=rig.parts == rig.part_names.index(next(n for n in rig.part_names if "teeth" in n)))
+    assert np.array_equal(face_surface(teeth), teeth.skin)
 
 
 def test_labels_are_plain_words():

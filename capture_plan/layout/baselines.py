@@ -26,9 +26,9 @@ from scipy.sparse import csc_array, eye_array
 from scipy.sparse.linalg import splu
 
 from capture_plan.errors import InfeasibleError
-from capture_plan.layout.empirical import stiffness
 from capture_plan.layout.face import Face
 from capture_plan.layout.pivots import Pivots
+from capture_plan.layout.register import stiffness
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.mesh import surface_graph
 from capture_plan.mesh.geodesic import geodesic_distance

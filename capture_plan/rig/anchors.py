@@ -1,14 +1,17 @@
 """Where eyes, mouth, nose, chin and ears are, on any face: from the holes of its skin, else from human proportions.
 
-Data     skin with its border loops: two mirrored ones are the lid openings, the one below on the midline is the mouth
+Data     surface of the face with its border loops: two mirrored ones are the lid openings, the one below on the
+         midline is the mouth. A skin that a person narrowed has borders of its own, which are no openings: the
+         surface is that skin and what the rig itself shows to be skin around it
 Order    eyes: lid openings, else eyeballs, else proportions of the head
          mouth: its opening, else where blendshapes stretch the midline, else 1.1 pupil distances below the eyes
          nose tip: most forward on the midline between eyes and mouth; chin: most forward and low below the mouth
-         ears: furthest to the side, between brow and mouth, behind the eyes
+         ears: furthest to the side, between brow and mouth, behind the eyes, with more of the head behind them
 Unit     the pupil distance; proportions are those of the four heads measured here and only stand in where holes lack
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -18,17 +21,20 @@ from scipy.sparse.csgraph import connected_components
 from capture_plan.mesh import half_edges, pieces
 from capture_plan.mesh.mirror import mirror_plane
 from capture_plan.rig.record import Rig
-from capture_plan.rig.skin import is_ball
+from capture_plan.rig.skin import find_skin, is_ball
 
 EYE_SPREAD = 0.42  # pupil distance over the breadth of the moving face
 MOUTH_BELOW_EYES, MOUTH_WIDTH = 1.1, 0.8  # of the pupil distance
 EARS_WITHIN = 1.9  # pupil distances from the midline: four human heads have 1.4, a fox's whiskers 2.2
+SAME_FACE = 0.5  # of the given skin; where less is found to be skin, the search went astray and the person is right
+REMEMBERED = 8  # rigs of a session; the search for skin casts rays
+BEHIND_EARS = 0.4  # pupil distances that a head goes on; a mask ends with what is furthest to its side
 COMPACT = 0.45  # least over largest extent of an eyeball; half a ball has 0.5, a lash strip 0.3
 
 
 @dataclass(frozen=True, eq=False)
 class Anchors:
-    """Points of the face in millimetres, the subject's own sides; `lids` and `lips` are border vertices of the skin.
+    """Points of the face in millimetres, the subject's own sides; `lids` and `lips` are border vertices of the surface.
 
     `found` names the anchors that geometry gave; the others are human proportions.
     """
@@ -53,8 +59,23 @@ class Anchors:
         return float(np.linalg.norm(self.eye_left - self.eye_right))
 
 
+@lru_cache(maxsize=REMEMBERED)
+def face_surface(rig: Rig) -> Bool[np.ndarray, " v"]:
+    """The skin of a rig and, where a person narrowed it, the skin around it: what borders and shapes are read from."""
+    found = find_skin(rig.neutral, rig.triangles, rig.deltas, rig.parts, rig.part_names)
+    surface = rig.skin | found if found[rig.skin].mean() >= SAME_FACE else rig.skin.copy()
+    surface.flags.writeable = False
+    return surface
+
+
+@lru_cache(maxsize=REMEMBERED)
 def face_anchors(rig: Rig) -> Anchors:
     """The anchors of a rig's face; proportions fill in what its mesh does not show."""
+    return surface_anchors(replace(rig, skin=face_surface(rig)))
+
+
+def surface_anchors(rig: Rig) -> Anchors:
+    """The anchors of a face whose skin is all of its surface."""
     x0 = mirror_plane(rig.neutral[rig.skin])
     loops = border_loops(rig.triangles[rig.skin[rig.triangles].all(axis=1)])
     eyes, lids, found = _eyes(rig, loops, x0)
@@ -74,7 +95,8 @@ def face_anchors(rig: Rig) -> Anchors:
     ]
     aside = [eyes.mean(axis=0) + unit * np.array([side * 1.4, -0.3, -1.4]) for side in (1, -1)]
     ears = [_furthest(beside, (side, 0, 0), point) for side, point in zip((1, -1), aside, strict=True)]
-    if max(abs(ear[0] - x0) for ear in ears) < EARS_WITHIN * unit:
+    goes_on = points[:, 2].min() < min(ear[2] for ear in ears) - BEHIND_EARS * unit
+    if goes_on and max(abs(ear[0] - x0) for ear in ears) < EARS_WITHIN * unit:
         how += ("ears",)
     else:
         ears = aside
