@@ -29,7 +29,6 @@ from capture_plan.errors import InfeasibleError
 from capture_plan.layout.empirical import stiffness
 from capture_plan.layout.face import Face
 from capture_plan.layout.pivots import Pivots
-from capture_plan.layout.settings import LayoutSettings
 from capture_plan.mesh import surface_graph
 from capture_plan.mesh.geodesic import geodesic_distance
 
@@ -41,7 +40,7 @@ GROUND = 1e-6  # of L'L, whose entries are about 1: skin without any landmark st
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """Moving, seen skin: ascending vertex numbers, and the whole skin around it; `deltas` of the used blendshapes."""
+    """Moving skin: ascending vertex numbers, and the whole skin around it; `deltas` of the used blendshapes."""
 
     vertices: Int[np.ndarray, " n"]
     deltas: Float[np.ndarray, "k v 3"]
@@ -58,10 +57,10 @@ class Candidates:
         return np.moveaxis(self.deltas[:, vertices], 0, 1).reshape(len(vertices), -1).astype(np.float64)
 
 
-def candidates(face: Face, settings: LayoutSettings) -> Candidates:
-    """Skin that moves and is seen well enough in every expression: still vertices are out for everybody."""
+def candidates(face: Face) -> Candidates:
+    """Skin that moves, seen or not: still vertices are out for everybody."""
     rig = face.rig
-    vertices = np.flatnonzero(face.allowed(settings) & face.moving_skin)
+    vertices = np.flatnonzero(face.moving_skin)
     triangles = rig.triangles[rig.skin[rig.triangles].all(axis=1)]
     return Candidates(vertices, rig.deltas[face.rows], rig.neutral, triangles)
 
