@@ -1,13 +1,17 @@
 """Other people's layouts: as many vertices as asked for, allowed ones, the same every time."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.linalg import qr
 from scipy.sparse import eye_array
 
 from capture_plan.errors import InfeasibleError
-from capture_plan.layout.baselines import BASELINES, GROUND, Candidates, choose_baseline, nearest_to_centres
+from capture_plan.layout.baselines import BASELINES, GROUND, OMEGA, Candidates, choose_baseline, nearest_to_centres
+from capture_plan.layout.pivots import Pivots
 from capture_plan.layout.register import stiffness
 
 SIDE = 9
@@ -48,7 +52,17 @@ def test_more_landmarks_than_candidates_are_refused(name):
         choose_baseline(name, SHEET, 50, 0)
 
 
-@pytest.mark.parametrize("name", ["random", "farthest point", "QR pivot", "SCO04 (surface error)"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "random",
+        "farthest point",
+        "QR pivot",
+        "SCO04 (surface error)",
+        "LS-meshes (neutral)",
+        "MSLS-meshes (our reading)",
+    ],
+)
 def test_a_larger_budget_keeps_what_a_smaller_one_chose(name):
     assert np.array_equal(choose_baseline(name, SHEET, 12, 1)[:5], choose_baseline(name, SHEET, 5, 1))
 
@@ -97,3 +111,37 @@ def test_the_next_qr_pivot_is_the_largest_once_the_first_ones_rows_are_projected
     basis = Q[0][:, Q[1] > 1e-4 * Q[1][0]]
     left = blocks - basis @ (basis.T @ blocks)
     assert SHEET.vertices[np.square(left).sum(axis=(1, 2)).argmax()] == second
+
+
+def test_the_next_landmark_of_a_soft_mesh_is_where_the_normal_equations_are_most_wrong():
+    chosen = choose_baseline("LS-meshes (neutral)", SHEET, 7, 0)
+    v = len(SHEET.neutral)
+    A = (stiffness(SHEET.skin_triangles, v) + GROUND * eye_array(v)).toarray()
+    X = SHEET.neutral - SHEET.neutral.mean(axis=0)
+    for m in range(7):
+        W = np.zeros((v, v))
+        W[chosen[:m], chosen[:m]] = OMEGA**2
+        wrong = np.square(X - np.linalg.solve(A + W, W @ X)).sum(axis=1)[SHEET.vertices]
+        assert wrong[SHEET.vertices == chosen[m]] == pytest.approx(wrong.max())
+
+
+def test_what_moves_nothing_but_the_shape_changes_no_mesh_of_the_neutral():
+    other = replace(SHEET, deltas=SHEET.deltas[::-1] * 3)
+    name = "LS-meshes (neutral)"
+    assert np.array_equal(choose_baseline(name, SHEET, 9, 0), choose_baseline(name, other, 9, 0))
+
+
+def test_teleconnected_landmarks_stand_one_in_each_bump_first():
+    chosen = choose_baseline("MSLS-meshes (our reading)", SHEET, 4, 0)
+    centres = np.array([[20, 20], [60, 20], [20, 60], [60, 60]])
+    nearest = np.linalg.norm(SHEET.neutral[chosen, None, :2] - centres, axis=2).argmin(axis=1)
+    assert len(set(nearest)) >= 3
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_with_one_row_a_sensor_pivots_are_those_of_the_textbook(seed):
+    X = np.random.default_rng(seed).normal(size=(30, 8))  # 30 sensors, 8 modes
+    pivots, chosen = Pivots(X[:, None, :]), []
+    for _ in range(8):
+        chosen.append(pivots.take(np.setdiff1d(np.arange(30), chosen), np.ones(30, dtype=int)))
+    assert chosen == qr(X.T, pivoting=True, mode="r")[-1][:8].tolist()

@@ -7,7 +7,7 @@ import pytest
 
 from capture_plan.errors import PlanError, RigError
 from capture_plan.layout.baselines import BASELINES
-from capture_plan.layout.compare import FREE, MIXES, STUDIO, TAKE, Comparison, Row, compare
+from capture_plan.layout.compare import FREE, MIXES, STUDIO, TAKE, WORN, Comparison, Row, compare, least_predicted
 from capture_plan.layout.compare_page import comparison_text, verdicts
 from capture_plan.layout.face import see_face
 from capture_plan.layout.given import read_layouts, take_weights
@@ -40,8 +40,17 @@ def test_every_method_stands_in_the_table_once_a_budget(found):
 
 
 def test_all_but_empirical_layouts_stand_on_the_same_candidates(found, face):
-    allowed = np.flatnonzero(face.allowed(SETTINGS))
-    assert all(np.isin(row.vertices, allowed).all() for row in found.rows if "points" not in row.method)
+    moving, seen = np.flatnonzero(face.moving_skin), np.flatnonzero(face.allowed(SETTINGS))
+    for row in found.rows:
+        assert np.isin(row.vertices, seen if row.method in (WORN, STUDIO) else moving).all()
+    assert found.candidates == len(moving)
+
+
+def test_no_layout_predicts_less_than_the_bound_of_its_budget(found):
+    assert len(found.least_mm) == len(found.budgets)
+    for row in found.rows:
+        if row.landmarks <= found.budgets[0]:
+            assert row.predicted_mm >= found.least_mm[0]
 
 
 def test_the_table_names_every_layout_and_marks_the_best(found):
@@ -55,13 +64,21 @@ def test_the_table_names_every_layout_and_marks_the_best(found):
 
 def row(method, rmse_mm):
     scores = {name: (Score(0.2, 0.01, rmse_mm, 1.0, "a"),) for name in (MIXES, "single blendshapes")}
-    return Row(method, (1, 2), 2, 1.0, scores)
+    return Row(method, (1, 2), 2, 1.0, 0.2, scores)
 
 
-@pytest.mark.parametrize(("ours", "says"), [(0.1, "ours is lowest"), (0.9, "random is lower, 0.500 mm; ours 0.900 mm")])
+@pytest.mark.parametrize(
+    ("ours", "says"), [(0.1, f"{FREE} is lowest"), (0.9, f"random is lower, 0.500 mm; {FREE} 0.900 mm")]
+)
 def test_it_is_said_plainly_who_wins(ours, says):
-    made = Comparison("rig", 3, 0.2, (2,), 3, 9, (0.2,), {MIXES: 1}, (row(FREE, ours), row("random", 0.5)), ())
+    made = Comparison("rig", 3, 0.2, (2,), (0.15,), 3, 9, (0.2,), {MIXES: 1}, (row(FREE, ours), row("random", 0.5)), ())
     assert says in verdicts(made)[0]
+
+
+def test_it_is_said_how_far_from_the_best_ours_can_be():
+    mine = row(least_predicted(0.2), 0.1)
+    made = Comparison("rig", 3, 0.2, (2,), (0.16,), 3, 9, (0.2,), {MIXES: 1}, (mine, row("random", 0.5)), ())
+    assert any("less than 0.160 mm" in line and "at most 25.0%" in line for line in verdicts(made))
 
 
 def test_layouts_are_given_by_the_artists_vertex_numbers(tmp_path):

@@ -10,9 +10,16 @@ QR pivot         each next is what is largest once the mixes answered so far are
                  all start again with the vertices left (pivoted QR of Manohar et al. 2018, three rows a sensor)
 SCO04            each next is where the least-squares mesh through those before is most wrong (Sorkine & Cohen-Or 2004),
                  here of the movement: L x = 0, x = X at the landmarks
+LS-meshes        the same of the neutral's own shape, omega x = omega X at the landmarks with omega = 20, as Le et al.
+                 2013, section 6.3, compare with
+MSLS, our reading of "clustered teleconnection analysis" (Southern & Zhang 2011, which we know from Le et al. 2013
+                 alone): vertices in 6 clusters that move alike; each next in the cluster whose movement the
+                 least-squares mesh misses most, where regression on one vertex explains most of what its cluster
+                 misses (a teleconnection); their lambda and mu have no place in it
 
-SCO04 in closed form: with A = L'L + tiny I and K = A^-1 at the landmarks, an added h changes the residual by
-R - g R[h], g = G[:, h] / G[h, h], where G[:, h] = A^-1 e_h - K (K_HH)^-1 K[h]': one factorisation, one solve each.
+Least-squares meshes in closed form: with A = L'L + tiny I and K = A^-1 at the landmarks H, an added h changes the
+residual by R - g R[h], g = G[:, h] / (G[h, h] + omega^-2), where G[:, h] = A^-1 e_h - K (K_HH + omega^-2 I)^-1 K[h]':
+one factorisation, one solve each; omega^-2 = 0 holds the landmarks exactly.
 """
 
 import warnings
@@ -20,7 +27,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from scipy.cluster.vq import kmeans2
 from scipy.sparse import csc_array, eye_array
 from scipy.sparse.linalg import splu
@@ -29,19 +36,20 @@ from capture_plan.errors import InfeasibleError
 from capture_plan.layout.face import Face
 from capture_plan.layout.pivots import Pivots
 from capture_plan.layout.register import stiffness
-from capture_plan.layout.settings import LayoutSettings
 from capture_plan.mesh import surface_graph
 from capture_plan.mesh.geodesic import geodesic_distance
 
 KEPT_VARIANCE = 0.99
 KMEANS_ROUNDS = 50
 RESTARTS = 5  # k-means ends in local minima: the best of five is kept
+OMEGA, CLUSTERS = 20.0, 6  # Le et al. 2013, section 6.3
+NOTHING = 1e-30  # mm^2
 GROUND = 1e-6  # of L'L, whose entries are about 1: skin without any landmark stays in the neutral
 
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """Moving, seen skin: ascending vertex numbers, and the whole skin around it; `deltas` of the used blendshapes."""
+    """Moving skin: ascending vertex numbers, and the whole skin around it; `deltas` of the used blendshapes."""
 
     vertices: Int[np.ndarray, " n"]
     deltas: Float[np.ndarray, "k v 3"]
@@ -58,10 +66,10 @@ class Candidates:
         return np.moveaxis(self.deltas[:, vertices], 0, 1).reshape(len(vertices), -1).astype(np.float64)
 
 
-def candidates(face: Face, settings: LayoutSettings) -> Candidates:
-    """Skin that moves and is seen well enough in every expression: still vertices are out for everybody."""
+def candidates(face: Face) -> Candidates:
+    """Skin that moves, seen or not: still vertices are out for everybody."""
     rig = face.rig
-    vertices = np.flatnonzero(face.allowed(settings) & face.moving_skin)
+    vertices = np.flatnonzero(face.moving_skin)
     triangles = rig.triangles[rig.skin[rig.triangles].all(axis=1)]
     return Candidates(vertices, rig.deltas[face.rows], rig.neutral, triangles)
 
@@ -103,20 +111,27 @@ def nearest_to_centres(rows: Float[np.ndarray, "n r"], count: int, seed: int) ->
 
     Rows are given in any scale; the same seed gives the same rows.
     """
+    label, distance = best_clusters(rows, count, seed)
+    order = np.lexsort((distance, label))
+    chosen = order[np.r_[True, np.diff(label[order]) > 0]]
+    others = np.setdiff1d(np.argsort(-distance, kind="stable"), chosen, assume_unique=True)
+    return np.sort(np.concatenate([chosen, others[: count - len(chosen)]]))
+
+
+def best_clusters(
+    rows: Float[np.ndarray, "n r"], count: int, seed: int
+) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+    """The cluster of every row and its distance to the centre, of a few k-means the one with the least spread."""
     best = None
     for start in range(RESTARTS):
         rng = np.random.default_rng([seed, start])
-        with warnings.catch_warnings(action="ignore"):  # equal rows: empty clusters are filled below
+        with warnings.catch_warnings(action="ignore"):  # equal rows: some clusters stay empty
             centres, label = kmeans2(rows, count, iter=KMEANS_ROUNDS, minit="++", missing="warn", rng=rng)
         distance = np.linalg.norm(rows - centres[label], axis=1)
         if best is None or (distance**2).sum() < best[0]:
             best = ((distance**2).sum(), label, distance)
     assert best is not None
-    _, label, distance = best
-    order = np.lexsort((distance, label))
-    chosen = order[np.r_[True, np.diff(label[order]) > 0]]
-    others = np.setdiff1d(np.argsort(-distance, kind="stable"), chosen, assume_unique=True)
-    return np.sort(np.concatenate([chosen, others[: count - len(chosen)]]))
+    return best[1], best[2]
 
 
 def qr_pivot(among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
@@ -130,25 +145,71 @@ def qr_pivot(among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
     return among.vertices[chosen]
 
 
+class LeastSquaresMesh:
+    """The skin's least-squares mesh through more and more landmarks; `at` are the skin's vertices.
+
+    `R`: what it misses of X (v r) at each of them, in X's unit.
+    """
+
+    def __init__(self, among: Candidates, X: Callable[[np.ndarray], np.ndarray], omega: float) -> None:
+        """No landmark yet. `X` gives the rows of some vertices; `omega` is infinite where landmarks hold exactly."""
+        self.at, inside = np.unique(among.skin_triangles, return_inverse=True)
+        LL = stiffness(inside.reshape(-1, 3), len(self.at))
+        A = csc_array(LL + GROUND * eye_array(len(self.at)))
+        self.solver = splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options={"SymmetricMode": True})
+        self.R, self.slack = X(self.at), omega**-2.0
+        self.own = np.flatnonzero(np.isin(self.at, among.vertices))
+        self.chosen: list[int] = []
+        self.K = np.empty((len(self.at), 0))
+
+    def free(self) -> Bool[np.ndarray, " n"]:
+        """Which of the candidates `own` are not landmarks yet."""
+        return ~np.isin(self.own, self.chosen)
+
+    def add(self, h: int) -> None:
+        """One more landmark, at number h of `at`."""
+        column = self.solver.solve((np.arange(len(self.at)) == h).astype(float))
+        among = self.K[self.chosen] + self.slack * np.eye(len(self.chosen))
+        G = column - self.K @ np.linalg.solve(among, self.K[h]) if self.chosen else column
+        self.R = self.R - np.outer(G / (G[h] + self.slack), self.R[h])
+        self.K, self.chosen = np.column_stack([self.K, column]), [*self.chosen, h]
+
+    def add_worst(self, count: int) -> None:
+        """`count` landmarks, each where the mesh is most wrong."""
+        for _ in range(count):
+            wrong = np.where(self.free(), np.square(self.R[self.own]).sum(axis=1), -1)
+            self.add(int(self.own[wrong.argmax()]))
+
+
 def sco04(among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
-    """Greedily where the least-squares mesh is most wrong; needs no seed."""
-    at, inside = np.unique(among.skin_triangles, return_inverse=True)
-    LL = stiffness(inside.reshape(-1, 3), len(at))
-    A = csc_array(LL + GROUND * eye_array(len(at)))
-    solver = splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options={"SymmetricMode": True})
-    R = among.rows_at(at)
-    own = np.flatnonzero(np.isin(at, among.vertices))
-    chosen: list[int] = []
-    K = np.empty((len(at), 0))
+    """Greedily where the least-squares mesh of the movement is most wrong; needs no seed."""
+    mesh = LeastSquaresMesh(among, among.rows_at, np.inf)
+    mesh.add_worst(count)
+    return mesh.at[mesh.chosen]
+
+
+def ls_meshes(among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
+    """Greedily where the least-squares mesh of the neutral is most wrong, from its mean on; needs no seed."""
+    mesh = LeastSquaresMesh(among, lambda at: among.neutral[at] - among.neutral[at].mean(axis=0), OMEGA)
+    mesh.add_worst(count)
+    return mesh.at[mesh.chosen]
+
+
+def msls_meshes(among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
+    """Greedily where one vertex explains most of what the least-squares mesh misses of its cluster."""
+    mesh, rows = LeastSquaresMesh(among, among.rows_at, OMEGA), among.rows
+    size = np.linalg.norm(rows, axis=1, keepdims=True)
+    cluster = best_clusters(rows / np.where(size > 0, size, 1), min(CLUSTERS, len(rows)), seed)[0]
     for _ in range(count):
-        wrong = np.square(R[own]).sum(axis=1)
-        wrong[np.isin(own, chosen)] = -1
-        h = int(own[wrong.argmax()])
-        column = solver.solve((np.arange(len(at)) == h).astype(float))
-        G = column - K @ np.linalg.solve(K[chosen], K[h]) if chosen else column
-        R = R - np.outer(G / G[h], R[h])
-        K, chosen = np.column_stack([K, column]), [*chosen, h]
-    return at[chosen]
+        R, free = mesh.R[mesh.own], mesh.free()
+        missed = np.bincount(cluster, np.square(R).sum(axis=1), CLUSTERS)
+        missed[np.bincount(cluster, free, CLUSTERS) == 0] = -1
+        inside = np.flatnonzero(cluster == missed.argmax())
+        # sum_n (R_h . R_n)^2 / |R_h|^2: what regression on R_h explains
+        own = R[inside]
+        told = np.square(own @ own.T).sum(axis=1) / np.maximum(np.square(own).sum(axis=1), NOTHING)
+        mesh.add(int(mesh.own[inside[np.where(free[inside], told, -1).argmax()]]))
+    return mesh.at[mesh.chosen]
 
 
 Baseline = Callable[[Candidates, int, int], np.ndarray]
@@ -159,6 +220,8 @@ BASELINES: dict[str, Baseline] = {
     "CXZ02 (principal features)": cxz02,
     "QR pivot": qr_pivot,
     "SCO04 (surface error)": sco04,
+    "LS-meshes (neutral)": ls_meshes,
+    "MSLS-meshes (our reading)": msls_meshes,
 }
 
 

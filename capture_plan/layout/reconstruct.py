@@ -80,10 +80,15 @@ def reconstruct(
     return Score(
         noise_mm=noise_mm,
         weight_mae=round(float(wrong.mean()), 5),
-        rmse_mm=round(float(np.sqrt(np.mean(np.sum((e @ observation.gram) * e, axis=1)))), 5),
+        rmse_mm=round(squared_error(observation, e) ** 0.5, 5),
         max_mm=round(largest_error(observation, e), 4),
         worst=names[int(wrong.argmax())],
     )
+
+
+def squared_error(observation: Observation, e: Float[np.ndarray, "t k"]) -> float:
+    """mean_t e' G e, square millimetres."""
+    return float(np.mean(np.sum((e @ observation.gram) * e, axis=1)))
 
 
 def largest_error(observation: Observation, e: Float[np.ndarray, "t k"]) -> float:
