@@ -5,7 +5,7 @@ Data       c[k, s]    site s is a candidate for blendshape k; every k has one
            Q          cliques: sets of sites any two of which stand too close to each other
 Variables  f[s]       site s is chosen
 Model      min  sum_s a[s] f[s]
-           s.t. sum_s c[k, s] f[s] >= 1       for every k
+           s.t. sum_s c[k, s] f[s] >= demand  for every k that has so many candidates, else all of them
                 sum_{s in q} f[s] <= 1        for every q in Q
                 sum_s n[s] f[s] <= limit      where the number of landmarks is settled already
 """
@@ -44,6 +44,7 @@ def solve_cover(
     *,
     cliques: Sequence[Int[np.ndarray, " q"]] = (),
     limit: int | None = None,
+    demand: int = 1,
 ) -> Cover:
     """The cheapest cover, solved on the sites and rows that matter.
 
@@ -53,16 +54,22 @@ def solve_cover(
     free = np.ones(len(cost), dtype=bool)
     for clique in cliques:
         free[clique] = False
-    rows = essential_rows(covers)
-    criteria = [cost] if limit is None else [cost, size]
-    kept = undominated(covers[rows], np.array(criteria, dtype=float), free)
-    rows = rows[essential_rows(covers[np.ix_(rows, kept)])]
+    rows, kept = np.arange(len(covers)), np.arange(len(cost))
+    if demand == 1:  # two landmarks for a blendshape may both be of one kind: nothing is dominated
+        rows = essential_rows(covers)
+        criteria = [cost] if limit is None else [cost, size]
+        kept = undominated(covers[rows], np.array(criteria, dtype=float), free)
+        rows = rows[essential_rows(covers[np.ix_(rows, kept)])]
     price = np.rint(cost / RESOLUTION).astype(np.int64)
 
     model = cp_model.CpModel()
     f = {s: model.new_bool_var(f"f{s}") for s in kept.tolist()}
     for k in rows.tolist():
-        model.add_bool_or([f[s] for s in kept[covers[k, kept]].tolist()])
+        able = [f[s] for s in kept[covers[k, kept]].tolist()]
+        if demand == 1:
+            model.add_bool_or(able)
+        else:
+            model.add(sum(able) >= min(demand, len(able)))
     for clique in cliques:
         model.add_at_most_one([f[s] for s in clique.tolist() if s in f])
     if limit is not None:

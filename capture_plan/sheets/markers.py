@@ -122,12 +122,19 @@ class Placed:
 
 def seen(face: Face, view: View, shown: Picture) -> Bool[np.ndarray, " n"]:
     """Which landmarks face the viewer with nothing in front of them."""
-    places = view.project(face.positions)
+    return unhidden(face.positions, face.normals, view, shown)
+
+
+def unhidden(
+    positions: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], view: View, shown: Picture
+) -> Bool[np.ndarray, " n"]:
+    """Which points of the skin face the viewer of a picture with nothing in front of them."""
+    places = view.project(positions)
     pixel = np.floor(shown.pixel(places)).astype(int)
     height, width = shown.z.shape
     inside = (pixel >= 0).all(axis=1) & (pixel[:, 0] < width) & (pixel[:, 1] < height)
     column, row = np.clip(pixel, 0, [width - 1, height - 1]).T
-    facing = view.project(face.normals)[:, 2] > GRAZING
+    facing = view.project(normals)[:, 2] > GRAZING
     return inside & facing & (places[:, 2] > shown.z[row, column] - SEEN_MM)
 
 
