@@ -11,7 +11,7 @@ from capture_plan.layout.sweep import EpsilonRow
 from capture_plan.sheets.style import SOFT
 
 HEIGHT_IN = 3.3
-Curve = tuple[Sequence[float], Sequence[float]]  # x and y
+Curve = tuple[Sequence[float | int], Sequence[float]]  # x and y
 
 
 def number_against_epsilon(rows: Sequence[EpsilonRow]) -> Figure:

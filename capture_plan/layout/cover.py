@@ -42,7 +42,7 @@ def solve_cover(
     cost: Float[np.ndarray, " s"],
     size: Int[np.ndarray, " s"],
     *,
-    cliques: Sequence[Int[np.ndarray, " q"]] = (),
+    cliques: Sequence[Int[np.ndarray, " _"]] = (),
     limit: int | None = None,
     demand: int = 1,
 ) -> Cover:

@@ -105,7 +105,7 @@ def cover_by_metric(face: Face, settings: LayoutSettings, metric: Float[np.ndarr
 def _shares(values: Float[np.ndarray, " n"], skin: np.ndarray) -> Float[np.ndarray, " v"]:
     """0 to 1 on the skin, `TOP` of which lies below 1."""
     shares = np.full(len(skin), np.nan)
-    shares[skin] = np.clip(values / _positive(np.quantile(values, TOP)), 0, 1)
+    shares[skin] = np.clip(values / (float(np.quantile(values, TOP)) or 1.0), 0, 1)
     return shares
 
 
