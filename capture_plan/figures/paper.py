@@ -17,6 +17,7 @@ from capture_plan.figures.layouts import Captioned, layouts_figure
 from capture_plan.figures.maps import BAD, GOOD, LIGHT, HeadMap, maps_figure
 from capture_plan.layout.face import Face
 from capture_plan.layout.importance_map import blendshape_map, neutral_visibility, replacement_map
+from capture_plan.layout.metrics import TOP
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sweep import EpsilonRow
 
@@ -62,7 +63,8 @@ def named_layouts(
 ) -> Figure:
     """Layouts by name, in their order."""
     return layouts_figure(
-        [Captioned(sitter, name, (notes or {}).get(name, ""), vertices) for name, vertices in layouts.items()]
+        [Captioned(sitter, name, (notes or {}).get(name, ""), vertices) for name, vertices in layouts.items()],
+        columns=even_columns(len(layouts)),
     )
 
 
@@ -99,7 +101,7 @@ def suited(sitter: Sitter, face: Face, settings: LayoutSettings, names: Sequence
 
 def discarded(sitter: Sitter, metrics: Mapping[str, Float[np.ndarray, " v"]]) -> Figure:
     """The metrics on the head."""
-    meaning = "share of the largest value (99th percentile of the skin)"
+    meaning = f"share of the value that {TOP:.0%} of the skin stay below"
     return maps_figure(
         [HeadMap(sitter, name.capitalize(), values, meaning, colours=GOOD) for name, values in metrics.items()]
     )
@@ -117,6 +119,11 @@ def seeds(
         ],
         columns=max(len(some) for some in layouts.values()),
     )
+
+
+def even_columns(count: int) -> int:
+    """At most five, and as few as the same number of rows needs."""
+    return -(-count // -(-count // 5))
 
 
 def lowest(q: Float[np.ndarray, " v"]) -> float:

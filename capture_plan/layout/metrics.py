@@ -25,7 +25,7 @@ from capture_plan.mesh import boundary_vertices, vertex_areas, vertex_normals
 
 FINEST_SHARE, SCALES = 0.003, (2, 3, 4, 5, 6)
 CUT_OFF = 2.0  # standard deviations
-TOP = 0.99  # the quantile of the skin that is drawn as 1: a crease of a single edge would leave all else at 0
+TOP = 0.95  # the quantile of the skin that counts as 1: the creases of the lids would leave all else at 0
 
 
 def mean_curvature(vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]) -> Float[np.ndarray, " v"]:

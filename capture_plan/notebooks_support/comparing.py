@@ -24,13 +24,13 @@ def comparison_tiles(face: Face, layout: Int[np.ndarray, " m"], others: Layouts,
     observation = face.observation(noise_mm)
     worth, errors = observation.worth(layout), predicted_errors(observation, others)
     peers = {name: error for name, error in errors.items() if name != SIXTY_EIGHT}
-    best, worst = min(peers, key=lambda name: peers[name]), int(blendshape_errors(observation, layout).argmax())
+    best, doubt = min(peers, key=lambda name: peers[name]), blendshape_errors(observation, layout)
     return show_tiles(
         ("Landmarks", str(len(layout)), "mirrored, at the spacing"),
         ("Told apart", f"{worth.rank} of {worth.full_rank}", "mixes of blendshapes"),
         ("Predicted error", millimetres(worth.error_mm), f"of the skin, under {noise_mm:g} mm of noise"),
         ("Best other", millimetres(peers[best]), f"{best}, with as many markers"),
-        ("Most doubtful", face.used[worst], f"{blendshape_errors(observation, layout)[worst]:.2f} mm of the skin"),
+        ("Most doubtful", millimetres(float(doubt.max())), f"of the skin, for {face.used[int(doubt.argmax())]}"),
     )
 
 

@@ -179,7 +179,7 @@ def session_settings(landmarks: Any, expressions: Any, cameras: Any) -> Settings
 
 def _panel(*knobs: tuple[Any, str]) -> mo.Html:
     cells = "".join(f"<div>{knob}<p>{says}</p></div>" for knob, says in knobs)
-    return mo.Html(f'<div class="knobs">{cells}</div>')
+    return mo.Html(f'<div class="knobs narrow">{cells}</div>')
 
 
 def _knobs(**knobs: tuple[Any, str]) -> Any:

@@ -9,18 +9,20 @@ from capture_plan.figures import Figure, png, svg
 from capture_plan.notebooks_support.frame import working
 from capture_plan.rig import Rig, read_rig
 
+ON_PAGE = 1.2  # a page of a screen is wider than one of paper
+
 
 def figure_view(figure: Figure, words: str, *, name: str) -> mo.Html:
     """A figure with the sentence below it, to be taken along as PNG and as SVG."""
     picture = png(figure)
-    wide = figure.get_size_inches()[0] * figure.dpi
+    wide = ON_PAGE * figure.get_size_inches()[0] * figure.dpi
     shown = mo.Html(
         f'<figure class="paper"><img alt="{html.escape(words)}" width="{wide:.0f}" '
         f'src="data:image/png;base64,{base64.b64encode(picture).decode()}">'
         f"<figcaption>{html.escape(words)}</figcaption></figure>"
     )
     files = [
-        mo.download(picture, filename=f"{name}.png", mimetype="image/png", label="PNG"),
+        mo.download(lambda: picture, filename=f"{name}.png", mimetype="image/png", label="PNG"),
         mo.download(lambda: svg(figure), filename=f"{name}.svg", mimetype="image/svg+xml", label="SVG"),
     ]
     return mo.vstack([shown, mo.hstack(files, justify="start")], gap=0.5)
