@@ -24,7 +24,7 @@ from capture_plan.progress import track
 from capture_plan.rig import sample_rig
 
 NOTEBOOKS = sorted(notebooks_folder().glob("*.py"))
-NAMES = ["expressions", "landmarks", "rig", "session", "sheets", "visibility"]
+NAMES = ["compact_landmarks", "compare_layouts", "expressions", "landmarks", "rig", "session", "sheets", "visibility"]
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +75,9 @@ def test_notebooks_are_clean_under_marimos_own_check():
     assert all("__generated_with" in path.read_text() for path in NOTEBOOKS)
 
 
-@pytest.mark.parametrize("name", ["expressions", "landmarks", "rig", "visibility"])
+@pytest.mark.parametrize(
+    "name", ["compact_landmarks", "compare_layouts", "expressions", "landmarks", "rig", "visibility"]
+)
 def test_a_notebook_runs_alone_on_the_sample(name):
     assert run(name)["rig"].fingerprint == sample_rig().fingerprint
 

@@ -16,7 +16,7 @@ FLOORS = (
     {"layout", "expressions"},
     {"plan"},
     {"sheets", "exports"},
-    {"report", "terminal"},
+    {"report", "figures", "terminal"},
     {"notebook", "notebooks_support"},
     {"cli"},
 )
@@ -28,6 +28,7 @@ ONLY_IN = {
     "OpenGL": {"sheets"},
     "PIL": {"sheets"},
     "fpdf": {"sheets"},
+    "matplotlib": {"figures"},
     "marimo": {"notebooks_support"},
 }
 
@@ -77,7 +78,7 @@ def loaded_after(statement):
 
 @pytest.mark.parametrize("statement", ["import capture_plan", "import capture_plan.cli"])
 def test_importing_the_package_loads_nothing_heavy(statement):
-    assert not loaded_after(statement) & {"marimo", "pyrender", "ortools", "scipy", "embreex", "PIL"}
+    assert not loaded_after(statement) & {"marimo", "pyrender", "ortools", "scipy", "embreex", "PIL", "matplotlib"}
 
 
 def test_the_checker_knows_no_solver():

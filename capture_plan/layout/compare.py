@@ -28,6 +28,7 @@ from capture_plan.layout.budget import spend_budget
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.empirical import place_ibug68
 from capture_plan.layout.face import Face
+from capture_plan.layout.methods import within_budget
 from capture_plan.layout.multicover import best_cover
 from capture_plan.layout.polish import polish
 from capture_plan.layout.reconstruct import Score, random_mixes, reconstruct, single_blendshapes
@@ -35,6 +36,7 @@ from capture_plan.layout.relaxation import error_bound
 from capture_plan.layout.search import Search
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites, single_sites
+from capture_plan.layout.task import task_of
 from capture_plan.progress import track
 
 BUDGETS = (12, 18, 28, 34, 40, 68)
@@ -188,12 +190,6 @@ def ours(
 
 
 def error_driven(face: Face, settings: LayoutSettings, budget: int) -> Int[np.ndarray, " m"]:
-    """At most `budget` vertices with the least predicted error that was found at `settings.noise_mm`."""
-    sites = face.sites(replace(settings, method="budget", budget=budget))
-    covers = sites.covers(settings.epsilon)
-    rows = np.flatnonzero(covers.any(axis=1))
-    spacing = face.spacing(sites, settings.spacing_mm)
-    start = best_cover(sites, settings, rows, np.arange(len(sites.visibility)), spacing)
-    observation = face.observation(settings.noise_mm)
-    chosen = spend_budget(observation, sites, covers[rows], start.chosen, budget=budget, spacing=spacing)
-    return sites.members(chosen)
+    """At most `budget` vertices with the least predicted error that was found at `settings.noise_mm`, all wishes kept."""
+    task = task_of(face, replace(settings, method="budget", budget=budget))
+    return task.sites.members(within_budget(task, None)[1])

@@ -4,6 +4,14 @@ A notebook is a chain of cells, each one call into the rooms below with one of t
 passes through HTML escaping here or in what marimo builds.
 """
 
+from capture_plan.notebooks_support.comparing import (
+    OURS,
+    budget_curves,
+    comparison_table,
+    comparison_tiles,
+    landmarks_head,
+    worst_blendshapes,
+)
 from capture_plan.notebooks_support.figures import (
     audit_view,
     landmark_table,
@@ -15,7 +23,12 @@ from capture_plan.notebooks_support.frame import chosen_rig, plain, rig_referenc
 from capture_plan.notebooks_support.heads import blendshape_head, layout_head, packing_head, plan_view, visibility_head
 from capture_plan.notebooks_support.knobs import (
     camera_knob,
+    comparing_knobs,
+    comparing_settings,
+    cover_knobs,
+    cover_settings,
     expression_knobs,
+    knob_panel,
     landmark_knobs,
     landmark_settings,
     packing_settings,
@@ -23,19 +36,33 @@ from capture_plan.notebooks_support.knobs import (
     session_settings,
 )
 from capture_plan.notebooks_support.paper import downloads, page_gallery, sheet_download, sheet_pages
+from capture_plan.notebooks_support.pictures import figure_view, rigs_beside
+from capture_plan.report.page import openness
 
 __all__ = [
+    "OURS",
     "audit_view",
     "blendshape_head",
+    "budget_curves",
     "camera_knob",
     "chosen_rig",
+    "comparing_knobs",
+    "comparing_settings",
+    "comparison_table",
+    "comparison_tiles",
+    "cover_knobs",
+    "cover_settings",
     "downloads",
     "expression_knobs",
+    "figure_view",
+    "knob_panel",
     "landmark_knobs",
     "landmark_settings",
     "landmark_table",
+    "landmarks_head",
     "layout_head",
     "layout_view",
+    "openness",
     "packing_head",
     "packing_settings",
     "packing_view",
@@ -44,6 +71,7 @@ __all__ = [
     "plain",
     "plan_view",
     "rig_reference",
+    "rigs_beside",
     "session_settings",
     "sheet_download",
     "sheet_pages",
@@ -51,4 +79,5 @@ __all__ = [
     "visibility_view",
     "wanted",
     "working",
+    "worst_blendshapes",
 ]

@@ -25,13 +25,13 @@ def audit_view(report: Audit) -> mo.Html:
     return mo.vstack(
         [
             mo.callout(mo.Html(f"<p><b>Can it be shot with?</b> {html.escape(said)}</p>"), kind=kind),
-            _tiles(
+            show_tiles(
                 ("Blendshapes planned", f"{len(report.used)} of {report.blendshapes}", "the others are listed below"),
                 ("Can be told apart", f"{report.rank} of {len(report.used)}", "movements that differ on the skin"),
                 ("Vertices", f"{report.vertices:,}", skin),
                 ("Between the pupils", pupils, f"1 unit of the file is {report.unit_mm:g} mm, up {report.up}"),
             ),
-            _table(
+            show_table(
                 [
                     {
                         "Finding": KINDS[finding.kind],
@@ -53,7 +53,7 @@ def visibility_view(face: Face) -> mo.Html:
     """How well the moving skin is seen, in figures."""
     share = face.visibility[face.moving_skin]
     enough = LayoutSettings().min_visibility
-    return _tiles(
+    return show_tiles(
         ("Skin that moves", f"{len(share):,}", "vertices that some blendshape moves"),
         (
             "Seen well enough",
@@ -73,7 +73,7 @@ def layout_view(layout: Layout) -> mo.Html:
     compared = [compare_row(name, other, other is worth, other.error_mm / most) for name, other in rows]
     return mo.vstack(
         [
-            _tiles(
+            show_tiles(
                 (
                     "Landmarks",
                     str(len(layout.landmarks)),
@@ -87,7 +87,7 @@ def layout_view(layout: Layout) -> mo.Html:
                     ", ".join(layout.uncovered) or "every blendshape has a landmark",
                 ),
             ),
-            _table(
+            show_table(
                 [
                     {
                         "Layout": row["name"],
@@ -108,7 +108,7 @@ def layout_view(layout: Layout) -> mo.Html:
 
 def landmark_table(layout: Layout) -> mo.Html:
     """One row a landmark, as on the printed table."""
-    return _table(
+    return show_table(
         [
             {
                 "Landmark": row["name"],
@@ -130,7 +130,7 @@ def packing_view(packing: Packing) -> mo.Html:
     shots = packing.expressions
     return mo.vstack(
         [
-            _tiles(
+            show_tiles(
                 ("Expressions", str(len(shots)), proof_words(packing.proven_optimal, packing.bound)),
                 (
                     "First five show",
@@ -140,7 +140,7 @@ def packing_view(packing: Packing) -> mo.Html:
                 ("All show", percent(shots[-1].covered), "when every expression is scanned"),
                 ("Left out", count(len(packing.left_out), "blendshape"), "by the limit on expressions"),
             ),
-            _table(
+            show_table(
                 [
                     {
                         "Slate": shot.name,
@@ -159,7 +159,7 @@ def packing_view(packing: Packing) -> mo.Html:
     )
 
 
-def _tiles(*tiles: tuple[str, str, str]) -> mo.Html:
+def show_tiles(*tiles: tuple[str, str, str]) -> mo.Html:
     """Headline figures: what, how much with its unit, and a note."""
     cells = "".join(
         f'<div><p class="what">{html.escape(what)}</p><p class="figure">{html.escape(figure)}</p>'
@@ -169,7 +169,7 @@ def _tiles(*tiles: tuple[str, str, str]) -> mo.Html:
     return mo.Html(f'<div class="tiles">{cells}</div>')
 
 
-def _table(
+def show_table(
     rows: list[dict[str, Any]], *, numbers: tuple[str, ...] = (), names: tuple[str, ...] = (), strong: int = -1
 ) -> mo.Html:
     """Rows of the same columns: `numbers` stand to the right, `names` are small; the row number `strong` stands out."""

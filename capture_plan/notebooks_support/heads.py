@@ -19,30 +19,31 @@ HEIGHT = "700px"
 
 def plan_view(rig: Rig, plan: Plan) -> mo.Html:
     """The head with the plan's landmarks and their names, and its expressions to step through."""
-    return _frame(rig, plan_head(rig, plan))
+    return show_head(rig, plan_head(rig, plan))
 
 
 def blendshape_head(rig: Rig, report: Audit) -> mo.Html:
     """The head with every used blendshape to step through, one at a time."""
     alone = tuple(Expression(name, (name,), (1.0,), 0.0, 0.0, sentence(rig, (name,))) for name in report.used)
-    return _frame(rig, head_data(rig, report.used, expressions=alone))
+    return show_head(rig, head_data(rig, report.used, expressions=alone))
 
 
 def visibility_head(face: Face) -> mo.Html:
     """The head, the darker the less it is seen; what does not move is in full light."""
     shade = np.where(face.moving_skin, face.visibility, 1.0)
-    return _frame(face.rig, head_data(face.rig, (), shade=shade))
+    return show_head(face.rig, head_data(face.rig, (), shade=shade))
 
 
 def layout_head(face: Face, layout: Layout) -> mo.Html:
     """The head with its landmarks."""
-    return _frame(face.rig, head_data(face.rig, face.used, landmarks=layout.landmarks))
+    return show_head(face.rig, head_data(face.rig, face.used, landmarks=layout.landmarks))
 
 
 def packing_head(rig: Rig, packing: Packing) -> mo.Html:
     """The head with expressions to step through, without landmarks."""
-    return _frame(rig, head_data(rig, (), expressions=packing.expressions))
+    return show_head(rig, head_data(rig, (), expressions=packing.expressions))
 
 
-def _frame(rig: Rig, head: dict[str, Any]) -> mo.Html:
+def show_head(rig: Rig, head: dict[str, Any]) -> mo.Html:
+    """What `head_data` describes, in a frame."""
     return mo.iframe(head_html(rig, head), height=HEIGHT)

@@ -13,6 +13,7 @@ from capture_plan.expressions import PackingSettings
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.plan.settings import Settings
 
+Number = float | int
 NO_LIMIT, ALL_SIDES = "No limit", "Not known: seen from all sides"
 
 
@@ -61,6 +62,56 @@ def landmark_knobs() -> Any:
             "Every landmark has its mirror image on the other side.",
         ),
     )
+
+
+def cover_knobs() -> Any:
+    """What a person can decide about the paper's single cover; `value` holds fields of `LayoutSettings`."""
+    start = LayoutSettings()
+    return _knobs(
+        epsilon=(
+            _slider(0.1, 0.9, 0.05, start.epsilon, "Epsilon"),
+            "A landmark stands for a blendshape that moves it by this share of the largest movement.",
+        ),
+        alpha=(
+            _slider(0.0, 1.0, 0.05, start.alpha, "Alpha"),
+            "How much being seen counts against being moved.",
+        ),
+        spacing_mm=(
+            _slider(0.0, 20.0, 1.0, start.spacing_mm, "Spacing, mm"),
+            "Least distance along the skin where landmarks are kept apart.",
+        ),
+    )
+
+
+def cover_settings(knobs: Any) -> LayoutSettings:
+    """What the knobs of the single cover say, in the paper's own weights."""
+    return msgspec.convert(knobs.value | {"weights": "paper", "symmetric": False}, LayoutSettings)
+
+
+def comparing_knobs() -> tuple[Any, Any, Any, Any]:
+    """Epsilon, budget, noise and spacing, each an element of its own: what does not depend on one stays as it is."""
+    start = LayoutSettings()
+    return (
+        _slider(0.1, 0.9, 0.05, start.epsilon, "Epsilon"),
+        _slider(6, 68, 1, 24, "Landmarks"),
+        _slider(0.05, 1.0, 0.05, start.noise_mm, "Noise, mm"),
+        _slider(0.0, 20.0, 1.0, start.spacing_mm, "Spacing, mm"),
+    )
+
+
+def knob_panel(epsilon: Any, budget: Any, noise: Any, spacing: Any) -> mo.Html:
+    """The four side by side, each with a sentence that says what it does."""
+    return _panel(
+        (epsilon, "A landmark stands for a blendshape that moves it by this share of the largest movement."),
+        (budget, "How many markers the crew applies: the budget of every method."),
+        (noise, "How far a measured landmark is off, as a standard deviation."),
+        (spacing, "Least distance between two landmarks of ours along the skin."),
+    )
+
+
+def comparing_settings(epsilon: Any, noise: Any, spacing: Any) -> LayoutSettings:
+    """What the knobs say, but for the budget."""
+    return LayoutSettings(epsilon=epsilon.value, noise_mm=noise.value, spacing_mm=spacing.value)
 
 
 def expression_knobs() -> Any:
@@ -126,13 +177,18 @@ def session_settings(landmarks: Any, expressions: Any, cameras: Any) -> Settings
     )
 
 
+def _panel(*knobs: tuple[Any, str]) -> mo.Html:
+    cells = "".join(f"<div>{knob}<p>{says}</p></div>" for knob, says in knobs)
+    return mo.Html(f'<div class="knobs narrow">{cells}</div>')
+
+
 def _knobs(**knobs: tuple[Any, str]) -> Any:
     """One element of several, each with a sentence that says what it does."""
     cells = "".join(f"<div>{{{name}}}<p>{says}</p></div>" for name, (_, says) in knobs.items())
     return mo.Html(f'<div class="knobs">{cells}</div>').batch(**{name: knob for name, (knob, _) in knobs.items()})
 
 
-def _slider(start: float, stop: float, step: float, value: float, label: str) -> Any:
+def _slider(start: Number, stop: Number, step: Number, value: Number, label: str) -> Any:
     return mo.ui.slider(start, stop, step, value=value, debounce=True, show_value=True, label=label, full_width=True)
 
 

@@ -1,0 +1,40 @@
+"""Figures as a paper shows them: heads with landmarks, maps on heads, curves, bars and matrices, in one house style.
+
+Each function takes what the rooms below answered and returns a Matplotlib figure; `png` and `svg` turn it into a file.
+"""
+
+from matplotlib.figure import Figure
+
+from capture_plan.figures.bars import blendshape_bars, incidence
+from capture_plan.figures.curves import error_against_budget, error_against_noise, number_against_epsilon
+from capture_plan.figures.heads import Sitter, sit
+from capture_plan.figures.layouts import Captioned, layouts_figure
+from capture_plan.figures.maps import HeadMap, maps_figure
+from capture_plan.figures.paper import discarded, models, named_layouts, occlusion, replacements, seeds, suited, teaser
+from capture_plan.figures.style import png, svg, write_figure
+
+__all__ = [
+    "Captioned",
+    "Figure",
+    "HeadMap",
+    "Sitter",
+    "blendshape_bars",
+    "discarded",
+    "error_against_budget",
+    "error_against_noise",
+    "incidence",
+    "layouts_figure",
+    "maps_figure",
+    "models",
+    "named_layouts",
+    "number_against_epsilon",
+    "occlusion",
+    "png",
+    "replacements",
+    "seeds",
+    "sit",
+    "suited",
+    "svg",
+    "teaser",
+    "write_figure",
+]

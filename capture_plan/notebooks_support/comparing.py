@@ -1,0 +1,92 @@
+"""A layout beside those of other methods: headline figures, the head, curves, a table, and the doubtful blendshapes."""
+
+import marimo as mo
+import numpy as np
+from jaxtyping import Float, Int
+
+from capture_plan.figures import Figure, blendshape_bars, error_against_budget
+from capture_plan.layout.face import Face
+from capture_plan.layout.naming import name_landmarks
+from capture_plan.layout.peers import SIXTY_EIGHT, Layouts, blendshape_errors, predicted_errors
+from capture_plan.layout.reconstruct import Score
+from capture_plan.layout.settings import LayoutSettings
+from capture_plan.layout.worth import error_against_budget as errors_by_number
+from capture_plan.notebooks_support.figures import show_table, show_tiles
+from capture_plan.notebooks_support.heads import show_head
+from capture_plan.report.page import head_data
+from capture_plan.report.words import millimetres
+
+OURS = "Ours: least error, as worn"
+
+
+def comparison_tiles(face: Face, layout: Int[np.ndarray, " m"], others: Layouts, noise_mm: float) -> mo.Html:
+    """What the layout is worth, and what the best of the others is."""
+    observation = face.observation(noise_mm)
+    worth, errors = observation.worth(layout), predicted_errors(observation, others)
+    peers = {name: error for name, error in errors.items() if name != SIXTY_EIGHT}
+    best, doubt = min(peers, key=lambda name: peers[name]), blendshape_errors(observation, layout)
+    return show_tiles(
+        ("Landmarks", str(len(layout)), "mirrored, at the spacing"),
+        ("Told apart", f"{worth.rank} of {worth.full_rank}", "mixes of blendshapes"),
+        ("Predicted error", millimetres(worth.error_mm), f"of the skin, under {noise_mm:g} mm of noise"),
+        ("Best other", millimetres(peers[best]), f"{best}, with as many markers"),
+        ("Most doubtful", millimetres(float(doubt.max())), f"of the skin, for {face.used[int(doubt.argmax())]}"),
+    )
+
+
+def landmarks_head(
+    face: Face, settings: LayoutSettings, layout: Int[np.ndarray, " m"], shade: Float[np.ndarray, " v"]
+) -> mo.Html:
+    """The head with landmarks at these vertices, from the top of the face down."""
+    order = layout[np.argsort(-face.rig.neutral[layout, 1], kind="stable")]
+    named = name_landmarks(face, settings, order, [None] * len(order), "budget")
+    return show_head(face.rig, head_data(face.rig, (), landmarks=named, shade=shade))
+
+
+def budget_curves(
+    face: Face, layout: Int[np.ndarray, " m"], by_budget: dict[int, Layouts], others: Layouts, noise_mm: float
+) -> Figure:
+    """Predicted error of every method by number of landmarks; ours in the order of its landmarks."""
+    observation = face.observation(noise_mm)
+    errors = {m: predicted_errors(observation, layouts) for m, layouts in sorted(by_budget.items())}
+    names = next(iter(errors.values()), {})
+    curves = {name: (list(errors), [of_m[name] for of_m in errors.values()]) for name in names}
+    told = errors_by_number(observation, layout)
+    first = min(min(errors, default=1), len(told))
+    curves[OURS] = (list(range(first, len(told) + 1)), told[first - 1 :].tolist())
+    levels = predicted_errors(observation, {name: at for name, at in others.items() if name == SIXTY_EIGHT})
+    return error_against_budget(curves, ours=OURS, noise_mm=noise_mm, levels=levels, budget=len(layout))
+
+
+def comparison_table(layouts: Layouts, scores: dict[str, Score]) -> mo.Html:
+    """One row a layout, the most accurate first."""
+    ranked = sorted(scores, key=lambda name: scores[name].rmse_mm)
+    return show_table(
+        [
+            {
+                "Layout": name,
+                "Landmarks": len(layouts[name]),
+                "Error of the skin": f"{scores[name].rmse_mm:.3f} mm",
+                "Largest error": f"{scores[name].max_mm:.2f} mm",
+                "Error of a weight": f"{scores[name].weight_mae:.3f}",
+                "Most doubtful": scores[name].worst,
+            }
+            for name in ranked
+        ],
+        numbers=("Landmarks", "Error of the skin", "Largest error", "Error of a weight"),
+        strong=ranked.index(OURS),
+    )
+
+
+def worst_blendshapes(face: Face, layout: Int[np.ndarray, " m"], others: Layouts, noise_mm: float) -> Figure:
+    """The blendshapes that the layout knows worst, beside the best of the others with as many landmarks."""
+    observation = face.observation(noise_mm)
+    errors = predicted_errors(observation, {name: at for name, at in others.items() if name != SIXTY_EIGHT})
+    best = min(errors, key=lambda name: errors[name])
+    shown = {OURS: layout, best: others[best]}
+    return blendshape_bars(
+        face.used,
+        {name: blendshape_errors(observation, vertices) for name, vertices in shown.items()},
+        meaning=f"error of the skin at {noise_mm:g} mm noise, mm (rms)",
+        shown=15,
+    )
