@@ -174,11 +174,39 @@ def about_replacements():
 
 @app.cell
 def replacements(face, knobs, sitter):
-    settings = parts.cover_settings(knobs)
     parts.figure_view(
-        figures.replacements(sitter, face, settings, single_cover(face, settings)),
+        figures.replacements(
+            sitter, face, parts.cover_settings(knobs), single_cover(face, parts.cover_settings(knobs))
+        ),
         "Importance weight of every vertex in the place of a landmark.",
         name="replacements",
+    )
+    return
+
+
+@app.cell
+def blendshape_of_the_map(face):
+    blendshape = parts.blendshape_knob(face)
+    blendshape
+    return (blendshape,)
+
+
+@app.cell
+def suited(blendshape, face, knobs, sitter):
+    parts.figure_view(
+        figures.suited(sitter, face, parts.cover_settings(knobs), [blendshape.value]),
+        "Importance weight of every candidate for this blendshape.",
+        name="suited",
+    )
+    return
+
+
+@app.cell
+def stands_for(face, knobs):
+    parts.figure_view(
+        parts.incidence_figure(face, parts.cover_settings(knobs), single_cover(face, parts.cover_settings(knobs))),
+        "Which landmark of the cover stands for which blendshape.",
+        name="incidence",
     )
     return
 

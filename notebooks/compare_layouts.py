@@ -116,6 +116,16 @@ def worst(face, layout, noise, others):
     return
 
 
+@app.cell
+def over_noise(face, layout, others):
+    parts.figure_view(
+        parts.noise_curves(face, layout, others),
+        "The same layouts when landmarks are measured better or worse.",
+        name="error-against-noise",
+    )
+    return
+
+
 @app.cell(hide_code=True)
 def about_the_curve():
     mo.md("""

@@ -95,7 +95,8 @@ def suited(sitter: Sitter, face: Face, settings: LayoutSettings, names: Sequence
         [
             HeadMap(sitter, name, q, "importance weight, 1 for the best place", limits=(lowest(q), 1.0), colours=GOOD)
             for name, q in maps.items()
-        ]
+        ],
+        columns=2,
     )
 
 

@@ -10,6 +10,7 @@ from capture_plan.notebooks_support.comparing import (
     comparison_table,
     comparison_tiles,
     landmarks_head,
+    noise_curves,
     worst_blendshapes,
 )
 from capture_plan.notebooks_support.figures import (
@@ -36,13 +37,14 @@ from capture_plan.notebooks_support.knobs import (
     session_settings,
 )
 from capture_plan.notebooks_support.paper import downloads, page_gallery, sheet_download, sheet_pages
-from capture_plan.notebooks_support.pictures import figure_view, rigs_beside
+from capture_plan.notebooks_support.pictures import blendshape_knob, figure_view, incidence_figure, rigs_beside
 from capture_plan.report.page import openness
 
 __all__ = [
     "OURS",
     "audit_view",
     "blendshape_head",
+    "blendshape_knob",
     "budget_curves",
     "camera_knob",
     "chosen_rig",
@@ -55,6 +57,7 @@ __all__ = [
     "downloads",
     "expression_knobs",
     "figure_view",
+    "incidence_figure",
     "knob_panel",
     "landmark_knobs",
     "landmark_settings",
@@ -62,6 +65,7 @@ __all__ = [
     "landmarks_head",
     "layout_head",
     "layout_view",
+    "noise_curves",
     "openness",
     "packing_head",
     "packing_settings",

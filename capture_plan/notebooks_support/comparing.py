@@ -4,7 +4,7 @@ import marimo as mo
 import numpy as np
 from jaxtyping import Float, Int
 
-from capture_plan.figures import Figure, blendshape_bars, error_against_budget
+from capture_plan.figures import Figure, blendshape_bars, error_against_budget, error_against_noise
 from capture_plan.layout.face import Face
 from capture_plan.layout.naming import name_landmarks
 from capture_plan.layout.peers import SIXTY_EIGHT, Layouts, blendshape_errors, predicted_errors
@@ -17,6 +17,7 @@ from capture_plan.report.page import head_data
 from capture_plan.report.words import millimetres
 
 OURS = "Ours: least error, as worn"
+NOISES_MM = (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0)
 
 
 def comparison_tiles(face: Face, layout: Int[np.ndarray, " m"], others: Layouts, noise_mm: float) -> mo.Html:
@@ -56,6 +57,14 @@ def budget_curves(
     curves[OURS] = (list(range(first, len(told) + 1)), told[first - 1 :].tolist())
     levels = predicted_errors(observation, {name: at for name, at in others.items() if name == SIXTY_EIGHT})
     return error_against_budget(curves, ours=OURS, noise_mm=noise_mm, levels=levels, budget=len(layout))
+
+
+def noise_curves(face: Face, layout: Int[np.ndarray, " m"], others: Layouts) -> Figure:
+    """Predicted error of every layout over the noise of a landmark; ours stays the one of the knobs."""
+    shown = {OURS: layout} | {name: at for name, at in others.items() if name != SIXTY_EIGHT}
+    errors = [predicted_errors(face.observation(noise), shown) for noise in NOISES_MM]
+    curves = {name: (NOISES_MM, [at_noise[name] for at_noise in errors]) for name in shown}
+    return error_against_noise(curves, ours=OURS, landmarks=len(layout))
 
 
 def comparison_table(layouts: Layouts, scores: dict[str, Score]) -> mo.Html:

@@ -2,10 +2,16 @@
 
 import base64
 import html
+from typing import Any
 
 import marimo as mo
+import numpy as np
+from jaxtyping import Int
 
-from capture_plan.figures import Figure, png, svg
+from capture_plan.figures import Figure, incidence, png, svg
+from capture_plan.layout.face import Face
+from capture_plan.layout.naming import name_landmarks
+from capture_plan.layout.settings import LayoutSettings
 from capture_plan.notebooks_support.frame import working
 from capture_plan.rig import Rig, read_rig
 
@@ -26,6 +32,18 @@ def figure_view(figure: Figure, words: str, *, name: str) -> mo.Html:
         mo.download(lambda: svg(figure), filename=f"{name}.svg", mimetype="image/svg+xml", label="SVG"),
     ]
     return mo.vstack([shown, mo.hstack(files, justify="start")], gap=0.5)
+
+
+def incidence_figure(face: Face, settings: LayoutSettings, vertices: Int[np.ndarray, " m"]) -> Figure:
+    """Which landmarks stand for which blendshape, landmarks named as on the sheets, from the top of the face down."""
+    order = vertices[np.argsort(-face.rig.neutral[vertices, 1], kind="stable")]
+    names = tuple(one.label for one in name_landmarks(face, settings, order, [0] * len(order)))
+    return incidence(face.used, names, face.reach(settings)[:, order], epsilon=settings.epsilon)
+
+
+def blendshape_knob(face: Face) -> Any:
+    """One of the planned blendshapes."""
+    return mo.ui.dropdown(list(face.used), face.used[0], label="Blendshape", searchable=True)
 
 
 def rigs_beside(rig: Rig) -> tuple[Rig, ...]:
