@@ -39,7 +39,7 @@ Skin = Annotated[str | None, typer.Option(help="Skin: part names with commas, or
 
 
 Paper = Literal["a4", "letter"]
-Method = Literal["studio", "adaptive", "cover", "budget"]
+Method = Literal["studio", "adaptive", "trivial", "distance", "cover", "budget"]
 Weights = Literal["lexicographic", "paper", "count"]
 Packer = Literal["minimum", "sequential"]
 
@@ -114,6 +114,17 @@ def plan(
     symmetric: Annotated[bool | None, typer.Option(help="Mirror every landmark [yes].")] = None,
     spacing_mm: Annotated[float | None, typer.Option(help="Least distance on the skin, millimetres [8].")] = None,
     noise_mm: Annotated[float | None, typer.Option(help="Noise of a measured landmark, millimetres [0.2].")] = None,
+    number: Annotated[int | None, typer.Option(help="Exactly so many landmarks (methods cover and budget).")] = None,
+    pin: Annotated[list[int] | None, typer.Option(help="Vertex that carries a landmark; several allowed.")] = None,
+    forbid: Annotated[list[int] | None, typer.Option(help="Vertex that carries none; several allowed.")] = None,
+    keep_out: Annotated[
+        list[str] | None,
+        typer.Option(help="Zone without landmarks and its margin in millimetres: 'wet lip=3', a file, or 'none'."),
+    ] = None,
+    cap: Annotated[list[str] | None, typer.Option(help="Most landmarks of a region: 'nose=4'.")] = None,
+    min_views: Annotated[int | None, typer.Option(help="Cameras that must see a landmark at once [1].")] = None,
+    dot_mm: Annotated[float | None, typer.Option(help="Diameter of a marker, millimetres [3].")] = None,
+    head_markers: Annotated[int | None, typer.Option(help="Markers for the head's own motion, 3 to 5 [none].")] = None,
     cameras: Annotated[str | None, typer.Option(help="Camera file (TOML), or frontal, or head-mounted-pair.")] = None,
     expressions: Annotated[Packer | None, typer.Option(help="How expressions are packed [minimum].")] = None,
     mu: Annotated[float | None, typer.Option(help="Share of movement that makes a vertex active [0.3].")] = None,
@@ -135,7 +146,9 @@ def plan(
     chosen = override(
         read_settings(settings) if settings else Settings(),
         {"method": method or ("budget" if budget is not None else None), "budget": budget, "weights": weights}
-        | {"epsilon": epsilon, "symmetric": symmetric, "spacing_mm": spacing_mm, "noise_mm": noise_mm},
+        | {"epsilon": epsilon, "symmetric": symmetric, "spacing_mm": spacing_mm, "noise_mm": noise_mm}
+        | {"number": number, "pins": pin, "forbidden": forbid, "keep_out": zones(keep_out), "caps": counts(cap)}
+        | {"min_views": min_views, "dot_mm": dot_mm, "head_markers": head_markers},
         {"method": expressions, "mu": mu, "paired": paired, "limit": limit},
         {"cameras": cameras, "target": target},
     )
@@ -309,6 +322,37 @@ def override(settings: "Settings", landmarks: dict, expressions: dict, session: 
     return change_settings(
         settings, given(session) | {"landmarks": given(landmarks), "expressions": given(expressions)}
     )
+
+
+def zones(given: list[str] | None) -> dict[str, float] | None:
+    """'wet lip=3' and 'scar.ply' as zones with their margins; 'none' for no zone at all."""
+    from capture_plan.rig.zones import MARGINS_MM
+
+    if given is None or given == ["none"]:
+        return None if given is None else {}
+    pairs = [(one.rpartition("=")[0] or one, one.rpartition("=")[2] if "=" in one else "") for one in given]
+    return {name: number_of(value, name) if value else MARGINS_MM.get(name, 0.0) for name, value in pairs}
+
+
+def counts(given: list[str] | None) -> dict[str, int] | None:
+    """'nose=4' as a region with its cap."""
+    if given is None:
+        return None
+    return {one.rpartition("=")[0]: int(number_of(one.rpartition("=")[2], one)) for one in given}
+
+
+def number_of(text: str, what: str) -> float:
+    """The number in an option.
+
+    Raises:
+        PlanError: it is none.
+    """
+    from capture_plan.errors import PlanError
+
+    try:
+        return float(text)
+    except ValueError:
+        raise PlanError(f"'{what}' needs a number behind an equals sign, as in 'nose=4'; found '{text}'") from None
 
 
 def say(lines: Iterable[str]) -> None:

@@ -13,7 +13,7 @@ def write_tables(plan: Plan, folder: Path) -> list[Path]:
     """One row a landmark (millimetres), one row an expression in the order of shooting."""
     landmarks = [
         [m.name, m.label, m.side, m.role, *m.position, m.vertex, m.source_vertex, " ".join(m.blendshapes)]
-        for m in plan.layout.landmarks
+        for m in plan.layout.markers
     ]
     header = ["name", "place", "side", "role", "x_mm", "y_mm", "z_mm", "vertex", "source_vertex", "blendshapes"]
     expressions = [

@@ -190,6 +190,6 @@ def ours(
 
 
 def error_driven(face: Face, settings: LayoutSettings, budget: int) -> Int[np.ndarray, " m"]:
-    """At most `budget` vertices with the least predicted error that was found at `settings.noise_mm`, all wishes kept."""
+    """At most `budget` vertices with the least predicted error found at `settings.noise_mm`, all wishes kept."""
     task = task_of(face, replace(settings, method="budget", budget=budget))
     return task.sites.members(within_budget(task, None)[1])

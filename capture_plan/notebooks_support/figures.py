@@ -118,7 +118,7 @@ def landmark_table(layout: Layout) -> mo.Html:
                 "Vertex": row["vertex"],
                 "Stands for": ", ".join(row["blendshapes"]) or "added so that blendshapes can be told apart",
             }
-            for row in marker_rows(layout.landmarks)
+            for row in marker_rows(layout.markers)
         ],
         numbers=("Seen from", "Vertex"),
         names=("Stands for",),

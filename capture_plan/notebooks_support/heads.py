@@ -36,7 +36,7 @@ def visibility_head(face: Face) -> mo.Html:
 
 def layout_head(face: Face, layout: Layout) -> mo.Html:
     """The head with its landmarks."""
-    return show_head(face.rig, head_data(face.rig, face.used, landmarks=layout.landmarks))
+    return show_head(face.rig, head_data(face.rig, face.used, landmarks=layout.markers))
 
 
 def packing_head(rig: Rig, packing: Packing) -> mo.Html:

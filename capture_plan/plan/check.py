@@ -8,18 +8,20 @@ certificate goes: the dual prices of the set cover, the clique of blendshapes no
 from pathlib import Path
 
 import numpy as np
+from msgspec.structs import replace
 
 from capture_plan.expressions.certificate import packing_claims
 from capture_plan.layout.face import see_face
 from capture_plan.plan.claims import Claim, claim
 from capture_plan.plan.landmark_claims import bound_claims, landmark_claims, worth_claims
-from capture_plan.plan.places import read_cameras_of
+from capture_plan.plan.places import read_cameras_of, with_zones_found
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
 
 
 def check_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> tuple[Claim, ...]:
     """Every claim of the plan, recomputed on the rig it was made for; `folder` is where the plan file lies."""
+    plan = replace(plan, settings=with_zones_found(plan.settings, folder))
     face = see_face(rig, plan.audit.used, read_cameras_of(rig, plan.settings, folder))
     return (
         *landmark_claims(plan, rig, face),

@@ -8,7 +8,7 @@ import msgspec
 from msgspec import structs
 
 from capture_plan.errors import PlanError
-from capture_plan.plan.places import found_from, seen_from
+from capture_plan.plan.places import found_from, seen_from, with_zones_found, zones_seen_from
 from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig, sample_rig
@@ -70,6 +70,7 @@ def read_settings(path: Path) -> Settings:
     try:
         settings = msgspec.toml.decode(path.read_bytes(), type=Settings)
         cameras, target = found_from(path.parent, settings.cameras), found_from(path.parent, settings.target)
+        settings = with_zones_found(settings, path.parent)
         return structs.replace(settings, cameras=cameras, target=target)
     except OSError as error:
         raise PlanError(f"{path} cannot be read ({error.strerror}): give a TOML file of settings") from None
@@ -117,7 +118,8 @@ def refer_to(
 def settings_seen_from(folder: Path, settings: Settings) -> Settings:
     """The settings with their files as seen from `folder`."""
     cameras, target = seen_from(folder, settings.cameras), seen_from(folder, settings.target)
-    return structs.replace(settings, cameras=cameras, target=target)
+    landmarks = structs.replace(settings.landmarks, keep_out=zones_seen_from(folder, settings.landmarks.keep_out))
+    return structs.replace(settings, cameras=cameras, target=target, landmarks=landmarks)
 
 
 def rig_of(plan: Plan, plan_path: Path, *, rig_path: str | None = None) -> Rig:

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Int
 from msgspec import Struct
+from msgspec.structs import replace
 from scipy.sparse import csr_array
 
-from capture_plan.errors import RigError
+from capture_plan.layout.alternatives import Alternative, alternatives
 from capture_plan.layout.chart import Chart, flatten
-from capture_plan.layout.empirical import place_ibug68
 from capture_plan.layout.face import Face, see_face
 from capture_plan.layout.observe import (
     Mix,
@@ -30,13 +30,14 @@ from capture_plan.layout.observe import (
 from capture_plan.layout.record import Worth
 from capture_plan.layout.robust import REACH_MM, Loss, Substitute, Tolerance, losses, substitutes, tolerances
 from capture_plan.layout.settings import LayoutSettings
+from capture_plan.layout.similarity import Similarity, similarities
 from capture_plan.layout.trials import Trial, trials
 from capture_plan.mesh import geodesic_distance, vertex_normals
-from capture_plan.plan.places import read_cameras_of
+from capture_plan.plan.places import read_cameras_of, with_zones_found
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
-from capture_plan.rig.regions import face_regions
 
+ALTERNATIVES = 3  # other layouts that are looked for
 MIXES = 5  # the weakest ones; the strong ones are no news
 
 
@@ -79,10 +80,13 @@ class Inspection(Struct, frozen=True):
     markers: tuple[MarkerReport, ...]
     two_lost: tuple[Loss, ...]
     trials: tuple[Trial, ...]
+    others: tuple[Alternative, ...]
+    alike: tuple[Similarity, ...]
 
 
 def inspect_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> Inspection:
     """The layout of `plan` on its rig; `folder` is where the plan file lies."""
+    plan = replace(plan, settings=with_zones_found(plan.settings, folder))
     settings = plan.settings.landmarks
     face = see_face(rig, plan.audit.used, read_cameras_of(rig, plan.settings, folder))
     vertices = np.array([m.vertex for m in plan.layout.landmarks])
@@ -91,7 +95,7 @@ def inspect_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> Inspection:
     seen = sights(observation, vertices, face.used)
     more = separators(face, settings, vertices, confusable(seen))
     charts = flatten(rig.neutral, vertex_normals(rig.neutral, rig.triangles), face.graph, vertices, reach_mm=REACH_MM)
-    regions = face_regions(rig)
+    regions = face.regions
     return Inspection(
         rig=rig.name,
         epsilon=settings.epsilon,
@@ -106,15 +110,14 @@ def inspect_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> Inspection:
         markers=marker_reports(plan, face, charts, covers),
         two_lost=losses(observation, vertices, covers, face.used, at_once=2),
         trials=trials(observation, vertices, rig.neutral, charts),
+        others=alternatives(face, settings, plan.layout, count=ALTERNATIVES),
+        alike=similarities(rig, vertices) if face.points68 is not None else (),
     )
 
 
 def blind_of_68(face: Face, settings: LayoutSettings) -> tuple[str, ...] | None:
     """Blendshapes that the 68 points of iBUG do not see; None where the rig has no face to lay them on."""
-    try:
-        return blind_spots(face, settings, place_ibug68(face.rig))
-    except RigError:
-        return None
+    return None if face.points68 is None else blind_spots(face, settings, face.points68)
 
 
 def marker_reports(
@@ -130,7 +133,7 @@ def marker_reports(
     instead = substitutes(observation, vertices, charts, covers, largest, epsilon, free)
     lost = losses(observation, vertices, covers, face.used, at_once=1)
     why = reasons(face, settings, vertices)
-    regions = face_regions(rig)
+    regions = face.regions
     return tuple(
         MarkerReport(
             name=landmark.name,

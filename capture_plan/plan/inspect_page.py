@@ -19,6 +19,8 @@ def inspection_text(found: Inspection) -> str:
         ("If a marker falls off", loss_lines(found)),
         ("If two markers fall off", pair_lines(found)),
         ("Mishaps played through, error of the skin", trial_lines(found)),
+        ("Other layouts as good as this one", other_lines(found)),
+        ("Beside the layouts that studios use", alike_lines(found)),
     )
     return "\n".join(line for title, lines in sections for line in ("", title, *(f"  {line}" for line in lines)))[1:]
 
@@ -154,3 +156,29 @@ def trial_lines(found: Inspection) -> list[str]:
         f"1 in 20 above {trial.worst_mm:.2f} mm"
         for trial in found.trials
     ]
+
+
+def other_lines(found: Inspection) -> list[str]:
+    """What a person could have instead."""
+    good = [one for one in found.others if one.as_good]
+    lines = [
+        f"{one.landmarks} markers, predicted error {one.error_mm:.3f} mm: without {', '.join(one.leaves)}, "
+        f"instead on {', '.join(one.takes)}."
+        for one in good
+    ]
+    worse = [one for one in found.others if not one.as_good]
+    if worse:
+        lines.append(
+            f"The next that leaves a fifth of the places is {worse[0].worse:.1%} worse "
+            f"({worse[0].landmarks} markers, {worse[0].error_mm:.3f} mm)."
+        )
+    return lines or ["None: no other layout keeps all wishes."]
+
+
+def alike_lines(found: Inspection) -> list[str]:
+    """The empirical layouts, the most alike first."""
+    return [
+        f"{one.name}: nearest points {one.mean_nearest_mm:.1f} mm apart on average, "
+        f"{one.region_overlap:.0%} of the points in the same regions."
+        for one in found.alike
+    ] or ["No empirical layout could be laid onto this rig."]

@@ -12,7 +12,7 @@ from capture_plan.expressions.record import Packing
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import see_face
 from capture_plan.layout.record import Layout
-from capture_plan.plan.places import found_from, read_cameras_of
+from capture_plan.plan.places import found_from, read_cameras_of, with_zones_found
 from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
@@ -37,7 +37,7 @@ def make_plan(
     if not report.used:
         raise RigError(f"{rig.name}: no blendshape moves the face skin: export deltas that do, or name the skin")
     cameras = read_cameras_of(rig, settings, folder)
-    layout = design_layout(see_face(rig, report.used, cameras), settings.landmarks)
+    layout = design_layout(see_face(rig, report.used, cameras), with_zones_found(settings, folder).landmarks)
     packing = pack(rig, report.used, settings.expressions, target=read_target(rig, settings, folder))
     return assemble_plan(rig, settings, report, layout, packing, reference=reference)
 

@@ -6,6 +6,8 @@ A setting that may be a file or a word (a camera preset, names of parts) is a fi
 import os
 from pathlib import Path
 
+from msgspec.structs import replace
+
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
 from capture_plan.visibility import Camera, cameras_for
@@ -26,6 +28,18 @@ def found_from(folder: Path, kept: str | None) -> str | None:
     if kept is None or not (folder / kept).exists():
         return kept
     return str(folder / kept)
+
+
+def zones_seen_from(folder: Path, zones: dict[str, float]) -> dict[str, float]:
+    """Keep-outs with their files as seen from `folder`."""
+    return {str(seen_from(folder, name)): margin for name, margin in zones.items()}
+
+
+def with_zones_found(settings: Settings, folder: Path) -> Settings:
+    """The settings with the files of keep-outs where they lead from the working folder."""
+    zones = settings.landmarks.keep_out
+    found = {str(found_from(folder, name)): margin for name, margin in zones.items()}
+    return replace(settings, landmarks=replace(settings.landmarks, keep_out=found))
 
 
 def read_cameras_of(rig: Rig, settings: Settings, folder: Path) -> tuple[Camera, ...]:

@@ -2,6 +2,7 @@
 
 from capture_plan.layout.record import Worth
 from capture_plan.plan.record import Plan
+from capture_plan.visibility import FEWEST_PIXELS
 
 
 def summary(plan: Plan) -> tuple[str, ...]:
@@ -12,6 +13,9 @@ def summary(plan: Plan) -> tuple[str, ...]:
         f"{audit.skin_vertices:,} skin vertices.",
         f"{worth_words(layout.worth)}{budget_words(plan)}.",
         *fewer_words(plan),
+        *bound_words(plan),
+        *head_words(plan),
+        *view_words(plan),
         f"Proved: to see every blendshape at all takes at least {layout.minimum} landmarks.",
         *(f"For comparison, {name}: {worth_words(worth)}." for name, worth in layout.references.items()),
         f"{len(packing.expressions)} expressions, {proof_words(packing.proven_optimal, packing.bound)}; "
@@ -31,7 +35,45 @@ def summary(plan: Plan) -> tuple[str, ...]:
 def budget_words(plan: Plan) -> str:
     """', for a budget of 34', where landmarks were chosen for one."""
     settings = plan.settings.landmarks
-    return f", for a budget of {settings.budget}" if settings.method == "budget" else ""
+    return f", for a budget of {settings.budget or settings.number}" if plan.layout.method == "budget" else ""
+
+
+def bound_words(plan: Plan) -> list[str]:
+    """How far from the best a budget can be."""
+    layout = plan.layout
+    if layout.error_bound is None or not layout.error_bound.error_mm:
+        return []
+    least = layout.error_bound.error_mm
+    return [
+        f"Proved: no layout of {len(layout.landmarks)} landmarks predicts less than {least:.2f} mm; "
+        f"this one is {layout.worth.error_mm / least - 1:.1%} above that."
+    ]
+
+
+def head_words(plan: Plan) -> list[str]:
+    """What head markers are worth."""
+    pose = plan.layout.head_pose
+    if pose is None:
+        return []
+    return [
+        f"{len(plan.layout.head)} head markers more give the head's pose to {pose.rotation_degrees:.2f} degrees and "
+        f"{pose.translation_mm:.2f} mm: {pose.surface_mm:.2f} mm on the face."
+    ]
+
+
+def view_words(plan: Plan) -> list[str]:
+    """Markers that a camera sees too small."""
+    small = [
+        f"{m.name} ({min(view.pixels for view in m.views if view.always):.1f})"
+        for m in plan.layout.markers
+        if any(view.always and view.pixels < FEWEST_PIXELS for view in m.views)
+    ]
+    if not small:
+        return []
+    return [
+        f"Narrower than {FEWEST_PIXELS:g} px in some camera at {plan.settings.landmarks.dot_mm:g} mm, "
+        f"use larger dots or move the camera closer: {', '.join(small)} px."
+    ]
 
 
 def fewer_words(plan: Plan) -> list[str]:

@@ -5,7 +5,7 @@ All texts come from a `Plan` alone; nothing here is HTML.
 
 from typing import Any, NamedTuple
 
-from capture_plan.layout.record import Landmark, Worth
+from capture_plan.layout.record import Landmark, View, Worth
 from capture_plan.plan.record import Plan
 from capture_plan.report.proofs import minimum_proof, packing_proof, proofs
 from capture_plan.report.words import count, millimetres, percent
@@ -18,6 +18,7 @@ ROLE_TEXT = {
     "primary": "",
     "backup": "second view of its blendshapes",
     "repair": "added to tell blendshapes apart",
+    "head": "Holds the head's own motion: the face hardly moves here",
 }
 SIDES = {"left": "on the left", "right": "on the right", "middle": "on the midline"}
 
@@ -40,8 +41,8 @@ def contents(plan: Plan) -> dict[str, Any]:
         "lead": f"{count(len(layout.landmarks), 'marker')} and {count(len(packing.expressions), 'expression')} "
         f"for {count(len(audit.used), 'blendshape')}.",
         "tiles": tiles(plan),
-        "regions": {region: glyph(look) for region, look in region_looks(layout.landmarks).items()},
-        "marker_intro": marker_intro(layout.landmarks),
+        "regions": {region: glyph(look) for region, look in region_looks(layout.markers).items()},
+        "marker_intro": marker_intro(layout.markers),
         "uncovered": layout.uncovered,
         "stop": stop_line(plan),
         "chart": chart(plan),
@@ -95,7 +96,11 @@ def tiles(plan: Plan) -> list[Tile]:
 def marker_intro(landmarks: tuple[Landmark, ...]) -> str:
     repairs = sum(landmark.role == "repair" for landmark in landmarks)
     text = "Choose a row to turn the head to its marker."
-    return text if not repairs else f"{text} {count(repairs, 'marker')} were added to tell blendshapes apart."
+    if repairs:
+        text += f" {count(repairs, 'marker')} were added to tell blendshapes apart."
+    if any(landmark.role == "head" for landmark in landmarks):
+        text += " Those named H stand where the face hardly moves: the head's own motion is taken from them."
+    return text
 
 
 def marker_facts(landmark: Landmark, seers: str) -> list[tuple[str, str]]:
@@ -106,7 +111,16 @@ def marker_facts(landmark: Landmark, seers: str) -> list[tuple[str, str]]:
         ("Seen", f"from {percent(landmark.visibility)} of {seers}"),
         ("Vertex", f"{landmark.source_vertex:,}"),
     ]
+    if landmark.views:
+        facts.append(("Cameras", ", ".join(view_words(view) for view in landmark.views)))
     return [*facts, ("Why", why)] if why else facts
+
+
+def view_words(view: View) -> str:
+    """'upper 7.2 px', and where a camera loses the marker, that it does."""
+    if view.pixels == 0:
+        return f"{view.camera} never"
+    return f"{view.camera} {view.pixels:.1f} px" + ("" if view.always else ", not in every expression")
 
 
 def glyph(look: Look) -> dict[str, str]:

@@ -65,7 +65,7 @@ def page_html(plan: Plan, rig: Rig) -> str:
         .render(
             **contents(plan),
             expressions=[card(expression, pictures[expression.name]) for expression in plan.packing.expressions],
-            markers=marker_rows(plan.layout.landmarks),
+            markers=marker_rows(plan.layout.markers),
             marker_pictures=[plate(view, picture) for view, picture in plates.items()],
             head_json=script_json(json.dumps(plan_head(rig, plan))),
             plan_json=script_json(plan_bytes(plan).decode()),
@@ -126,7 +126,7 @@ def plan_head(rig: Rig, plan: Plan) -> dict[str, Any]:
     return head_data(
         rig,
         plan.audit.used,
-        landmarks=plan.layout.landmarks,
+        landmarks=plan.layout.markers,
         expressions=plan.packing.expressions,
         seers="the cameras" if plan.settings.cameras else "directions",
     )

@@ -43,7 +43,7 @@ def expression_pictures(plan: Plan, rig: Rig, *, height_px: int) -> dict[str, Ex
 
 def marker_pictures(plan: Plan, rig: Rig, *, height_px: int) -> dict[str, Image.Image]:
     """The neutral with its markers: `front`, `left` (the subject's left three-quarter) and `right`."""
-    anchors, landmarks = face_regions(rig).anchors, plan.layout.landmarks
+    anchors, landmarks = face_regions(rig).anchors, plan.layout.markers
     face = Face(pose(make_head(rig), rig.neutral), rig.skin, landmarks, region_looks(landmarks), anchors)
     size = (round(ASPECT * height_px), height_px)
     return {

@@ -94,7 +94,7 @@ class _Drawing:
     def all(self) -> Booklet:
         plan, book = self.plan, self.book
         regions = face_regions(self.rig)
-        landmarks = plan.layout.landmarks
+        landmarks = plan.layout.markers
         head = make_head(self.rig)
         face = Face(pose(head, self.rig.neutral), self.rig.skin, landmarks, region_looks(landmarks), regions.anchors)
         per_table = rows_per_page(book)
@@ -146,6 +146,8 @@ class _Drawing:
         legend(book, x, y + 1.2, book.paper.width - MARGIN_MM - x, face.looks, counts)
         self.shown |= {landmark.name for landmark in placed.landmarks}
         notes = ["hollow: a spare"] if any(m.role == "backup" for m in placed.landmarks) else []
+        if any(m.role == "head" for m in placed.landmarks):
+            notes.append("H: for the head's own motion")
         if len(placed.landmarks) < len(face.landmarks):
             notes.append(f"{len(placed.landmarks)} of {len(face.landmarks)} markers are seen from here")
         book.text(book.paper.width - MARGIN_MM, y + 13.2, "  ·  ".join(notes), 7.4, align="right", colour=SOFT)
@@ -153,7 +155,7 @@ class _Drawing:
     def _worth(self) -> str:
         worth, places = (
             self.plan.layout.worth,
-            np.array([m.position for m in self.plan.layout.landmarks]).reshape(-1, 3),
+            np.array([m.position for m in self.plan.layout.markers]).reshape(-1, 3),
         )
         apart = np.linalg.norm(places[:, None] - places[None], axis=2)[np.triu_indices(len(places), 1)]
         nearest = f" · nearest two {apart.min():.1f} mm" if len(apart) else ""
