@@ -8,6 +8,7 @@ from capture_plan.mesh import (
     boundary_vertices,
     edges,
     geodesic_distance,
+    near_table,
     pieces,
     surface_graph,
     triangle_areas,
@@ -93,3 +94,13 @@ def test_beyond_the_limit_distances_are_infinite(sheet):
     d = geodesic_distance(surface_graph(*sheet), np.array([0]), limit=3.0)[0]
     assert np.isinf(d[120])
     assert d[2] == pytest.approx(2)
+
+
+def test_the_near_table_holds_every_distance_below_its_radius_and_no_other(ball):
+    vertices, triangles = ball
+    graph = surface_graph(vertices, triangles)
+    whole = geodesic_distance(graph, np.arange(len(vertices)))
+    table = near_table(graph, vertices, 7.0)  # several blocks of sources
+    expected = np.where(whole < 7.0, whole, 0)
+    np.testing.assert_allclose(table.toarray(), expected, atol=1e-12)
+    assert table.nnz == (whole < 7.0).sum()

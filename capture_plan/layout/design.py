@@ -48,7 +48,7 @@ def design_layout(
     task = task_of(face, settings, unlike)
     head = NOTHING
     if settings.head_markers:
-        head = choose_head_markers(face, settings, task.sites, task.limits, task.reachable, task.open_)
+        head = choose_head_markers(face, settings, task.sites, task.limits, task.reachable)
         task = task.beside(head)
     sites, observation = task.sites, task.observation
     references = sixty_eight(face, observation) | {SINGLE_COVER: single_cover_worth(face, settings, observation)}
@@ -132,7 +132,7 @@ def _in_order(
 
 def minimum_landmarks(task: Task) -> int:
     """Fewest landmarks of any cover by the open sites, spacing and other wishes left aside."""
-    counting = replace(task.settings, weights="count", number=None)
+    counting = replace(task.settings, method="cover", weights="count", number=None)
     return round(best_cover(task.sites, counting, task.reachable, task.open_, None).bound)
 
 

@@ -26,9 +26,8 @@ def choose_head_markers(
     sites: Sites,
     limits: tuple[Limit, ...],
     rows: Int[np.ndarray, " r"],
-    open_: Int[np.ndarray, " o"],
 ) -> Int[np.ndarray, " m"]:
-    """Vertices of `settings.head_markers` head markers, beside the best cover of blendshapes `rows` by sites `open_`.
+    """Vertices of `settings.head_markers` head markers, beside the best cover of blendshapes `rows`.
 
     Raises:
         InfeasibleError: a sector has no skin that is still enough, or the wishes clash.
@@ -56,7 +55,7 @@ def choose_head_markers(
         joined,
         settings,
         np.concatenate([rows, len(sites.reach) + np.arange(len(sectors))]),
-        np.concatenate([open_, s + np.arange(len(extra))]),
+        np.arange(len(joined.visibility)),
         face.spacing(joined, settings.spacing_mm),
         [*(beside(limit, extra) for limit in limits), asked],
     )

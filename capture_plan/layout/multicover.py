@@ -64,12 +64,13 @@ def adaptive_cover(
     active, chosen = np.arange(len(covers)), np.empty(0, dtype=int)
     rounds: list[Cover] = []
     for _ in range(settings.rounds):
-        open_ = np.flatnonzero(open_under(limits, chosen, count) & ~taken_by(chosen, spacing, count))
-        rows = active[covers[np.ix_(active, open_)].any(axis=1)]
+        free = ~taken_by(chosen, spacing, count)
+        rows = active[covers[active][:, free & open_under(limits, chosen, count)].any(axis=1)]
         if not len(rows):
             break
         try:
-            rounds.append(best_cover(sites, settings, rows, open_, spacing, [limit.after(chosen) for limit in limits]))
+            left = [limit.after(chosen) for limit in limits]
+            rounds.append(best_cover(sites, settings, rows, np.flatnonzero(free), spacing, left))
         except InfeasibleError:
             if not rounds:
                 raise

@@ -55,7 +55,10 @@ class Task:
     def cover(self, weights: Weights, *, demand: Int[np.ndarray, " r"] | int = 1) -> Cover:
         """The best cover of all that can be reached that keeps spacing and wishes."""
         settings = replace(self.settings, weights=weights)
-        return best_cover(self.sites, settings, self.reachable, self.open_, self.spacing, self.limits, demand=demand)
+        everywhere = np.arange(
+            len(self.sites.visibility)
+        )  # what wishes shut out stays in, to be named where they clash
+        return best_cover(self.sites, settings, self.reachable, everywhere, self.spacing, self.limits, demand=demand)
 
     def beside(self, head: Int[np.ndarray, " h"]) -> "Task":
         """The same with all sites shut out that stand too close to the head markers."""
