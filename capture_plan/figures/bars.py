@@ -45,7 +45,7 @@ def incidence(
 ) -> Figure:
     """Which landmark moves with which blendshape: dark from epsilon on, where it stands for it, faint below."""
     with house():
-        figure = blank(WIDTH_IN, HEAD_IN + 0.4 + len(names) * LINE_IN)
+        figure = blank(WIDTH_IN, 2 * HEAD_IN + len(names) * LINE_IN)
         figure.set_layout_engine("constrained")
         axes = figure.add_subplot()
         image = axes.imshow(reach, cmap="Blues", vmin=0, vmax=1, aspect="auto", interpolation="nearest")
@@ -60,7 +60,7 @@ def incidence(
         axes.xaxis.tick_top()
         for spine in axes.spines.values():
             spine.set_visible(False)
-        bar = figure.colorbar(image, ax=axes, shrink=0.25, anchor=(0, 0), pad=0.01)
-        bar.set_label(f"share of the largest movement; dots from {epsilon:g} on")
+        bar = figure.colorbar(image, ax=axes, orientation="horizontal", shrink=0.4, aspect=40, pad=0.02)
+        bar.set_label(f"share of the blendshape's largest movement; dots from {epsilon:g} on")
         bar.outline.set_linewidth(0.4)
     return figure

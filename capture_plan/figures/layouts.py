@@ -32,7 +32,8 @@ def layouts_figure(layouts: Sequence[Captioned], *, columns: int = 4) -> Figure:
     width = (WIDTH_IN - (columns - 1) * GAP_IN) / columns
     height = width / ASPECT
     with house():
-        figure = blank(WIDTH_IN, rows * (height + CAPTION_IN))
+        across = min(columns, len(layouts)) * (width + GAP_IN) - GAP_IN
+        figure = blank(across, rows * (height + CAPTION_IN))
         for i, one in enumerate(layouts):
             row, column = divmod(i, columns)
             left, top = column * (width + GAP_IN), row * (height + CAPTION_IN)

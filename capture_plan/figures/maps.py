@@ -41,7 +41,7 @@ def maps_figure(maps: Sequence[HeadMap], *, columns: int = 2) -> Figure:
     width = wide / 2
     tall = TITLE_IN + width / ASPECT + BAR_IN
     with house():
-        figure = blank(WIDTH_IN, rows * tall)
+        figure = blank(min(columns, len(maps)) * (wide + GAP_IN) - GAP_IN, rows * tall)
         for i, one in enumerate(maps):
             row, column = divmod(i, columns)
             left, top = column * (wide + GAP_IN), row * tall
