@@ -221,6 +221,15 @@ def test_limits_come_before_blendshapes_and_blendshapes_before_the_error(seed):
     assert 18 in end
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_what_a_site_would_leave_missing_is_what_is_missing_with_it(seed):
+    observation, sites = problem(seed, singles=4)
+    limits = limited(np.random.default_rng(seed), sites)
+    search = Search(observation, sites, sites.reach > 0.7, None, 5, limits)
+    rest, among = (1, 6), np.array([0, 2, 3, 4, 5, 7, 8])
+    assert search.misses_with(rest, among).tolist() == [search.misses((*rest, site)) for site in among.tolist()]
+
+
 def one(vertex, **ends):
     return Limit(f"vertex {vertex}", (np.arange(20) == vertex).astype(int), **ends)
 

@@ -11,7 +11,7 @@ from capture_plan.layout.compare import FREE, MIXES, STUDIO, TAKE, WORN, Compari
 from capture_plan.layout.compare_page import comparison_text, verdicts
 from capture_plan.layout.face import see_face
 from capture_plan.layout.given import read_layouts, take_weights
-from capture_plan.layout.reconstruct import Score
+from capture_plan.layout.reconstruct import Errors, Score
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
@@ -63,7 +63,10 @@ def test_the_table_names_every_layout_and_marks_the_best(found):
 
 
 def row(method, rmse_mm):
-    scores = {name: (Score(0.2, 0.01, rmse_mm, 1.0, "a"),) for name in (MIXES, "single blendshapes")}
+    errors = {"weight_mae": 0.01, "rmse_mm": rmse_mm, "max_mm": 1.0, "worst": "a"}
+    scores = {
+        name: (Score(noise_mm=0.2, unbounded=Errors(**errors), **errors),) for name in (MIXES, "single blendshapes")
+    }
     return Row(method, (1, 2), 2, 1.0, 0.2, scores)
 
 

@@ -36,10 +36,16 @@ def best_of(search):
 def test_a_polished_choice_is_no_worse_on_the_mixes_that_judge_it(seed):
     search = search_of(seed)
     chosen = best_of(search)
-    polished = polish(search, chosen, seed=7)
+    polished = polish(search, [chosen], seed=7)
     judge = {"seed": 7 + ROUNDS}
     assert measured_error(search, polished, **judge) <= measured_error(search, chosen, **judge)
     assert search.landmarks(polished) == search.landmarks(chosen)
+
+
+def test_the_better_of_two_starts_is_polished():
+    search = search_of(0)
+    good, bad = best_of(search), (8, 9)
+    assert polish(search, [bad, good], seed=7) == polish(search, [good], seed=7)
 
 
 def test_polishing_lowers_the_error_of_mixes_that_it_has_never_seen():
@@ -48,7 +54,7 @@ def test_polishing_lowers_the_error_of_mixes_that_it_has_never_seen():
         search = search_of(seed)
         chosen = best_of(search)
         before += measured_error(search, chosen, seed=99)
-        after += measured_error(search, polish(search, chosen, seed=7), seed=99)
+        after += measured_error(search, polish(search, [chosen], seed=7), seed=99)
     assert after < before
 
 
@@ -56,7 +62,7 @@ def test_polishing_keeps_the_wishes():
     pin = Limit("pin", (np.arange(S) == 30).astype(int), least=1)
     away = Limit("keep-out", (np.arange(S) % 2).astype(int), most=0)
     search = search_of(1, (pin, away))
-    assert search.shortfall(polish(search, best_of(search), seed=3)) == 0
+    assert search.shortfall(polish(search, [best_of(search)], seed=3)) == 0
 
 
 def test_the_gain_of_a_rival_is_the_recomputed_mean_difference():

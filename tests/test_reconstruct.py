@@ -11,6 +11,7 @@ from capture_plan.layout.reconstruct import (
     measurement_noise,
     random_mixes,
     reconstruct,
+    recover_unbounded,
     recover_weights,
     single_blendshapes,
 )
@@ -117,3 +118,25 @@ def test_mixes_have_three_to_eight_blendshapes_and_repeat_with_their_seed():
     active = (mixes > 0).sum(axis=1)
     assert (active.min(), active.max()) == (3, 8)
     assert np.array_equal(mixes, random_mixes(20, frames=100, seed=5))
+
+
+@given(seed=st.integers(0, 10_000), rows=st.integers(2, 14), k=st.integers(1, 12))
+@settings(max_examples=30, deadline=None)
+def test_without_bounds_the_weights_are_those_of_regularised_least_squares(seed, rows, k):
+    rng = np.random.default_rng(seed)
+    B, y = rng.normal(size=(rows, k)), 3 * rng.normal(size=(4, rows))
+    regularised = np.vstack([B, np.eye(k) * 0.3 / PRIOR_SD])
+    expected = np.linalg.lstsq(regularised, np.vstack([y.T, np.zeros((k, 4))]), rcond=None)[0].T
+    assert recover_unbounded(B, y, noise_mm=0.3) == pytest.approx(expected, abs=1e-9)
+
+
+def test_bounds_help_where_weights_are_between_them(observation):
+    score = reconstruct(observation, NAMES, SPREAD[:4], random_mixes(K, frames=300, seed=4), noise_mm=1.0, seed=0)
+    assert score.rmse_mm < score.unbounded.rmse_mm
+    assert score.weight_mae < score.unbounded.weight_mae
+
+
+def test_where_no_bound_is_reached_both_solvers_say_the_same(observation):
+    truth = np.full((5, K), 0.5)
+    score = reconstruct(observation, NAMES, SPREAD, truth, noise_mm=0.01, seed=0)
+    assert score.rmse_mm == pytest.approx(score.unbounded.rmse_mm)

@@ -48,10 +48,15 @@ def _descend(H: Float[np.ndarray, "k k"], g: Float[np.ndarray, "t k"], w: Float[
 def _newton(
     H: Float[np.ndarray, "k k"], y: Float[np.ndarray, "t k"], held: Bool[np.ndarray, "t k"]
 ) -> Float[np.ndarray, "t k"]:
-    """H_ff p_f = -y_f; 0 for the held weights."""
-    free = ~held
-    A = np.where(free[:, :, None] & free[:, None, :], H, np.eye(len(H)))
-    return np.linalg.solve(A, np.where(free, -y, 0)[:, :, None])[:, :, 0]
+    """H_ff p_f = -y_f; 0 for the held weights. Frames with as many free weights are solved together."""
+    p, count = np.zeros_like(y), (~held).sum(axis=1)
+    first = np.argsort(held, axis=1, kind="stable")  # the free weights come first
+    for n in np.unique(count[count > 0]):
+        t = np.flatnonzero(count == n)
+        f = first[t, :n]
+        p_f = np.linalg.solve(H[f[:, :, None], f[:, None, :]], -np.take_along_axis(y[t], f, axis=1)[:, :, None])
+        p[t[:, None], f] = p_f[:, :, 0]
+    return p
 
 
 def _lower(

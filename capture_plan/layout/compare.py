@@ -2,10 +2,10 @@
 
 Candidates every vertex of moving skin, hidden or not, as 68 points stand on lip rims too; ours worn, studio and
            Zell22 keep to skin that is seen well enough
-Ours       at every budget M the least predicted error, for every noise (any candidate, as the others); the one for the
-           settings' noise polished on mixes of seeds of its own (`polish`): error-driven, free; and as a crew wears it
-           (what a plan gives: mirrored, at the spacing, every blendshape on a landmark); the studio layout at the
-           number of landmarks that it settles on itself
+Ours       at every budget M the least predicted error, designed for every noise (any candidate, as the others); the
+           best of these polished for the settings' noise on mixes of seeds of its own (`polish`): error-driven, free;
+           and as a crew wears it (what a plan gives: mirrored, at the spacing, every blendshape on a landmark); the
+           studio layout at the number of landmarks that it settles on itself
 Bound      what no layout of M candidates predicts less than (`relaxation`)
 Zell22     single set cover of Zell & McDonnell 2022 over epsilon, the paper's weights and fewest landmarks first
 Others     `baselines` at every budget M
@@ -175,14 +175,15 @@ def ours(
     Raises:
         InfeasibleError: there are fewer candidates.
     """
-    layouts, nothing = [], np.zeros((0, len(sites.size)), dtype=bool)
-    for noise in sorted({*noises_mm, settings.noise_mm} - {0.0}):
-        search = Search(face.observation(noise), sites, nothing, None, budget)
-        chosen = spend_budget(search.observation, sites, nothing, np.empty(0, dtype=int), budget=budget, spacing=None)
-        layouts.append((least_predicted(noise), sites.members(chosen)))
-        if noise == settings.noise_mm:
-            polished = polish(search, tuple(chosen.tolist()), seed=seed + APART)
-            layouts.append((FREE, sites.members(np.array(polished))))
+    nothing, nobody = np.zeros((0, len(sites.size)), dtype=bool), np.empty(0, dtype=int)
+    search = Search(face.observation(settings.noise_mm), sites, nothing, None, budget)
+    designed = {
+        noise: spend_budget(face.observation(noise), sites, nothing, nobody, budget=budget, spacing=None)
+        for noise in sorted({*noises_mm, settings.noise_mm} - {0.0})
+    }
+    polished = polish(search, [tuple(one.tolist()) for one in designed.values()], seed=seed + APART)
+    layouts = [(FREE, sites.members(np.array(polished, dtype=int)))]
+    layouts += [(least_predicted(noise), sites.members(chosen)) for noise, chosen in designed.items()]
     try:
         return [*layouts, (WORN, error_driven(face, settings, budget))]
     except InfeasibleError:

@@ -13,7 +13,8 @@ def comparison_text(found: Comparison) -> str:
         "Root mean square error of the skin in millimetres, by noise of a landmark coordinate, over "
         f"{found.frames[MIXES]} {MIXES}; single: each blendshape alone"
         + (f"; take: {found.frames[TAKE]:,} recorded frames" if TAKE in found.frames else ""),
-        f"predicted, largest, weights, single, take and worst (largest error of its weight) at {at_noise(found):g} mm",
+        f"predicted, unbounded (weights of any size), largest, weights, single, take and worst (largest error of its "
+        f"weight) at {at_noise(found):g} mm",
         "",
     ]
     left_out = [f"left out: {why}" for why in found.left_out]
@@ -35,6 +36,7 @@ def columns(found: Comparison) -> dict[str, Callable[[Row], float]]:
     numbers = {f"{noise:g} mm": rmse(MIXES, i) for i, noise in enumerate(found.noises_mm)}
     numbers |= {
         "predicted": lambda row: row.predicted_mm,
+        "unbounded": lambda row: row.scores[MIXES][n].unbounded.rmse_mm,
         "largest": lambda row: row.scores[MIXES][n].max_mm,
         "weights": lambda row: row.scores[MIXES][n].weight_mae,
         SINGLES.split()[0]: rmse(SINGLES, n),

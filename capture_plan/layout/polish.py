@@ -11,6 +11,8 @@ The predicted error of `worth` knows nothing of bounds: it counts what the solve
 are screened by that error first, then by some of the mixes, then by all.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
@@ -25,13 +27,17 @@ FAR = -0.9  # rivals give back at least a tenth of what is lost
 BETTER = 1e-6  # relative
 
 
-def polish(search: Search, chosen: Choice, *, seed: int) -> Choice:
-    """A choice that measures sparse, bounded weights better than `chosen`, or `chosen`."""
-    rounds = [chosen]
+def polish(search: Search, starts: Sequence[Choice], *, seed: int) -> Choice:
+    """A choice that measures sparse, bounded weights better than the best of `starts`, or that one."""
+
+    def judged(choice: Choice) -> float:
+        return measured_error(search, choice, seed=seed + ROUNDS)
+
+    rounds = [min(starts, key=judged)]
     for n in range(ROUNDS):
         free = free_weights(search, rounds[-1], seed=seed + n)
         rounds.append(swap_each(search, rounds[-1], free))
-    return min(rounds, key=lambda choice: measured_error(search, choice, seed=seed + ROUNDS))
+    return min(rounds, key=judged)
 
 
 def members(search: Search, chosen: Choice) -> Int[np.ndarray, " m"]:
