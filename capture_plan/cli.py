@@ -253,6 +253,9 @@ def compare(
     noise_mm: Annotated[float, typer.Option(min=0.001, help="Noise that ours are designed for, millimetres.")] = 0.2,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the performance and the noise.")] = 0,
     json: Annotated[bool, typer.Option("--json", help="Print the comparison as JSON to standard output.")] = False,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="DIR", help="Write table, plots and JSON into DIR too.")
+    ] = None,
     unit_mm: UnitMm = None,
     up: Up = None,
     facing: Facing = None,
@@ -280,10 +283,19 @@ def compare(
         take=take_weights(take, found, used) if take else None,
         seed=seed,
     )
+    text = comparison_text(made)
     if json:
         print(msgspec.json.format(msgspec.json.encode(made)).decode())
     else:
-        say([comparison_text(made)])
+        say([text])
+    if output is not None:
+        from capture_plan.figures import write_comparison_figures
+        from capture_plan.plan.files import write_whole
+
+        table, numbers = output / "comparison.txt", output / "comparison.json"
+        write_whole(table, f"{text}\n".encode())
+        write_whole(numbers, msgspec.json.format(msgspec.json.encode(made)) + b"\n")
+        say_written([table, numbers, *write_comparison_figures(made, found, output)])
 
 
 @app.command()

@@ -57,6 +57,23 @@ def test_no_weight_can_move_to_a_better_place_inside_its_bounds(seed):
     assert slope[w == 1].max(initial=0) < 1e-6
 
 
+@given(seed=st.integers(0, 10_000))
+@settings(max_examples=20, deadline=None)
+def test_frames_that_creep_are_solved_alone_to_the_same_answer(seed):
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(9, 4))  # few landmarks: most mixes in doubt
+    H, g = root @ root.T + 1e-4 * np.eye(9), 5 * rng.normal(size=(6, 9))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("capture_plan.layout.bounded.MOST_STEPS", 1)
+        alone = solve_bounded(H, g)
+    together = solve_bounded(H, g)
+
+    def cost(w):
+        return np.sum(w * (w @ H / 2 - g), axis=1)
+
+    np.testing.assert_allclose(cost(alone), cost(together), rtol=1e-9, atol=1e-9)
+
+
 def test_one_weight_is_the_quotient_held_in_its_bounds():
     H, g = np.array([[2.0]]), np.array([[-1.0], [1.0], [3.0]])
     assert solve_bounded(H, g)[:, 0] == pytest.approx([0, 0.5, 1])

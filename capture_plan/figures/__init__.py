@@ -6,6 +6,7 @@ Each function takes what the rooms below answered and returns a Matplotlib figur
 from matplotlib.figure import Figure
 
 from capture_plan.figures.bars import blendshape_bars, incidence
+from capture_plan.figures.comparison import write_comparison_figures
 from capture_plan.figures.curves import error_against_budget, error_against_noise, number_against_epsilon
 from capture_plan.figures.heads import Sitter, sit
 from capture_plan.figures.layouts import Captioned, layouts_figure
@@ -36,5 +37,6 @@ __all__ = [
     "suited",
     "svg",
     "teaser",
+    "write_comparison_figures",
     "write_figure",
 ]

@@ -9,7 +9,7 @@ Ours       at every budget M the least predicted error, designed for every noise
 Bound      what no layout of M candidates predicts less than (`relaxation`)
 Zell22     single set cover of Zell & McDonnell 2022 over epsilon, the paper's weights and fewest landmarks first
 Others     `baselines` at every budget M
-Empirical  68 and 51 points (iBUG), and layouts given by vertex number
+Empirical  the layouts that studios use (`empirical`), placed on this face, and layouts given by vertex number
 Measured   weights and skin that come back (`reconstruct`) from random mixes, from every blendshape alone, and from a
            recorded take where one is given
 """
@@ -26,7 +26,7 @@ from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.layout.baselines import BASELINES, candidates, choose_baseline
 from capture_plan.layout.budget import spend_budget
 from capture_plan.layout.design import design_layout
-from capture_plan.layout.empirical import place_ibug68
+from capture_plan.layout.empirical import EMPIRICAL, empirical_layout, place_layout
 from capture_plan.layout.face import Face
 from capture_plan.layout.methods import within_budget
 from capture_plan.layout.multicover import best_cover
@@ -45,6 +45,7 @@ EPSILONS = (0.3, 0.5, 0.7, 0.9)
 FRAMES = 300
 APART = 10_000  # seeds of what ours are polished on lie this far from the seed of what all are measured by
 FREE, WORN, STUDIO = "ours: error-driven, free", "ours: error-driven, worn", "ours: studio"
+PLACED = ", placed"  # after the name of an empirical layout: we laid its points onto this face
 MIXES, SINGLES, TAKE = "random mixes", "single blendshapes", "take"
 
 
@@ -149,12 +150,14 @@ def fixed_layouts(face: Face, settings: LayoutSettings, given: dict[str, np.ndar
         cover = best_cover(sites, one, rows, np.arange(len(sites.visibility)), None)
         name = "paper's weights" if weights == "paper" else "fewest first"
         layouts.append((f"Zell22: {name}, epsilon {epsilon:g}", sites.members(cover.chosen)))
-    try:
-        points = place_ibug68(face.rig)
-        layouts += [("68 points (iBUG), placed", points), ("51 points (iBUG), placed", points[17:])]
-    except RigError as error:
-        return layouts, [f"68 and 51 points (iBUG): {error}"]
-    return layouts, []
+    left_out = []
+    for key in EMPIRICAL:
+        title = empirical_layout(key).title
+        try:
+            layouts.append((f"{title}{PLACED}", np.unique(place_layout(face.rig, key).vertices)))
+        except RigError as error:
+            left_out.append(f"{title}: {error}")
+    return layouts, left_out
 
 
 def least_predicted(noise_mm: float) -> str:

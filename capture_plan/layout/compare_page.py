@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
-from capture_plan.layout.compare import FREE, MIXES, SINGLES, TAKE, Comparison, Row, least_predicted
+from capture_plan.layout.compare import MIXES, PLACED, SINGLES, TAKE, Comparison, Row, least_predicted
 
 
 def comparison_text(found: Comparison) -> str:
@@ -84,7 +84,7 @@ def verdicts(found: Comparison) -> list[str]:
     lines += [
         line for n, budget in enumerate(found.budgets) for line in from_the_best(found, budget, found.least_mm[n])
     ]
-    return [*lines, *(line for row in found.rows if row.method.startswith(("68", "51")) for line in fewest(found, row))]
+    return [*lines, *(line for row in found.rows if row.method.endswith(PLACED) for line in fewest(found, row))]
 
 
 def from_the_best(found: Comparison, budget: int, least_mm: float) -> list[str]:
@@ -112,7 +112,7 @@ def fewest(found: Comparison, other: Row) -> list[str]:
     i = found.noises_mm.index(at_noise(found))
     limit = other.scores[MIXES][i].rmse_mm
     enough: Sequence[int] = [
-        row.landmarks for row in found.rows if row.method == FREE and row.scores[MIXES][i].rmse_mm <= limit
+        row.landmarks for row in found.rows if is_ours(row) and row.scores[MIXES][i].rmse_mm <= limit
     ]
     what = f"{other.method}: {limit:.3f} mm at {found.noises_mm[i]:g} mm noise"
     if enough:
