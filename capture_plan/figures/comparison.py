@@ -70,16 +70,17 @@ def heads_figure(found: Comparison, rig: Rig) -> Figure:
     rows = [row for row in found.rows if shown(row)]
     return layouts_figure(
         [
-            Captioned(
-                sitter,
-                row.method.removesuffix(PLACED).removeprefix("ours: ").capitalize(),
-                f"{row.scores[MIXES][n].rmse_mm:.3f} mm",
-                np.array(row.vertices),
-            )
+            Captioned(sitter, *titles(row, row.scores[MIXES][n].rmse_mm), np.array(row.vertices))
             for row in sorted(rows, key=lambda row: row.scores[MIXES][n].rmse_mm)
         ],
         columns=5,
     )
+
+
+def titles(row: Row, error_mm: float) -> tuple[str, str]:
+    """'68 points', '0.131 mm, iBUG': what fits below a head."""
+    name, _, more = row.method.removesuffix(PLACED).removeprefix("ours: ").partition(" (")
+    return name[0].upper() + name[1:], ", ".join([f"{error_mm:.3f} mm", *([more.rstrip(")")] if more else [])])
 
 
 def nearest_budget(found: Comparison) -> int:

@@ -11,6 +11,7 @@ from capture_plan.layout.sweep import EpsilonRow
 from capture_plan.sheets.style import SOFT
 
 HEIGHT_IN = 3.3
+MARKS = "s^Dv<>Phx"
 Curve = tuple[Sequence[float | int], Sequence[float]]  # x and y
 
 
@@ -75,7 +76,7 @@ def _axes(x: str, y: str) -> tuple[Figure, Axes]:
 def _methods(axes: Axes, curves: Mapping[str, Curve], ours: str) -> None:
     others = [name for name in curves if name != ours]
     for number, name in enumerate(others):
-        colour, mark = OTHERS[number % len(OTHERS)], "s^Dv<>P"[number % 7]
+        colour, mark = OTHERS[number % len(OTHERS)], MARKS[number % len(MARKS)]
         axes.plot(*curves[name], mark + "-", color=colour, ms=3.5, lw=1.1, label=name)
     axes.plot(*curves[ours], "o-", color=OURS, ms=4 if len(curves[ours][0]) < 15 else 0, lw=2.2, label=ours, zorder=4)
     handles, labels = axes.get_legend_handles_labels()

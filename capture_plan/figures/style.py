@@ -22,7 +22,7 @@ from capture_plan.sheets.style import ACCENT, FAINT, INK, SOFT
 WIDTH_IN = 7.2  # two columns of a paper
 DPI = 100.0
 TITLE_PT, TEXT_PT, SMALL_PT = 10.0, 8.5, 7.5
-OURS, OTHERS = ACCENT, ("#b3261e", "#0f7b4f", "#9a5b00", "#7b3fb5", "#00708a", "#5b5f66", "#a8326e")
+OURS, OTHERS = ACCENT, ("#b3261e", "#0f7b4f", "#9a5b00", "#7b3fb5", "#00708a", "#5b5f66", "#a8326e", "#8aa300")
 HOUSE: dict[Any, Any] = {
     "font.family": "Roboto",
     "font.size": TEXT_PT,

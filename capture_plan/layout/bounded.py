@@ -9,7 +9,7 @@ Optimal    y = H w - g:  y = 0 where 0 < w < 1,  y >= 0 where w = 0,  y <= 0 whe
 Projected Newton (Bertsekas 1982): weights at a bound that y presses against it stay there, the others go towards their
 own minimum and stop at the bounds; where that does not lower the objective, half as far, and so on. The objective falls
 in every step, so that no frame can go round in circles. One factorisation of H gives the start of all frames. The few
-that creep, where few landmarks leave many mixes in doubt, are solved one by one (bounded-variable least squares, Stark &
+that creep, where few landmarks leave many mixes in doubt, are solved one by one (bounded variables: Stark and
 Parker 1995).
 """
 

@@ -54,9 +54,10 @@ def spend_budget(
 def replan(search: Search, former: Int[np.ndarray, " n"]) -> Int[np.ndarray, " m"]:
     """The answer to a problem close to one whose answer was `former`, the most telling first.
 
-    What keeps the new limits, spacing and budget stays, what breaks them goes, the least missed first; then exchanges.
+    What keeps the new limits, spacing and budget stays, what breaks them goes, the least missed first; then swaps, and
+    no trades of pairs for singles: a person waits for it.
     """
-    end = search.descend(search.fill(keepable(search, tuple(former.tolist()))))
+    end = search.swap_all(search.fill(keepable(search, tuple(former.tolist()))))
     return np.array(search.in_order(end), dtype=int)
 
 

@@ -24,7 +24,8 @@ from capture_plan.layout.reduce import essential_rows, undominated
 from capture_plan.layout.spacing import Spacing
 
 RESOLUTION = 1e-4  # costs are compared to four decimals: finer differences of quality mean nothing on a face
-FIRST_SITES, FIRST_SHARE = 300, 12  # sites that the first branching is about, and of each chosen one; seldom a second
+FIRST_SITES, FIRST_SHARE = 300, 6  # sites that the first branching is about, and for each that the relaxation chooses
+MOST_SITES = 4000  # where so many are not enough for a proof, the gap is stated
 DUAL_DIGITS = 6
 
 
@@ -110,32 +111,43 @@ def best(program: Program) -> Answer | None:
     relaxed = relax(program)
     if relaxed is None:
         return None
-    floor = program.unit * int(np.ceil(relaxed.bound / program.unit - 1e-6))
-    order = np.sort(relaxed.reduced)
-    few = max(FIRST_SITES, int(FIRST_SHARE * relaxed.chosen))
-    gap, hint = float(max(0, order[min(few, len(order)) - 1])), np.empty(0, dtype=int)
+    floor, order = in_units(relaxed.bound, program.unit), np.sort(relaxed.reduced)
+    few = min(len(order), max(FIRST_SITES, int(FIRST_SHARE * relaxed.chosen)))
+    most = float(order[min(len(order), MOST_SITES) - 1])
+    gap, answer = max(0.0, float(order[few - 1])), None
     while True:
         near = np.flatnonzero(relaxed.reduced <= gap + 1e-6 * max(1.0, relaxed.bound))
-        everything = len(near) == len(order)
-        try:
-            found = branch(program.among(near), np.searchsorted(near, hint).tolist())
-        except UndecidedError:
-            if everything:
-                raise
-            found = None
-        if found is None and everything:
+        hint = np.searchsorted(near, answer.chosen).tolist() if answer else []
+        found = attempt(program.among(near), hint, raises=len(near) == len(order))
+        if found is None and len(near) == len(order):
             return None
-        if found is None:
+        if found is None and answer is None:
             gap = float(order[-1])
             continue
-        # a choice with any other site costs more than the gap
-        elsewhere = (
-            found.cost if everything else program.unit * int(np.ceil((relaxed.bound + gap) / program.unit - 1e-6))
-        )
-        answer = Answer(near[found.chosen], found.cost, min(found.cost, max(floor, min(found.bound, elsewhere))))
-        if answer.bound >= answer.cost or found.bound < found.cost:
+        if found is not None:
+            # a choice with any other site costs more than the gap
+            elsewhere = found.cost if len(near) == len(order) else in_units(relaxed.bound + gap, program.unit)
+            answer = Answer(near[found.chosen], found.cost, min(found.cost, max(floor, min(found.bound, elsewhere))))
+        assert answer is not None
+        wanted = min(float(answer.cost - relaxed.bound), most)
+        if answer.bound >= answer.cost or found is None or found.bound < found.cost or wanted <= gap:
             return answer
-        gap, hint = float(answer.cost - relaxed.bound), answer.chosen
+        gap = wanted
+
+
+def in_units(cost: float, unit: int) -> int:
+    """The least whole number of units that costs as much."""
+    return unit * int(np.ceil(cost / unit - 1e-6))
+
+
+def attempt(program: Program, hint: list[int], *, raises: bool) -> Answer | None:
+    """`branch`; where the work runs out and sites are left to try, there is no answer yet."""
+    try:
+        return branch(program, hint)
+    except UndecidedError:
+        if raises:
+            raise
+        return None
 
 
 def dual_prices(covers: Bool[np.ndarray, "k s"], size: Int[np.ndarray, " s"]) -> Float[np.ndarray, " k"]:

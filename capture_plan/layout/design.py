@@ -108,10 +108,21 @@ def sixty_eight(face: Face, observation: Observation) -> dict[str, Worth]:
 
 def single_cover_worth(face: Face, settings: LayoutSettings, observation: Observation) -> Worth:
     """What the paper's single cover is worth, without spacing or wishes."""
-    plain = replace(settings, method="cover", number=None, budget=None, pins=(), spacing_mm=0.0)
-    sites = face.sites(plain)
-    rows = np.flatnonzero(sites.covers(plain.epsilon).any(axis=1))
-    return observation.worth(sites.members(best_cover(sites, plain, rows, all_of(sites), None).chosen))
+    key = (
+        settings.symmetric,
+        settings.weights,
+        settings.epsilon,
+        settings.alpha,
+        settings.noise_mm,
+        settings.min_visibility,
+    )
+    if key not in face.single_covers:
+        plain = replace(settings, method="cover", number=None, budget=None, pins=(), spacing_mm=0.0)
+        sites = face.sites(plain)
+        rows = np.flatnonzero(sites.covers(plain.epsilon).any(axis=1))
+        chosen = best_cover(sites, plain, rows, all_of(sites), None).chosen
+        face.single_covers[key] = observation.worth(sites.members(chosen))
+    return face.single_covers[key]
 
 
 def all_of(sites: Sites) -> Int[np.ndarray, " s"]:
