@@ -251,6 +251,9 @@ def compare(
     take: Annotated[Path | None, typer.Option(help="Recorded weights to reconstruct too.")] = None,
     budget: Annotated[list[int] | None, typer.Option(min=1, help="Landmarks; may be given several times.")] = None,
     noise_mm: Annotated[float, typer.Option(min=0.001, help="Noise that ours are designed for, millimetres.")] = 0.2,
+    epsilon: Annotated[
+        float, typer.Option(min=0.01, max=1, help="Share of its largest movement by which a blendshape is seen.")
+    ] = 0.5,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the performance and the noise.")] = 0,
     json: Annotated[bool, typer.Option("--json", help="Print the comparison as JSON to standard output.")] = False,
     output: Annotated[
@@ -277,7 +280,7 @@ def compare(
     used = audit_rig(found).used
     made = compare_layouts(
         see_face(found, used),
-        LayoutSettings(noise_mm=noise_mm),
+        LayoutSettings(noise_mm=noise_mm, epsilon=epsilon),
         budgets=budget or BUDGETS,
         given=read_layouts(layouts, found) if layouts else {},
         take=take_weights(take, found, used) if take else None,

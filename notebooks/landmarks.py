@@ -46,9 +46,16 @@ def landmark_knobs():
 
 
 @app.cell
-def designed(face, knobs):
+def agreed_before():
+    before, agree = mo.state(None)
+    return agree, before
+
+
+@app.cell
+def designed(agree, before, face, knobs):
     with parts.working():
-        layout = design_layout(face, parts.landmark_settings(knobs))
+        layout = design_layout(face, parts.landmark_settings(knobs), former=before())
+    agree(layout)
     return (layout,)
 
 

@@ -7,7 +7,18 @@ import pytest
 
 from capture_plan.errors import PlanError, RigError
 from capture_plan.layout.baselines import BASELINES
-from capture_plan.layout.compare import FREE, MIXES, STUDIO, TAKE, WORN, Comparison, Row, compare, least_predicted
+from capture_plan.layout.compare import (
+    FREE,
+    MIXES,
+    PLACED,
+    STUDIO,
+    TAKE,
+    WORN,
+    Comparison,
+    Row,
+    compare,
+    least_predicted,
+)
 from capture_plan.layout.compare_page import comparison_text, verdicts
 from capture_plan.layout.face import see_face
 from capture_plan.layout.given import read_layouts, take_weights
@@ -42,6 +53,8 @@ def test_every_method_stands_in_the_table_once_a_budget(found):
 def test_all_but_empirical_layouts_stand_on_the_same_candidates(found, face):
     moving, seen = np.flatnonzero(face.moving_skin), np.flatnonzero(face.allowed(SETTINGS))
     for row in found.rows:
+        if row.method.endswith(PLACED):
+            continue  # ears and hairlines may stand still
         assert np.isin(row.vertices, seen if row.method in (WORN, STUDIO) else moving).all()
     assert found.candidates == len(moving)
 
@@ -67,20 +80,22 @@ def row(method, rmse_mm):
     scores = {
         name: (Score(noise_mm=0.2, unbounded=Errors(**errors), **errors),) for name in (MIXES, "single blendshapes")
     }
-    return Row(method, (1, 2), 2, 1.0, 0.2, scores)
+    return Row(method, (1, 2), 2, 1.0, 0.2, (), scores)
 
 
 @pytest.mark.parametrize(
     ("ours", "says"), [(0.1, f"{FREE} is lowest"), (0.9, f"random is lower, 0.500 mm; {FREE} 0.900 mm")]
 )
 def test_it_is_said_plainly_who_wins(ours, says):
-    made = Comparison("rig", 3, 0.2, (2,), (0.15,), 3, 9, (0.2,), {MIXES: 1}, (row(FREE, ours), row("random", 0.5)), ())
+    made = Comparison(
+        "rig", 3, 0.2, 0.5, (2,), (0.15,), 3, 9, (0.2,), {MIXES: 1}, (row(FREE, ours), row("random", 0.5)), ()
+    )
     assert says in verdicts(made)[0]
 
 
 def test_it_is_said_how_far_from_the_best_ours_can_be():
     mine = row(least_predicted(0.2), 0.1)
-    made = Comparison("rig", 3, 0.2, (2,), (0.16,), 3, 9, (0.2,), {MIXES: 1}, (mine, row("random", 0.5)), ())
+    made = Comparison("rig", 3, 0.2, 0.5, (2,), (0.16,), 3, 9, (0.2,), {MIXES: 1}, (mine, row("random", 0.5)), ())
     assert any("less than 0.160 mm" in line and "at most 25.0%" in line for line in verdicts(made))
 
 

@@ -30,6 +30,7 @@ from capture_plan.layout.empirical import EMPIRICAL, empirical_layout, place_lay
 from capture_plan.layout.face import Face
 from capture_plan.layout.methods import within_budget
 from capture_plan.layout.multicover import best_cover
+from capture_plan.layout.observe import blind_spots
 from capture_plan.layout.polish import polish
 from capture_plan.layout.reconstruct import Score, random_mixes, reconstruct, single_blendshapes
 from capture_plan.layout.relaxation import error_bound
@@ -50,14 +51,15 @@ MIXES, SINGLES, TAKE = "random mixes", "single blendshapes", "take"
 
 
 class Row(Struct, frozen=True, forbid_unknown_fields=True):
-    """One layout: its vertices, what they tell apart, the predicted error at the noise that ours are designed for, and
-    for each performance one score a noise."""
+    """One layout: its vertices, what they tell apart, the predicted error at the noise that ours are designed for,
+    the blendshapes that move none of them by epsilon, and for each performance one score a noise."""
 
     method: str
     vertices: tuple[int, ...]
     rank: int
     condition: float
     predicted_mm: float
+    blind: tuple[str, ...]
     scores: dict[str, tuple[Score, ...]]
 
     @property
@@ -74,6 +76,7 @@ class Comparison(Struct, frozen=True, forbid_unknown_fields=True):
     rig: str
     blendshapes: int
     designed_mm: float
+    epsilon: float
     budgets: tuple[int, ...]
     least_mm: tuple[float, ...]
     full_rank: int
@@ -113,18 +116,19 @@ def compare(
 
     rows = []
     for method, vertices in track(sorted(layouts, key=lambda one: len(one[1])), "Measuring every layout"):
-        worth = observation.worth(vertices)
+        worth, blind = observation.worth(vertices), blind_spots(face, settings, vertices)
         scores = {
             name: tuple(
                 reconstruct(observation, face.used, vertices, truth, noise_mm=noise, seed=seed) for noise in noises_mm
             )
             for name, truth in performances.items()
         }
-        rows.append(Row(method, tuple(vertices.tolist()), worth.rank, worth.condition, worth.error_mm, scores))
+        rows.append(Row(method, tuple(vertices.tolist()), worth.rank, worth.condition, worth.error_mm, blind, scores))
     return Comparison(
         rig=face.rig.name,
         blendshapes=k,
         designed_mm=settings.noise_mm,
+        epsilon=settings.epsilon,
         budgets=tuple(sorted(budgets)),
         least_mm=tuple(error_bound(observation, sites, budget=budget).error_mm for budget in sorted(budgets)),
         full_rank=observation.full_rank,

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
+from capture_plan.layout.baselines import BASELINES
 from capture_plan.layout.compare import MIXES, PLACED, SINGLES, TAKE, Comparison, Row, least_predicted
 
 
@@ -84,7 +85,12 @@ def verdicts(found: Comparison) -> list[str]:
     lines += [
         line for n, budget in enumerate(found.budgets) for line in from_the_best(found, budget, found.least_mm[n])
     ]
-    return [*lines, *(line for row in found.rows if row.method.endswith(PLACED) for line in fewest(found, row))]
+    known = [row for row in found.rows if not is_ours(row) and row.method not in BASELINES]
+    return [
+        *lines,
+        *(line for row in known if row.method.endswith(PLACED) for line in fewest(found, row)),
+        *(f"{row.method} is blind at epsilon {found.epsilon:g}: {', '.join(row.blind)}" for row in known if row.blind),
+    ]
 
 
 def from_the_best(found: Comparison, budget: int, least_mm: float) -> list[str]:

@@ -4,6 +4,7 @@ The knobs of one stage are one element whose `value` maps the fields of its sett
 recomputes that stage and what comes after it, and nothing else. Every knob starts at the setting's own default.
 """
 
+import re
 from typing import Any
 
 import marimo as mo
@@ -27,6 +28,7 @@ def landmark_knobs() -> Any:
                     "studio": "Studio: told apart and accurate",
                     "adaptive": "Adaptive: several per blendshape",
                     "cover": "Cover: one per blendshape",
+                    "budget": "Budget: least error for so many",
                 },
                 start.method,
                 "Method",
@@ -60,6 +62,18 @@ def landmark_knobs() -> Any:
         symmetric=(
             mo.ui.switch(value=start.symmetric, label="Symmetric"),
             "Every landmark has its mirror image on the other side.",
+        ),
+        budget=(
+            _slider(6, 100, 2, 34, "Budget"),
+            "Landmarks that there may be, where the method is a budget.",
+        ),
+        pins=(
+            mo.ui.text("", placeholder="1225, 2081", label="Pinned vertices", debounce=True, full_width=True),
+            "Vertices of the rig's file that carry a landmark; a marker of the head says its number.",
+        ),
+        head_markers=(
+            mo.ui.dropdown({"None": 0, "3": 3, "4": 4, "5": 5}, "None", label="Head markers", full_width=True),
+            "Further markers where the face hardly moves, for the head's own motion.",
         ),
     )
 
@@ -162,7 +176,9 @@ def paper_knob() -> Any:
 
 def landmark_settings(knobs: Any) -> LayoutSettings:
     """What the landmark knobs say."""
-    return msgspec.convert(knobs.value, LayoutSettings)
+    pins = [int(number) for number in re.findall(r"\d+", knobs.value["pins"].replace(".", ""))]
+    budget = knobs.value["budget"] if knobs.value["method"] == "budget" else None
+    return msgspec.convert(knobs.value | {"pins": pins, "budget": budget}, LayoutSettings)
 
 
 def packing_settings(knobs: Any) -> PackingSettings:
