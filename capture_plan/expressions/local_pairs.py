@@ -1,8 +1,7 @@
 """Upper and lower halves of one movement of the lips or lids, found from geometry (Carrigan et al. 2020, section 4.4).
 
-Data    |d[k, v]|^2 over the vertices of the upper and of the lower half of an opening, from the regions of the face;
-        beyond lids and lips the nearest half counts for nothing
-        m[k]     mean displacement of k over its active vertices
+Data    |d[k, v]|^2 over the vertices of the upper and of the lower half of an opening, from the regions of the face
+        m[k]     mean displacement of k over its active vertices at the opening
 Upper   at least MOSTLY of the movement at the opening lies in its upper half, and the opening has its share of all
 Like    cos(m[i], (1, -1, 1) * m[j]) > ALIKE for an upper i and a lower j: raised upper and lowered lower lip
 An assignment of most likeness pairs them, each upper with one lower, on the same side of the face. Together with left
@@ -19,8 +18,8 @@ from capture_plan.rig.pairs import laterality
 from capture_plan.rig.regions import FaceRegions, face_regions
 
 ALIKE = 0.985  # as in the authors' description: 10 degrees
-MOSTLY = 0.65  # of the movement at an opening: a lid that closes drags the other one along
-SHARE = 0.15  # of all movement: what moves an opening only by the way is no half of it
+MOSTLY = 0.75  # of the movement at an opening: a lid that closes drags the other one along
+SHARE = 0.3  # of all movement: what moves an opening only by the way, as pushing the jaw forward, is no half of it
 SIDED = 0.5  # three quarters on one side
 OPENINGS = (("upper lip", "lower lip"), ("upper eyelid", "lower eyelid"))
 
@@ -31,9 +30,11 @@ def local_pairs(rig: Rig, used: tuple[str, ...], active: Bool[np.ndarray, "k v"]
     moved = skin_displacement(rig, used).astype(float) ** 2
     side = laterality(rig)[[rig.names.index(name) for name in used]]
     sided = np.where(np.abs(side) >= SIDED, np.sign(side), 0)
-    alike = _likeness(rig, used, active)
     pairs = []
     for opening in OPENINGS:
+        alike = _likeness(
+            rig, used, active & np.isin(regions.of_vertex, [regions.names.index(half) for half in opening])
+        )
         upper, lower = (np.flatnonzero(half) for half in _halves(regions, moved, opening))
         fits = (alike[np.ix_(upper, lower)] > ALIKE) & (sided[upper][:, None] == sided[lower])
         rows, columns = linear_sum_assignment(-np.where(fits, alike[np.ix_(upper, lower)], 0))

@@ -4,7 +4,8 @@ Items    an item is a blendshape, or what is performed together with it (problem
 Method   `sequential` is Algorithm 1 of Carrigan et al. 2020, `greedy` its baseline, `minimum` the shortest list
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 import numpy as np
 from jaxtyping import Float
@@ -34,6 +35,11 @@ Target = Float[np.ndarray, "v 3"] | tuple[Float[np.ndarray, "v 3"], ...] | None
 Answer = Callable[[tuple[str, ...], str], bool]  # (blendshapes of the expression so far, the one proposed for it)
 
 
+def always(chosen: tuple[str, ...], proposed: str) -> bool:
+    """Yes to every blendshape that is proposed."""
+    return True
+
+
 def pack(
     rig: Rig,
     used: tuple[str, ...],
@@ -42,7 +48,7 @@ def pack(
     target: Target = None,
     rules: Rules | None = None,
     apart: Pairs = (),
-    accept: Answer = lambda chosen, proposed: True,
+    accept: Answer = always,
 ) -> Packing:
     """The expressions that show every blendshape of `used` once.
 
@@ -58,23 +64,32 @@ def pack(
     if not used:
         raise RigError(f"{rig.name}: no blendshape moves the skin: nothing to pack into expressions")
     problem = state_problem(rig, used, settings, rules, apart)
-    if not problem.names:
-        raise InfeasibleError("every blendshape is dropped: keep one")
     weigh = item_importance(rig, problem, settings, target)
+    with places_by_name(problem):
+        order, bound = list_expressions(problem, settings.method, weigh, accept)
+    chosen = [problem.blendshapes(items.tolist()) for items in order.expressions]
+    worth = blendshape_importance(rig, problem.names, settings, target)
+    return packing_record(rig, problem, settings, chosen, worth, bound=bound, order_proven=order.proven)
+
+
+@contextmanager
+def places_by_name(problem: Problem) -> Iterator[None]:
+    """Says in an InfeasibleError which blendshape is locked beyond the end of the list."""
     try:
-        order, bound = _solve(problem, settings.method, weigh, accept)
+        yield
     except PlaceError as beyond:
         name = problem.labels(beyond.item)[0]
         raise InfeasibleError(
             f"'{name}' is locked to E{beyond.number + 1:02d}, the list ends with E{beyond.length:02d}: "
             "lock it to an earlier one"
         ) from None
-    chosen = [tuple(sorted(k for i in items for k in problem.items[i])) for items in order.expressions]
-    worth = blendshape_importance(rig, problem.names, settings, target)
-    return packing_record(rig, problem, settings, chosen, worth, bound=bound, order_proven=order.proven)
 
 
-def _solve(problem: Problem, method: str, weigh: Weigh, accept: Answer) -> tuple[Order, int]:
+def list_expressions(problem: Problem, method: str, weigh: Weigh, accept: Answer = always) -> tuple[Order, int]:
+    """Items of every expression by one of the methods, and a proven bound on their number.
+
+    Raises PlaceError where an item is locked beyond the end of the list.
+    """
     instance = problem.instance
     if method == "minimum":
         return minimum(instance, weigh)

@@ -51,6 +51,10 @@ class Problem:
     most_things: int | None
     edits: Edits
 
+    def blendshapes(self, items: Iterable[int]) -> tuple[int, ...]:
+        """The numbers of all blendshapes of some items."""
+        return tuple(sorted(k for i in items for k in self.items[i]))
+
     def hard_in(self, expressions: list[tuple[int, ...]]) -> tuple[tuple[str, str, int], ...]:
         """(a, b, cost) of movements performed at once though it is hard, each movement under its first name."""
         place = {i: e for e, ks in enumerate(expressions) for i, item in enumerate(self.items) if item[0] in ks}
@@ -117,7 +121,9 @@ def rules_of(settings: PackingSettings) -> Rules:
 
 
 def check_edits(used: tuple[str, ...], edits: Edits) -> None:
-    """InfeasibleError where an edit is about a blendshape that is not planned for, or about a dropped one."""
+    """InfeasibleError where an edit is about a blendshape that is not planned for, about a dropped one, or about all."""
+    if not set(used) - set(edits.dropped):
+        raise InfeasibleError("every blendshape is dropped: keep one")
     for name in edits.names:
         if name not in used:
             raise InfeasibleError(f"an edit names '{name}', which is no blendshape in use: see what the audit lists")
@@ -169,15 +175,15 @@ class _Links:
         numbers = self.edits.numbers
         partners = {name: family for family in groups(self.names, [*self.pairs, *self.local]) for name in family}
         for a, b in combinations(group, 2):
+            shared = int((self.active[self.names.index(a)] & self.active[self.names.index(b)]).sum())
+            if shared and b not in partners[a]:
+                return f"'{a}' and '{b}' share {shared:,} vertices"
             if frozenset((a, b)) in forbidden:
                 return f"'{a}' and '{b}' cannot be performed at once"
             if frozenset((a, b)) in asked:
                 return f"'{a}' and '{b}' are asked to be apart"
             if a in numbers and b in numbers and numbers[a] != numbers[b]:
                 return f"'{a}' and '{b}' are locked to E{numbers[a]:02d} and E{numbers[b]:02d}"
-            shared = int((self.active[self.names.index(a)] & self.active[self.names.index(b)]).sum())
-            if shared and b not in partners[a]:
-                return f"'{a}' and '{b}' share {shared:,} vertices"
         if self.most and self.things(group) > self.most:
             return f"{', '.join(group)} are {self.things(group)} movements at once, {self.most} are allowed,"
         return None

@@ -8,6 +8,7 @@ Never     rules (rules.py) by names: closed and wide eyes, closed lips and bared
           do what excludes an open jaw. ARKit's names are known in any spelling, so that most rigs have these rules
 """
 
+from functools import lru_cache
 from itertools import combinations
 
 from capture_plan.expressions.rules import Rules, default_rules
@@ -35,8 +36,7 @@ def performed_together(rig: Rig, used: tuple[str, ...]) -> tuple[tuple[str, str]
 
 def driven(rig: Rig, used: tuple[str, ...], rules: Rules | None = None) -> tuple[tuple[str, str], ...]:
     """(corrective, what it corrects) among `used`: what cannot be performed for itself, as ARKit's mouthClose."""
-    found = [finding.blendshapes for finding in correctives(rig, used)]
-    by_shape = [(names[0], names[1]) for names in found if len(names) == 2]
+    by_shape = _correctives(rig, used)
     needed = {(a, b) for a, others in (rules or default_rules()).requires.items() for b in others}
     calls = {name: called(rig, name) for name in used}
     by_rule = [
@@ -46,6 +46,12 @@ def driven(rig: Rig, used: tuple[str, ...], rules: Rules | None = None) -> tuple
         if name != base and any(a in calls[name] and b in calls[base] for a, b in needed)
     ]
     return tuple(dict.fromkeys([*by_shape, *by_rule]))
+
+
+@lru_cache(maxsize=8)  # every edit of a list asks again
+def _correctives(rig: Rig, used: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
+    found = [finding.blendshapes for finding in correctives(rig, used)]
+    return tuple((names[0], names[1]) for names in found if len(names) == 2)
 
 
 def bases_of(blendshapes: tuple[str, ...], drivers: tuple[tuple[str, str], ...]) -> tuple[str, ...]:
