@@ -13,8 +13,10 @@ from capture_plan.expressions.importance import (
     triangle_stretch,
     uniqueness,
 )
+from capture_plan.expressions.settings import DistortionForm
 from capture_plan.rig import sample_rig
 
+OURS = DistortionForm()
 TRIANGLES = np.array([[0, 1, 2], [1, 3, 2]])
 SQUARE = np.array([[0.0, 0, 0], [3, 0, 0], [0, 4, 0], [3, 4, 0]])
 
@@ -76,22 +78,24 @@ def test_strength_knows_no_unit(scale):
 @given(st.integers(0, 1000), st.floats(0.1, 10))
 def test_a_larger_copy_of_the_face_is_no_distortion(seed, scale):
     face = random_square(seed)
-    assert triangle_stretch(face, scale * face, TRIANGLES).tolist() == [0, 0]
-    assert triangle_distortion(face, scale * face, TRIANGLES, np.ones((1, 4), dtype=bool)).tolist() == [0]
+    assert triangle_stretch(face, scale * face, TRIANGLES, OURS).tolist() == [0, 0]
+    assert triangle_distortion(face, [scale * face], TRIANGLES, np.ones((1, 4), dtype=bool), OURS).tolist() == [0]
 
 
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 1000), st.integers(0, 1000))
 def test_stretch_is_the_same_from_the_target_to_the_rig(seed, other):
     a, b = random_square(seed), random_square(other)
-    assert triangle_stretch(a, b, TRIANGLES) == pytest.approx(triangle_stretch(b, a, TRIANGLES))
+    assert triangle_stretch(a, b, TRIANGLES, OURS) == pytest.approx(triangle_stretch(b, a, TRIANGLES, OURS))
 
 
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 1000), st.integers(0, 1000))
 def test_stretch_does_not_depend_on_the_order_of_corners(seed, other):
     a, b = random_square(seed), random_square(other)
-    assert triangle_stretch(a, b, TRIANGLES) == pytest.approx(triangle_stretch(a, b, np.roll(TRIANGLES, 1, axis=1)))
+    assert triangle_stretch(a, b, TRIANGLES, OURS) == pytest.approx(
+        triangle_stretch(a, b, np.roll(TRIANGLES, 1, axis=1), OURS)
+    )
 
 
 def test_stretch_of_one_triangle_by_hand():
@@ -99,21 +103,23 @@ def test_stretch_of_one_triangle_by_hand():
     target = SQUARE * [1, 2, 1]  # edges 3, 4, 5 become 3, 8, sqrt(73)
     scale = np.sqrt((9 + 16 + 25) / (9 + 64 + 73))
     ratio = np.array([3 * scale / 3, 8 * scale / 4, np.sqrt(73) * scale / 5])
-    assert triangle_stretch(SQUARE, target, one)[0] == pytest.approx(np.maximum(ratio, 1 / ratio).sum() - 3)
+    assert triangle_stretch(SQUARE, target, one, OURS)[0] == pytest.approx(np.maximum(ratio, 1 / ratio).sum() - 3)
 
 
 def test_a_triangle_without_area_is_left_aside():
     flat = SQUARE.copy()
     flat[3] = flat[1]
-    assert triangle_stretch(flat, SQUARE, TRIANGLES)[1] == 0
+    assert triangle_stretch(flat, SQUARE, TRIANGLES, OURS)[1] == 0
 
 
 def test_distortion_counts_triangles_with_an_active_corner():
-    stretch = triangle_stretch(SQUARE, SQUARE * [1, 2, 1] + [[0, 0, 0], [0, 0, 0], [0, 0, 0], [5, 0, 0]], TRIANGLES)
+    stretch = triangle_stretch(
+        SQUARE, SQUARE * [1, 2, 1] + [[0, 0, 0], [0, 0, 0], [0, 0, 0], [5, 0, 0]], TRIANGLES, OURS
+    )
     target = SQUARE * [1, 2, 1] + [[0, 0, 0], [0, 0, 0], [0, 0, 0], [5, 0, 0]]
     active = np.array([[True, False, False, False], [False, True, False, False], [False, False, False, True]])
     expected = np.array([stretch[0], stretch.sum(), stretch[1]])
-    assert triangle_distortion(SQUARE, target, TRIANGLES, active) == pytest.approx(expected / expected.max())
+    assert triangle_distortion(SQUARE, [target], TRIANGLES, active, OURS) == pytest.approx(expected / expected.max())
 
 
 def test_uniqueness_is_least_for_a_copy_and_full_for_the_opposite():

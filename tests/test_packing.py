@@ -15,6 +15,7 @@ from capture_plan.errors import RigError
 from capture_plan.expressions import Expression, PackingSettings, active_sets, packing_faults
 from capture_plan.expressions.colouring import colour, greedy, largest_clique
 from capture_plan.expressions.conflicts import conflict_graph, core, edge_cover, maximal_sets
+from capture_plan.expressions.instance import Instance
 from capture_plan.expressions.minimum import _heaviest_colour, fewest_colours, minimum
 from capture_plan.expressions.pack import pack
 from capture_plan.expressions.sequential import heaviest, sequential
@@ -30,6 +31,10 @@ def instance(seed, items=None):
     rng = np.random.default_rng(seed)
     g = items or int(rng.integers(1, 9))
     return rng.random((g, 7)) < rng.uniform(0.1, 0.4), rng.uniform(0.1, 1, g).round(6)
+
+
+def free(active):
+    return Instance.free(maximal_sets(active))
 
 
 def fits(active, items):
@@ -66,7 +71,7 @@ def brute_order(active, weights):
 @given(st.integers(0, 100_000))
 def test_minimum_agrees_with_trying_everything(seed):
     active, weights = instance(seed)
-    order, bound = minimum(maximal_sets(active), lambda packed: weights)
+    order, bound = minimum(free(active), lambda packed: weights)
     assert len(order.expressions) == bound == brute_number(active)(tuple(range(len(active))))
     assert order.proven
 
@@ -75,7 +80,7 @@ def test_minimum_agrees_with_trying_everything(seed):
 @given(st.integers(0, 100_000))
 def test_prefixes_of_the_minimum_list_weigh_most(seed):
     active, weights = instance(seed)
-    order, _ = minimum(maximal_sets(active), lambda packed: weights)
+    order, _ = minimum(free(active), lambda packed: weights)
     assert [weights[e].sum() for e in order.expressions] == pytest.approx(brute_order(active, weights), abs=1e-5)
 
 
@@ -83,8 +88,7 @@ def test_prefixes_of_the_minimum_list_weigh_most(seed):
 @given(st.integers(0, 100_000))
 def test_no_two_items_of_an_expression_overlap_and_each_is_packed_once(seed):
     active, weights = instance(seed)
-    sets = maximal_sets(active)
-    for order in (minimum(sets, lambda packed: weights)[0], sequential(sets, lambda packed: weights)):
+    for order in (minimum(free(active), lambda packed: weights)[0], sequential(free(active), lambda packed: weights)):
         assert all(fits(active, e) for e in order.expressions)
         assert sorted(i for e in order.expressions for i in e) == list(range(len(active)))
 
@@ -94,7 +98,7 @@ def test_no_two_items_of_an_expression_overlap_and_each_is_packed_once(seed):
 def test_each_sequential_expression_is_the_heaviest_of_what_is_left(seed):
     active, weights = instance(seed)
     left = set(range(len(active)))
-    for e in sequential(maximal_sets(active), lambda packed: weights).expressions:
+    for e in sequential(free(active), lambda packed: weights).expressions:
         options = (c for n in range(1, len(left) + 1) for c in combinations(sorted(left), n) if fits(active, c))
         assert weights[e].sum() == pytest.approx(max(weights[list(c)].sum() for c in options), abs=1e-5)
         left -= set(e.tolist())
@@ -126,7 +130,7 @@ def test_the_clique_is_a_largest_one(seed):
 @given(st.integers(0, 100_000))
 def test_colours_exist_exactly_from_the_fewest_on(seed):
     active, _ = instance(seed)
-    sets, number = maximal_sets(active), brute_number(active)(tuple(range(len(active))))
+    sets, number = free(active), brute_number(active)(tuple(range(len(active))))
     assert number < 2 or colour(sets, number - 1) is None
     colours = colour(sets, number)
     assert colours is not None
@@ -134,15 +138,14 @@ def test_colours_exist_exactly_from_the_fewest_on(seed):
 
 
 def test_a_ring_of_five_needs_three_although_no_three_conflict():
-    sets = maximal_sets(RING)
-    assert len(largest_clique(sets)) == 2
-    assert colour(sets, 2) is None
-    assert fewest_colours(sets)[1] == 3
+    assert len(largest_clique(maximal_sets(RING))) == 2
+    assert colour(free(RING), 2) is None
+    assert fewest_colours(free(RING))[1] == 3
 
 
 def test_greedy_colours_never_clash():
     graph = conflict_graph(RING)
-    colours = greedy(graph)
+    colours = greedy(graph, free(RING))
     assert not (graph & (colours[:, None] == colours)).any()
 
 
@@ -154,8 +157,8 @@ def test_colours_that_greedy_misses_are_found():
         pairs = pairs[np.random.default_rng(seed).random(len(pairs)) < 0.3]
         sets = np.zeros((24, len(pairs)), dtype=bool)
         sets[pairs.T, np.arange(len(pairs))] = True
-        missed += greedy(conflict_graph(sets)).max() > 2
-        colours = colour(sets, 3)
+        missed += greedy(conflict_graph(sets), Instance.free(sets)).max() > 2
+        colours = colour(Instance.free(sets), 3)
         assert colours is not None
         assert (colours[pairs[:, 0]] != colours[pairs[:, 1]]).all()
     assert missed > 0
@@ -171,14 +174,14 @@ def test_the_core_keeps_what_has_enough_conflicts_among_itself():
 
 def test_the_heaviest_expression_hits_what_it_must():
     weights, everything = np.array([5.0, 1, 1, 1, 1]), np.ones(5, dtype=bool)
-    sets = maximal_sets(RING)
+    sets = free(RING)
     assert 0 in heaviest(sets, weights, everything).items
     assert 1 in heaviest(sets, weights, everything, [np.array([1])]).items
 
 
 def test_without_a_proof_a_known_colour_is_filled_up():
     colours = np.array([0, 1, 0, 1, 2])
-    chosen = _heaviest_colour(maximal_sets(RING), np.array([1.0, 1, 1, 1, 9]), np.ones(5, dtype=bool), colours)
+    chosen = _heaviest_colour(free(RING), np.array([1.0, 1, 1, 1, 9]), np.ones(5, dtype=bool), colours, 0)
     assert 4 in chosen
     assert len(chosen) == 2
     assert fits(RING, chosen)

@@ -9,6 +9,8 @@ not count for the maximum: a camera sees the lid over a rolling eye, and the act
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from capture_plan.errors import RigError
+from capture_plan.expressions.settings import PackingSettings
 from capture_plan.rig import Rig
 
 STILL_MM = 1e-3  # below what any file format keeps
@@ -36,6 +38,13 @@ def vertex_kinds(rig: Rig, used: tuple[str, ...], mu: float) -> Int[np.ndarray, 
     """0 static, 1 smoothing, 2 active, for every blendshape of `used` and every vertex (the paper's Fig. 2)."""
     moving = skin_displacement(rig, used) > STILL_MM
     return moving.astype(int) + (moving & active_sets(rig, used, mu))
+
+
+def vertex_roles(rig: Rig, used: tuple[str, ...], settings: PackingSettings, blendshape: str) -> Int[np.ndarray, " v"]:
+    """0 static, 1 smoothing, 2 active, for every vertex of one blendshape, as the packing sees it."""
+    if blendshape not in used:
+        raise RigError(f"'{blendshape}' is no blendshape in use: see what the audit lists")
+    return vertex_kinds(rig, (blendshape,), settings.mu)[0]
 
 
 def skin_displacement(rig: Rig, used: tuple[str, ...]) -> Float[np.ndarray, "k v"]:

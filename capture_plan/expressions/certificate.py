@@ -1,99 +1,157 @@
 """Does a packing hold? Recomputed from the rig by code that knows no solver.
 
-Each used blendshape is performed once or listed as left out; no two in an expression share an active vertex, unless
-they are a left/right pair, nor are kept apart by a rule; pairs are together; pairs and rules are those that the rig
-has; every two members of the clique conflict, so that no list is shorter than the clique; what is called proven equals
-its bound.
+Each used blendshape is performed once, listed as left out or dropped; no two in an expression share an active vertex,
+unless they are partners, nor are kept apart by a rule, by colliding surfaces or by an artist; pairs are together; no
+expression asks for too many movements; edits are followed; pairs and rules are those that the rig has; every two
+members of the clique conflict, so that no list is shorter than the clique; what is called proven equals its bound.
 """
 
 from itertools import combinations
 
 import numpy as np
 
-from capture_plan.expressions.active import performed_sets
+from capture_plan.expressions.active import active_sets, performed_sets
+from capture_plan.expressions.local_pairs import local_pairs
 from capture_plan.expressions.record import Packing
-from capture_plan.expressions.together import driven, never_together, performed_together
+from capture_plan.expressions.rules import Rules
+from capture_plan.expressions.together import (
+    bases_of,
+    driven,
+    groups,
+    hard_together,
+    never_together,
+    performed_together,
+)
 from capture_plan.rig import Rig
 
+Active = dict[str, np.ndarray]
 
-def packing_faults(rig: Rig, used: tuple[str, ...], packing: Packing, mu: float) -> tuple[str, ...]:
+
+def packing_faults(
+    rig: Rig, used: tuple[str, ...], packing: Packing, mu: float, rules: Rules | None = None
+) -> tuple[str, ...]:
     """What does not hold, a line each; empty where all of it does."""
-    return tuple(line for lines in packing_claims(rig, used, packing, mu).values() for line in lines)
+    return tuple(line for lines in packing_claims(rig, used, packing, mu, rules).values() for line in lines)
 
 
-def packing_claims(rig: Rig, used: tuple[str, ...], packing: Packing, mu: float) -> dict[str, list[str]]:
-    """What a packing claims, and for each claim the lines that say what does not hold."""
+def packing_claims(
+    rig: Rig, used: tuple[str, ...], packing: Packing, mu: float, rules: Rules | None = None
+) -> dict[str, list[str]]:
+    """What a packing claims, and for each claim the lines that say what does not hold; `rules` other than ours."""
     active = dict(zip(used, performed_sets(rig, used, mu, packing.drivers), strict=True))
-    return {
+    claims = {
         "every blendshape is performed once or listed as left out": each_once(used, packing),
         "no two blendshapes of an expression overlap or exclude each other": disjoint(active, packing),
         "left and right partners are performed together": together(packing),
-        "pairs, rules and drivers are those of the rig and its names": own_rules(rig, used, packing),
+        "pairs, rules and drivers are those of the rig and its names": own_rules(rig, used, packing, mu, rules),
         f"no list has fewer than {len(packing.clique)} expressions (a clique)": bound(active, packing),
     }
+    if packing.most_things:
+        claims[f"no expression asks for more than {packing.most_things} movements at once"] = not_too_much(packing)
+    if packing.edits.names:
+        claims["the artist's edits are followed"] = edited(packing)
+    return claims
 
 
 def each_once(used: tuple[str, ...], packing: Packing) -> list[str]:
     listed = [name for expression in packing.expressions for name in expression.blendshapes] + [*packing.left_out]
+    dropped = set(packing.edits.dropped)
     return [
-        f"blendshape '{name}' is listed {listed.count(name)} times, expected once"
+        f"blendshape '{name}' is listed {listed.count(name)} times, expected {int(name not in dropped)}"
         for name in dict.fromkeys([*used, *listed])
-        if listed.count(name) != 1 or name not in used
+        if listed.count(name) != (name not in dropped) or name not in used
     ]
 
 
-def disjoint(active: dict[str, np.ndarray], packing: Packing) -> list[str]:
-    pairs = {frozenset(pair) for pair in packing.pairs}
-    rules = {frozenset(pair) for pair in packing.exclusive}
+def disjoint(active: Active, packing: Packing) -> list[str]:
+    partners = _partners(packing)
+    rules = {frozenset(pair) for pair in (*packing.exclusive, *packing.colliding, *packing.edits.apart)}
     faults = []
     for expression in packing.expressions:
         for a, b in combinations(expression.blendshapes, 2):
-            if a in active and b in active and {a, b} not in pairs:
+            if a in active and b in active and b not in partners.get(a, ()):
                 shared = int((active[a] & active[b]).sum())
                 if shared:
                     faults.append(f"{expression.name}: '{a}' and '{b}' share {shared} active vertices, expected 0")
-            if {a, b} in rules:
+            if frozenset((a, b)) in rules:
                 faults.append(f"{expression.name}: '{a}' and '{b}' cannot be performed at once")
     return faults
 
 
 def together(packing: Packing) -> list[str]:
-    place = {name: expression.name for expression in packing.expressions for name in expression.blendshapes}
+    place = _places(packing)
     return [
         f"'{a}' is in {place.get(a)} and its partner '{b}' in {place.get(b)}, expected together"
-        for a, b in packing.pairs
+        for a, b in (*packing.pairs, *packing.local)
         if (a, b) not in packing.relaxed and place.get(a) != place.get(b)
     ]
 
 
-def own_rules(rig: Rig, used: tuple[str, ...], packing: Packing) -> list[str]:
-    never, pairs, drivers = set(never_together(rig, used)), set(performed_together(rig, used)), set(driven(rig, used))
-    driver_of = dict(packing.drivers)
+def not_too_much(packing: Packing) -> list[str]:
+    counted = [(e, len(groups(e.blendshapes, list(packing.pairs)))) for e in packing.expressions]
     return [
-        *(f"nothing says that '{a}' and '{b}' exclude each other" for a, b in packing.exclusive if (a, b) not in never),
-        *(f"'{a}' and '{b}' are no partners" for a, b in packing.pairs if (a, b) not in pairs),
-        *(f"'{a}' is no corrective of '{b}'" for a, b in packing.drivers if (a, b) not in drivers),
+        f"{e.name} asks for {count} movements at once, expected at most {packing.most_things}"
+        for e, count in counted
+        if packing.most_things and count > packing.most_things
+    ]
+
+
+def edited(packing: Packing) -> list[str]:
+    place, edits = _places(packing), packing.edits
+    return [
         *(
-            f"{e.name} holds {list(e.drivers)}, its blendshapes need {needed}"
-            for e in packing.expressions
-            if (needed := [driver_of[name] for name in e.blendshapes if name in driver_of]) != list(e.drivers)
+            f"'{name}' is in {place.get(name)}, an edit locks it to E{number:02d}"
+            for name, number in edits.numbers.items()
+            if name not in packing.left_out and place.get(name) != f"E{number:02d}"
+        ),
+        *(
+            f"{', '.join(group)} are in {', '.join(str(place.get(name)) for name in group)}, an edit puts them together"
+            for group in edits.companions
+            if len({place.get(name) for name in group}) > 1
         ),
     ]
 
 
-def bound(active: dict[str, np.ndarray], packing: Packing) -> list[str]:
-    partner = {name: pair for pair in packing.pairs if pair not in packing.relaxed for name in pair}
-    rules = {frozenset(pair) for pair in packing.exclusive}
-    whole = {name: partner.get(name, (name,)) for name in packing.clique}
+def own_rules(rig: Rig, used: tuple[str, ...], packing: Packing, mu: float, rules: Rules | None) -> list[str]:
+    never, pairs = set(never_together(rig, used, rules)), set(performed_together(rig, used))
+    drivers = set(driven(rig, used, rules))
+    faults = [
+        *(f"nothing says that '{a}' and '{b}' exclude each other" for a, b in packing.exclusive if (a, b) not in never),
+        *(f"'{a}' and '{b}' are no partners" for a, b in packing.pairs if (a, b) not in pairs),
+        *(f"'{a}' is no corrective of '{b}'" for a, b in packing.drivers if (a, b) not in drivers),
+        *(
+            f"{e.name} holds {list(e.drivers)}, its blendshapes need {list(needed)}"
+            for e in packing.expressions
+            if (needed := bases_of(e.blendshapes, packing.drivers)) != e.drivers
+        ),
+        *(f"'{a}' and '{b}' are split and no pair" for a, b in packing.relaxed if (a, b) not in _pairs(packing)),
+    ]
+    if packing.local:
+        found = set(local_pairs(rig, used, active_sets(rig, used, mu)))
+        faults += [f"'{a}' and '{b}' are no halves of one movement" for a, b in packing.local if (a, b) not in found]
+    if packing.hard:
+        whole = _items(used, packing)
+        costs = {frozenset((a, b)): cost for a, b, cost in hard_together(rig, used, rules)}
+        for a, b, cost in packing.hard:
+            told = max((costs.get(frozenset((i, j)), 0) for i in whole[a] for j in whole[b]), default=0)
+            if told != cost:
+                faults.append(f"'{a}' with '{b}' costs {told}, not {cost}")
+    return faults
+
+
+def bound(active: Active, packing: Packing) -> list[str]:
+    whole = _items(tuple(active), packing)
+    number = packing.edits.numbers
+    rules = {frozenset(pair) for pair in (*packing.exclusive, *packing.colliding, *packing.edits.apart)}
+
+    def conflict(i: str, j: str) -> bool:
+        overlap = bool(i in active and j in active and (active[i] & active[j]).any())
+        return overlap or frozenset((i, j)) in rules or (i in number and j in number and number[i] != number[j])
+
     faults = [
         f"'{a}' and '{b}' of the clique do not conflict"
         for a, b in combinations(packing.clique, 2)
-        if not any(
-            frozenset((i, j)) in rules or (i in active and j in active and (active[i] & active[j]).any())
-            for i in whole[a]
-            for j in whole[b]
-        )
-        or whole[a] == whole[b]
+        if whole.get(a, a) == whole.get(b, b) or not any(conflict(i, j) for i in whole[a] for j in whole[b])
     ]
     if not len(packing.clique) <= packing.bound <= packing.objective:
         faults.append(
@@ -105,3 +163,23 @@ def bound(active: dict[str, np.ndarray], packing: Packing) -> list[str]:
     if missing < 0 or (missing > 0) != bool(packing.left_out):
         faults.append(f"{len(packing.expressions)} expressions listed, objective {packing.objective}")
     return faults
+
+
+def _items(names: tuple[str, ...], packing: Packing) -> dict[str, tuple[str, ...]]:
+    """Who is performed together, by each of them."""
+    kept = [pair for pair in _pairs(packing) if pair not in packing.relaxed]
+    return {name: item for item in groups(names, [*kept, *packing.edits.companions]) for name in item}
+
+
+def _pairs(packing: Packing) -> tuple[tuple[str, str], ...]:
+    return (*packing.pairs, *packing.local)
+
+
+def _partners(packing: Packing) -> dict[str, tuple[str, ...]]:
+    """Who may overlap whom: left and right, upper and lower, and all four of a loop."""
+    names = tuple(name for expression in packing.expressions for name in expression.blendshapes)
+    return {name: family for family in groups(names, list(_pairs(packing))) for name in family}
+
+
+def _places(packing: Packing) -> dict[str, str]:
+    return {name: expression.name for expression in packing.expressions for name in expression.blendshapes}

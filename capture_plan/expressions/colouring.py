@@ -4,8 +4,10 @@ Data       graph      conflicts of g items         cover   cliques that together
 Variables  x[i, e]    item i is performed in expression e
 Model      sum_e x[i, e] = 1                       for every i
            sum_{i in C} x[i, e] <= 1               for every clique C of the cover, e
+           sum_i things[i] x[i, e] <= most         for every e
            x[C[n], n] = 1                          for one largest clique C: expressions may be renamed at will
-Before the model: items with fewer than j conflicts can always be coloured last, and a greedy colouring may do.
+Before the model: a greedy colouring may do, and where no expression can be crowded, items with fewer than j conflicts
+can always be coloured last.
 """
 
 import numpy as np
@@ -14,6 +16,7 @@ from ortools.sat.python import cp_model
 
 from capture_plan.expressions.conflicts import conflict_graph, core, deepest, edge_cover
 from capture_plan.expressions.cpsat import UndecidedError, solve
+from capture_plan.expressions.instance import Instance
 
 
 def largest_clique(sets: Bool[np.ndarray, "g n"]) -> Int[np.ndarray, " e"]:
@@ -40,23 +43,24 @@ def largest_clique(sets: Bool[np.ndarray, "g n"]) -> Int[np.ndarray, " e"]:
     return known
 
 
-def colour(sets: Bool[np.ndarray, "g n"], j: int) -> Int[np.ndarray, " g"] | None:
-    """A colour from 0 to j - 1 for every item, or None where it is proven that there is none.
+def colour(instance: Instance, j: int) -> Int[np.ndarray, " g"] | None:
+    """A colour from 0 to j - 1 for every item, or None where it is proven that there is none; places are left aside.
 
     Raises UndecidedError at the work limit.
     """
-    graph = conflict_graph(sets)
-    colours = greedy(graph)
+    graph = conflict_graph(instance.sets)
+    colours = greedy(graph, instance)
     if colours.max(initial=-1) < j:
         return colours
-    kernel = np.flatnonzero(core(graph, j))
+    if instance.least > j:
+        return None
+    kernel = np.arange(len(instance)) if instance.crowded else np.flatnonzero(core(graph, j))
     if len(kernel) == 0:
         return _colour_rest(graph, np.full(len(graph), -1), j)
-    small = sets[kernel]
-    clique = largest_clique(small)
+    clique = largest_clique(instance.sets[kernel])
     if len(clique) > j:
         return None
-    solved = _colour_kernel(edge_cover(small), clique, j)
+    solved = _colour_kernel(instance.among(kernel), clique, j)
     if solved is None:
         return None
     colours = np.full(len(graph), -1)
@@ -64,18 +68,32 @@ def colour(sets: Bool[np.ndarray, "g n"], j: int) -> Int[np.ndarray, " g"] | Non
     return _colour_rest(graph, colours, j)
 
 
-def _colour_kernel(
-    cover: Bool[np.ndarray, "g m"], clique: Int[np.ndarray, " e"], j: int
-) -> Int[np.ndarray, " g"] | None:
-    g = len(cover)
+Assigned = list[list[cp_model.IntVar]]
+
+
+def assignment(instance: Instance, j: int) -> tuple[cp_model.CpModel, Assigned]:
+    """The model above without its last line, and its x[i][e]."""
     model = cp_model.CpModel()
-    x = [[model.new_bool_var("") for _ in range(j)] for _ in range(g)]
-    for i in range(g):
-        model.add_exactly_one(x[i])
-    for column in cover.T:
+    x = [[model.new_bool_var("") for _ in range(j)] for _ in range(len(instance))]
+    for row in x:
+        model.add_exactly_one(row)
+    for column in edge_cover(instance.sets).T:
         items = np.flatnonzero(column)
         for e in range(j):
             model.add_at_most_one(x[i][e] for i in items)
+    if instance.crowded:
+        for e in range(j):
+            model.add(sum(int(t) * x[i][e] for i, t in enumerate(instance.things)) <= instance.most)
+    return model, x
+
+
+def assigned(solver: cp_model.CpSolver, x: Assigned) -> Int[np.ndarray, " g"]:
+    """The expression of every item."""
+    return np.array([next(e for e, var in enumerate(row) if solver.boolean_value(var)) for row in x])
+
+
+def _colour_kernel(instance: Instance, clique: Int[np.ndarray, " e"], j: int) -> Int[np.ndarray, " g"] | None:
+    model, x = assignment(instance, j)
     for e, i in enumerate(clique):
         model.add(x[i][e] == 1)
     solver, status = solve(model)
@@ -83,7 +101,7 @@ def _colour_kernel(
         return None
     if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
         raise UndecidedError
-    return np.array([next(e for e in range(j) if solver.boolean_value(x[i][e])) for i in range(g)])
+    return assigned(solver, x)
 
 
 def _colour_rest(graph: Bool[np.ndarray, "g g"], colours: Int[np.ndarray, " g"], j: int) -> Int[np.ndarray, " g"]:
@@ -98,15 +116,17 @@ def _colour_rest(graph: Bool[np.ndarray, "g g"], colours: Int[np.ndarray, " g"],
     return colours
 
 
-def greedy(graph: Bool[np.ndarray, "g g"]) -> Int[np.ndarray, " g"]:
+def greedy(graph: Bool[np.ndarray, "g g"], instance: Instance) -> Int[np.ndarray, " g"]:
     """DSATUR (Brelaz 1979): always the item that sees most colours, then the one with most conflicts."""
     g = len(graph)
-    colours = np.full(g, -1)
+    colours, asked = np.full(g, -1), np.zeros(g, dtype=int)
     seen = np.zeros((g, g), dtype=bool)
     score = graph.sum(axis=1)  # g times the colours seen, plus the conflicts
     for _ in range(g):
         i = int(np.argmax(np.where(colours < 0, score, -1)))
-        colours[i] = np.argmin(seen[i])
+        full = asked + instance.things[i] > instance.most
+        colours[i] = np.argmin(seen[i] | full)
+        asked[colours[i]] += instance.things[i]
         news = graph[i] & ~seen[:, colours[i]]
         score[news] += g
         seen[news, colours[i]] = True

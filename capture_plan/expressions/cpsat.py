@@ -16,4 +16,6 @@ def solve(model: cp_model.CpModel) -> tuple[cp_model.CpSolver, cp_model.CpSolver
     solver.parameters.random_seed = 0
     solver.parameters.linearization_level = 2
     solver.parameters.max_deterministic_time = WORK_LIMIT
-    return solver, solver.solve(model)
+    status = solver.solve(model)
+    assert status != cp_model.MODEL_INVALID, model.validate()
+    return solver, status

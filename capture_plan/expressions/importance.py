@@ -8,11 +8,16 @@ s_t      sum over the three edges of max(a / b, b / a) - 1, a and b its lengths 
 U_k      1 - mean_r max(cos(d_k, d_r), 0) / the largest such mean, over the packed blendshapes r         (eq. 8)
 Three things differ from the print, each on purpose: s_t is 0 for equal triangles, it uses all three edges, so that the
 order of corners is of no matter, and the target is first scaled to the rig (equal root mean square edge length).
+`DistortionForm` gives the print back (two edges, nothing subtracted, no scaling), and a mean in place of the sum of eq.
+7. Of several targets, as where the actor is not yet known, the largest TD_k or their mean counts.
 """
+
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from capture_plan.expressions.settings import DistortionForm
 from capture_plan.mesh import edges
 
 ROUNDING = 1e-3  # edges of 0.5 mm from coordinates in single precision; a target like the rig distorts nothing
@@ -29,31 +34,44 @@ def displacement_strength(
 
 def triangle_distortion(
     neutral: Float[np.ndarray, "v 3"],
-    target: Float[np.ndarray, "v 3"],
+    targets: Sequence[Float[np.ndarray, "v 3"]],
     triangles: Int[np.ndarray, "f 3"],
     active: Bool[np.ndarray, "k v"],
+    form: DistortionForm,
 ) -> Float[np.ndarray, " k"]:
-    """TD_k, 0 to 1: how differently the triangles that blendshape k moves are built in the target's neutral face."""
-    stretch = triangle_stretch(neutral, target, triangles)
-    total = active[:, triangles].any(axis=2) @ stretch
-    return total / (total.max() or 1)
+    """TD_k, 0 to 1: how differently the triangles that blendshape k moves are built in the targets' neutral faces."""
+    moved = active[:, triangles].any(axis=2)
+    each = []
+    for target in targets:
+        total = moved @ triangle_stretch(neutral, target, triangles, form)
+        if form.reduce == "mean":
+            total = total / np.maximum(moved.sum(axis=1), 1)
+        each.append(total / (total.max() or 1))
+    return np.max(each, axis=0) if form.targets == "max" else np.mean(each, axis=0)
 
 
 def triangle_stretch(
-    neutral: Float[np.ndarray, "v 3"], target: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]
+    neutral: Float[np.ndarray, "v 3"],
+    target: Float[np.ndarray, "v 3"],
+    triangles: Int[np.ndarray, "f 3"],
+    form: DistortionForm,
 ) -> Float[np.ndarray, " f"]:
-    """s_t, at least 0; 0 for a triangle with an edge of no length."""
+    """s_t, at least 0 (of two edges: at least 2); 0 for a triangle with an edge of no length."""
+    pairs = edges(triangles)
 
     def lengths(vertices: Float[np.ndarray, "v 3"]) -> Float[np.ndarray, "f 3"]:
-        pairs = edges(triangles)
         scale = np.sqrt(((vertices[pairs[:, 0]] - vertices[pairs[:, 1]]) ** 2).sum(axis=1).mean())
         corners = vertices[triangles]
-        return np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2) / scale
+        length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+        return length / scale if form.scaled else length
 
     a, b = lengths(neutral), lengths(target)
     degenerate = (np.minimum(a, b) <= 0).any(axis=1)
     a[degenerate] = b[degenerate] = 1
-    stretch = (np.maximum(a / b, b / a) - 1).sum(axis=1)
+    ratio = np.maximum(a / b, b / a)
+    if form.edges == "two":
+        return np.where(degenerate, 0, ratio[:, :2].sum(axis=1))
+    stretch = (ratio - 1).sum(axis=1)
     return np.where(stretch < ROUNDING, 0, stretch)
 
 

@@ -1,13 +1,15 @@
-"""Minimum packing: the fewest expressions, proved; among the shortest lists the one whose prefixes weigh most.
+"""Minimum packing: the fewest expressions, proved; among the shortest lists the easiest, whose prefixes weigh most.
 
-Number   J is the least j for which the conflict graph has a colouring with j colours. A largest clique bounds it from
-         below; each j from there on is coloured or proved impossible.
-Order    Given J: the first expression is the heaviest after which the rest fits into J - 1 expressions, the second the
-         heaviest of what is left after which the rest fits into J - 2, and so on. Each is found by cuts:
+Number   J is the least j for which the items have a colouring with j colours. A largest clique and the number of
+         movements bound it from below; each j from there on is coloured or proved impossible.
+Cost     Given J: the least sum of what is hard to perform at once. Mostly it is 0: then what is hard excludes itself.
+Order    Given both: the first expression is the heaviest after which the rest fits into J - 1 expressions, the second
+         the heaviest of what is left after which the rest fits into J - 2, and so on. Each is found by cuts:
              S = the heaviest set of items that fit together and hit every cut
              if the rest without S can be coloured with the colours that are left, S is the expression;
              else its kernel, or a clique in it that is too large, is a set that S must hit: a new cut
-         A cut never removes an S that works, so the first S that works is the heaviest.
+         A cut never removes an S that works, so the first S that works is the heaviest. Where cuts are many, or cost
+         is not 0, one program holds S and the colouring of the rest (whole.py).
 """
 
 import numpy as np
@@ -16,37 +18,47 @@ from jaxtyping import Bool, Float, Int
 from capture_plan.expressions.colouring import colour, greedy, largest_clique
 from capture_plan.expressions.conflicts import conflict_graph, core
 from capture_plan.expressions.cpsat import UndecidedError
+from capture_plan.expressions.instance import Instance, check_places
 from capture_plan.expressions.sequential import Heaviest, Order, Weigh, heaviest
+from capture_plan.expressions.whole import heaviest_and_rest, least_cost
 from capture_plan.progress import track
 
-CUTS = 200  # per expression; real rigs need fewer than 20
+CUTS = 40  # per expression; real rigs need fewer than 20
 
 
-def minimum(sets: Bool[np.ndarray, "g n"], weigh: Weigh) -> tuple[Order, int]:
-    """The fewest expressions for items that meet in `sets`, and the proven bound on their number."""
-    colours, bound = fewest_colours(sets)
+def minimum(instance: Instance, weigh: Weigh) -> tuple[Order, int]:
+    """The fewest expressions for the items, and the proven bound on their number.
+
+    Raises PlaceError where an item is locked beyond the last expression.
+    """
+    colours, bound = fewest_colours(instance)
     j = int(colours.max()) + 1
-    left = np.ones(len(sets), dtype=bool)
-    expressions, proven = [], True
+    check_places(instance, j)
+    instance, colours, budget, easiest = _easiest(instance, colours, j)
+    left = np.ones(len(instance), dtype=bool)
+    expressions, proven = [], easiest
     for e in track(range(j), "ordering expressions"):
+        if not left.any():
+            break  # without a proof of the number, filling up expressions may save one
         try:
-            found, colours = _next_expression(sets, weigh(~left), left, j - e - 1)
+            found, colours = _next_expression(instance, weigh(~left), left, e, j - e - 1, budget)
         except UndecidedError:
-            found = Heaviest(_heaviest_colour(sets, weigh(~left), left, colours), proven=False)
+            found = Heaviest(_heaviest_colour(instance, weigh(~left), left, colours, e), proven=False)
             colours[found.items] = -1
         left[found.items] = False
+        budget -= instance.cost(found.items.tolist())
         expressions.append(found.items)
         proven &= found.proven
     return Order(tuple(expressions), proven), bound
 
 
-def fewest_colours(sets: Bool[np.ndarray, "g n"]) -> tuple[Int[np.ndarray, " g"], int]:
+def fewest_colours(instance: Instance) -> tuple[Int[np.ndarray, " g"], int]:
     """A colouring with as few colours as could be found, and the proven bound on their number."""
-    best = greedy(conflict_graph(sets))
-    bound = len(largest_clique(sets))
+    best = greedy(conflict_graph(instance.sets), instance)
+    bound = max(len(largest_clique(instance.sets)), instance.least)
     while bound <= best.max():
         try:
-            colours = colour(sets, bound)
+            colours = colour(instance, bound)
         except UndecidedError:
             break
         if colours is not None:
@@ -55,44 +67,81 @@ def fewest_colours(sets: Bool[np.ndarray, "g n"]) -> tuple[Int[np.ndarray, " g"]
     return best, bound
 
 
+def _easiest(
+    instance: Instance, colours: Int[np.ndarray, " g"], j: int
+) -> tuple[Instance, Int[np.ndarray, " g"], int, bool]:
+    """The problem of ordering at the least cost: a colouring with j colours, what it costs, whether it is the least."""
+    if not instance.costs:
+        return instance, colours, 0, True
+    apart = instance.apart((a, b) for a, b, _ in instance.costs)
+    try:
+        free = colour(apart, j)
+        if free is not None:
+            return apart, free, 0, True
+        colours, cost, proven = least_cost(instance, j)
+    except UndecidedError:
+        return instance, colours, sum(instance.cost(np.flatnonzero(colours == e)) for e in range(j)), False
+    return instance, colours, cost, proven
+
+
 def _next_expression(
-    sets: Bool[np.ndarray, "g n"], weights: Float[np.ndarray, " g"], left: Bool[np.ndarray, " g"], j: int
+    instance: Instance,
+    weights: Float[np.ndarray, " g"],
+    left: Bool[np.ndarray, " g"],
+    e: int,
+    j: int,
+    budget: int,
 ) -> tuple[Heaviest, Int[np.ndarray, " g"]]:
-    """The heaviest expression after which what is left has a colouring with `j` colours, and that colouring."""
-    depth = (sets & left[:, None]).sum(axis=0)
-    cuts = [np.flatnonzero(column & left) for column in sets.T[depth > j]]
+    """The heaviest expression e after which what is left has a colouring with `j` colours, and that colouring."""
+    if instance.costs:
+        return heaviest_and_rest(instance, weights, left, e, j, budget)
+    candidates, must = instance.candidates(left, e)
+    depth = (instance.sets & left[:, None]).sum(axis=0)
+    cuts = [must[[n]] for n in range(len(must))]
+    cuts += [np.flatnonzero(column & left) for column in instance.sets.T[depth > j]]
     for _ in range(CUTS):
-        found = heaviest(sets, weights, left, cuts)
+        found = heaviest(instance, weights, candidates, cuts)
         rest = left.copy()
         rest[found.items] = False
-        colours = colour(sets[rest], j)
+        colours = colour(instance.among(np.flatnonzero(rest)), j)
         if colours is not None:
-            spread = np.full(len(sets), -1)
+            spread = np.full(len(instance), -1)
             spread[rest] = colours
             return found, spread
-        cuts.append(_obstruction(sets, rest, j))
-    raise UndecidedError
+        cuts.append(_obstruction(instance, rest, j))
+    return heaviest_and_rest(instance, weights, left, e, j, budget)
 
 
-def _obstruction(sets: Bool[np.ndarray, "g n"], rest: Bool[np.ndarray, " g"], j: int) -> Int[np.ndarray, " h"]:
+def _obstruction(instance: Instance, rest: Bool[np.ndarray, " g"], j: int) -> Int[np.ndarray, " h"]:
     """Items of `rest` that cannot all be coloured with `j` colours: a clique where there is one, else the kernel."""
     items = np.flatnonzero(rest)
-    clique = largest_clique(sets[items])
+    clique = largest_clique(instance.sets[items])
     if len(clique) > j:
         return items[clique]
-    return items[core(conflict_graph(sets[items]), j)]
+    if instance.crowded:
+        return items
+    return items[core(conflict_graph(instance.sets[items]), j)]
 
 
 def _heaviest_colour(
-    sets: Bool[np.ndarray, "g n"],
+    instance: Instance,
     weights: Float[np.ndarray, " g"],
     left: Bool[np.ndarray, " g"],
     colours: Int[np.ndarray, " g"],
+    e: int,
 ) -> Int[np.ndarray, " i"]:
-    """The heaviest colour of a known colouring, with whatever else of `left` fits beside it."""
-    graph = conflict_graph(sets)
-    chosen = left & (colours == np.argmax(np.bincount(colours[left], weights=weights[left])))
-    for i in np.argsort(-weights, kind="stable"):
-        if left[i] and not graph[i, chosen].any():
-            chosen[i] = True
+    """The colour of a known colouring that is locked here or else the heaviest, filled up with what fits beside it."""
+    graph = conflict_graph(instance.sets)
+    candidates, must = instance.candidates(left, e)
+    open_colours = np.setdiff1d(colours[left], colours[left & ~candidates])
+    load = np.array([weights[left & (colours == c)].sum() for c in open_colours])
+    chosen = np.zeros(len(instance), dtype=bool)
+    if len(must) or len(open_colours):
+        chosen = left & (colours == (colours[must[0]] if len(must) else open_colours[np.argmax(load)]))
+    for i in np.argsort(-weights, kind="stable").tolist():
+        fits = candidates[i] and not chosen[i] and not graph[i, chosen].any()
+        if fits and instance.things[chosen].sum() + instance.things[i] <= instance.most:
+            others = np.flatnonzero(chosen).tolist()
+            if instance.cost([*others, i]) == instance.cost(others):
+                chosen[i] = True
     return np.flatnonzero(chosen)

@@ -1,6 +1,8 @@
 """What the expressions room answers: which blendshapes are performed together, in which order."""
 
-from msgspec import Struct
+from msgspec import Struct, field
+
+from capture_plan.expressions.settings import Edits
 
 
 class Expression(Struct, frozen=True, forbid_unknown_fields=True):
@@ -28,6 +30,14 @@ class Expression(Struct, frozen=True, forbid_unknown_fields=True):
         return dict(zip(self.blendshapes, self.weights, strict=True)) | dict.fromkeys(self.drivers, 1.0)
 
 
+class Overlap(Struct, frozen=True, forbid_unknown_fields=True):
+    """Partners that share much: `share` of the smaller active set, 0 to 1, moves with both. One scan of the two shows
+    the sum there, and what belongs to which is a guess."""
+
+    names: tuple[str, str]
+    share: float
+
+
 class Packing(Struct, frozen=True, forbid_unknown_fields=True):
     """Expressions in the order of shooting, and what was proved about their number.
 
@@ -40,6 +50,12 @@ class Packing(Struct, frozen=True, forbid_unknown_fields=True):
     had to be split. `exclusive` are blendshapes that no face performs at once, kept apart although they may share no
     active vertex: conflicts in the clique are of either kind. `drivers` are pairs of a corrective and what it
     corrects: the corrective counts as active wherever either is.
+
+    `local` are upper/lower partners of lips and lids that are performed together. `colliding` are blendshapes whose
+    surfaces would run through each other. An expression asks for `most_things` separate movements at most (nothing
+    where there is no limit), of `things` in the whole list. `hard` are (a, b, cost) of what is performed at once though
+    it is hard to. `overlaps` are the partners whose shared vertices are a warning. `edits` are the artist's decisions
+    that the list follows, and `kept` counts the blendshapes that stayed where they were when it was last edited.
     """
 
     method: str
@@ -54,3 +70,25 @@ class Packing(Struct, frozen=True, forbid_unknown_fields=True):
     exclusive: tuple[tuple[str, str], ...]
     drivers: tuple[tuple[str, str], ...]
     left_out: tuple[str, ...]
+    local: tuple[tuple[str, str], ...] = ()
+    colliding: tuple[tuple[str, str], ...] = ()
+    most_things: int | None = None
+    things: int = 0
+    hard: tuple[tuple[str, str, int], ...] = ()
+    overlaps: tuple[Overlap, ...] = ()
+    edits: Edits = field(default_factory=Edits)
+    kept: int | None = None
+
+    @property
+    def gap(self) -> int:
+        """Expressions that might still be saved: 0 where the number is proved."""
+        return self.objective - self.bound
+
+    @property
+    def bound_from(self) -> str:
+        """Who says that no list is shorter: a clique or a count, which anybody can check, or the solver alone."""
+        if self.bound <= len(self.clique):
+            return "clique"
+        if self.most_things and self.bound <= -(-self.things // self.most_things):
+            return "count"
+        return "solver"

@@ -1,11 +1,14 @@
 """Sequential packing: the heaviest expression first, then the heaviest of what is left (Carrigan et al. 2020, Alg. 1).
 
 Data       lambda[i]  importance of item i, asked for anew in every round      sets   items that meet at a vertex
-Variables  w[i]       item i is performed in this expression
-Model      max sum_i lambda[i] w[i]                                                          (eq. 3a)
+Variables  w[i]       item i is performed in this expression                   z[i, j]   both are
+Model      max sum_i lambda[i] w[i] - price sum c[i, j] z[i, j]                              (eq. 3a)
            s.t. sum_{i in S} w[i] <= 1    for every set S                                    (eq. 3b)
-                sum_{i in H} w[i] >= 1    for every H that must be hit (none in Alg. 1; minimum.py has some)
-The heaviest expression comes first, yet their number need not be the least.
+                sum_i things[i] w[i] <= most
+                z[i, j] >= w[i] + w[j] - 1
+                sum_{i in H} w[i] >= 1    for every H that must be hit (minimum.py has some), w[i] = 1 where i is locked
+The heaviest expression comes first, yet their number need not be the least. The greedy baseline takes the heaviest item
+that fits, then the next; a person may refuse one, which is then left for a later expression.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,10 +18,14 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from ortools.sat.python import cp_model
 
+from capture_plan.expressions.conflicts import conflict_graph
 from capture_plan.expressions.cpsat import UndecidedError, solve
+from capture_plan.expressions.instance import Costs, Instance, check_places
 
 Weigh = Callable[[Bool[np.ndarray, " g"]], Float[np.ndarray, " g"]]
+Accept = Callable[[tuple[int, ...], int], bool]  # (items of the expression so far, the item proposed for it)
 UNIT = 1_000_000  # importance is compared to a millionth: CP-SAT counts in integers
+PRICE = 0.1  # of the strongest blendshape: what one point of difficulty is worth where the number is not at stake
 
 
 @dataclass(frozen=True)
@@ -29,16 +36,40 @@ class Order:
     proven: bool
 
 
-def sequential(sets: Bool[np.ndarray, "g n"], weigh: Weigh) -> Order:
+def sequential(instance: Instance, weigh: Weigh) -> Order:
     """The heaviest expressions one after the other; `weigh(packed)` is the importance once `packed` items are done."""
-    left = np.ones(len(sets), dtype=bool)
+    left = np.ones(len(instance), dtype=bool)
     expressions, proven = [], True
     while left.any():
-        found = heaviest(sets, weigh(~left), left)
+        candidates, must = instance.candidates(left, len(expressions))
+        if not candidates.any():
+            check_places(instance, len(expressions))
+        found = heaviest(
+            instance, weigh(~left), candidates, [must[[n]] for n in range(len(must))], costs=instance.costs
+        )
         left[found.items] = False
         expressions.append(found.items)
         proven &= found.proven
     return Order(tuple(expressions), proven)
+
+
+def one_after_another(instance: Instance, weigh: Weigh, accept: Accept) -> Order:
+    """The greedy baseline; the first item of an expression is not asked for, else the list might never end."""
+    graph = conflict_graph(instance.sets)
+    left = np.ones(len(instance), dtype=bool)
+    expressions = []
+    while left.any():
+        candidates, must = instance.candidates(left, len(expressions))
+        if not candidates.any():
+            check_places(instance, len(expressions))
+        chosen = must.tolist()
+        for i in np.argsort(-weigh(~left), kind="stable").tolist():
+            fits = not graph[i, chosen].any() and instance.things[[*chosen, i]].sum() <= instance.most
+            if candidates[i] and i not in chosen and fits and (not chosen or accept(tuple(chosen), i)):
+                chosen.append(i)
+        left[chosen] = False
+        expressions.append(np.array(sorted(chosen)))
+    return Order(tuple(expressions), proven=False)
 
 
 @dataclass(frozen=True)
@@ -50,10 +81,12 @@ class Heaviest:
 
 
 def heaviest(
-    sets: Bool[np.ndarray, "g n"],
+    instance: Instance,
     weights: Float[np.ndarray, " g"],
     left: Bool[np.ndarray, " g"],
     must_hit: Sequence[Int[np.ndarray, " _"]] = (),
+    *,
+    costs: Costs = (),
 ) -> Heaviest:
     """The items among `left` that fit together, hit all of `must_hit` and weigh most.
 
@@ -61,14 +94,22 @@ def heaviest(
     """
     items = np.flatnonzero(left)
     model = cp_model.CpModel()
-    w = {i: model.new_bool_var("") for i in items}
-    rows = np.unique(sets[left], axis=1).T
+    w = {i: model.new_bool_var("") for i in items.tolist()}
+    rows = np.unique(instance.sets[left], axis=1).T
     for row in rows[rows.sum(axis=1) > 1]:
-        model.add_at_most_one(w[i] for i in items[row])
+        model.add_at_most_one(w[i] for i in items[row].tolist())
+    if instance.crowded:
+        model.add(sum(int(instance.things[i]) * w[i] for i in w) <= instance.most)
     for group in must_hit:
-        model.add_at_least_one(w[i] for i in group)
-    model.maximize(sum(max(1, round(UNIT * weights[i])) * w[i] for i in items))
+        model.add_at_least_one(w[i] for i in group.tolist() if left[i])
+    spent = []
+    for i, j, c in costs:
+        if left[i] and left[j]:
+            z = model.new_bool_var("")
+            model.add(z >= w[i] + w[j] - 1)
+            spent.append(round(UNIT * PRICE * c) * z)
+    model.maximize(sum(max(1, round(UNIT * weights[i])) * w[i] for i in w) - sum(spent))
     solver, status = solve(model)
     if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
         raise UndecidedError
-    return Heaviest(np.array([i for i in items if solver.boolean_value(w[i])]), status == cp_model.OPTIMAL)
+    return Heaviest(np.array([i for i in w if solver.boolean_value(w[i])]), status == cp_model.OPTIMAL)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from capture_plan.expressions.conflicts import maximal_sets
+from capture_plan.expressions.instance import Instance
 from capture_plan.expressions.minimum import fewest_colours, minimum
 from capture_plan.expressions.sequential import sequential
 
@@ -38,20 +39,22 @@ def test_different_maximal_sets(benchmark, k, v):
 
 @SIZES
 def test_proof_of_the_fewest_expressions(benchmark, k, v):
-    sets = maximal_sets(generated(k, v)[0])
-    colours, bound = benchmark.pedantic(fewest_colours, args=(sets,), rounds=3)
+    instance = Instance.free(maximal_sets(generated(k, v)[0]))
+    colours, bound = benchmark.pedantic(fewest_colours, args=(instance,), rounds=3)
     assert colours.max() + 1 == bound
 
 
 @SIZES
 def test_sequential_packing(benchmark, k, v):
     active, weights = generated(k, v)
-    order = benchmark.pedantic(sequential, args=(maximal_sets(active), lambda packed: weights), rounds=1)
+    order = benchmark.pedantic(sequential, args=(Instance.free(maximal_sets(active)), lambda packed: weights), rounds=1)
     assert order.proven
 
 
 def test_proof_of_the_best_order(benchmark):
     active, weights = generated(57, 26_719)
-    order, bound = benchmark.pedantic(minimum, args=(maximal_sets(active), lambda packed: weights), rounds=3)
+    order, bound = benchmark.pedantic(
+        minimum, args=(Instance.free(maximal_sets(active)), lambda packed: weights), rounds=3
+    )
     assert order.proven
     assert len(order.expressions) == bound
