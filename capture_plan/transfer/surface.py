@@ -69,9 +69,21 @@ class Surface:
     @cached_property
     def sizes(self) -> Float[np.ndarray, " c"]:
         """Root mean square distance of the vertices of each loose piece from its middle, millimetres; 1 for a point."""
-        spread = self.neutral - self.loose_means(self.neutral)[self.piece]
-        size = np.sqrt(self.loose_means(np.square(spread)).sum(axis=1))
+        middle, square = self.loose_means(self.neutral), self.loose_means(np.square(self.neutral))
+        size = np.sqrt(np.maximum(square - np.square(middle), 0).sum(axis=1))
         return np.where(size > 0, size, 1)
+
+    @cached_property
+    def cell_sizes(self) -> Int[np.ndarray, " t"]:
+        """How many numbers tell how a cell moves: 6 for a triangle's gradient, 3 for the mean of a loose piece."""
+        return np.repeat([6, 3], [len(self.triangles), len(self.sizes)])
+
+    @cached_property
+    def shares(self) -> Float[np.ndarray, " t"]:
+        """The area of each triangle, then of each loose piece, against the whole surface."""
+        number = self.piece[self.triangles[:, 0]]
+        loose = np.bincount(number[number >= 0], weights=self.areas[number >= 0], minlength=len(self.sizes))
+        return np.concatenate([self.areas, loose]) / self.areas.sum()
 
     def loose_means(self, x: Float[np.ndarray, "v n"]) -> Float[np.ndarray, "c n"]:
         """The mean of x over each loose piece."""
