@@ -12,7 +12,8 @@ Solution   X = P + U W' (W U W' + beta I)^-1 (Y - W P),  U = diag u[., t], in ev
            Else in turns with a bounded least squares problem for each row of W: the energy never rises.
 
 A loose piece is a cell of its own, with its mean displacement against its size as 3 numbers.
-`hard` keeps a vertex that blendshape k of the source leaves still (Seol et al.'s variant in Carrigan et al. 2020, 4.1).
+`hard` keeps a vertex still that blendshape k leaves still on the source, the variant named in Carrigan et al. 2020,
+section 4.1: what a scan shows there belongs to the others. Without it some of every correction leaks over the face.
 """
 
 from dataclasses import dataclass
@@ -28,7 +29,7 @@ from capture_plan.transfer.deformation import STILL_MM, target_surface, transfer
 from capture_plan.transfer.surface import Surface
 
 KAPPA, THETA = 0.1, 2  # of Li et al. 2010: a cell that the prior leaves still changes 100 times less than a torn one
-BETA = 0.01  # trust in the prior against scans: a blendshape scanned alone keeps 1 % of the prior where it moves most
+BETA = 1e-3  # trust in the prior against scans: where a blendshape stretches skin by 0.1, alone in a scan keeps 3 %
 GAMMA = 0.01  # trust in the weights asked for, against gradients whose mean square over the face is of that order
 ROUNDS = 10
 CELLS = 4096  # whose small systems are solved at a time
@@ -91,7 +92,7 @@ def rebuild(
     weights: Float[np.ndarray, "e k"],
     *,
     beta: float = BETA,
-    hard: bool = False,
+    hard: bool = True,
 ) -> Float[np.ndarray, "k v 3"]:
     """The target's deltas from scans whose weights are known, millimetres; in no scan, deformation transfer.
 
@@ -113,7 +114,7 @@ def rebuild_and_weigh(
     *,
     beta: float = BETA,
     gamma: float = GAMMA,
-    hard: bool = False,
+    hard: bool = True,
 ) -> Rebuilt:
     """The same where the actor may have shown other weights than asked for."""
     check_scans(prior, scans, asked)
