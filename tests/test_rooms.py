@@ -13,7 +13,7 @@ FLOORS = (
     {"mesh"},
     {"visibility"},
     {"rig"},
-    {"layout", "expressions"},
+    {"layout", "expressions", "transfer"},
     {"plan"},
     {"sheets", "exports"},
     {"report", "figures", "terminal"},
