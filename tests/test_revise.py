@@ -77,7 +77,7 @@ def test_an_edited_list_is_as_short_as_any_that_follows_the_edits(rig, used, pac
         fresh = pack(rig, used, PackingSettings(edits=edits))
         edited = repack(rig, used, PackingSettings(), packing, edits)
         assert edited.objective == edited.bound == fresh.objective
-        assert edited.kept >= len(used) - len(moved(packing, fresh))
+        assert (edited.kept or 0) >= len(used) - len(moved(packing, fresh))
 
 
 def test_keeping_two_apart_moves_only_one_of_them_and_its_partner(rig, used, packing):

@@ -121,7 +121,7 @@ def rules_of(settings: PackingSettings) -> Rules:
 
 
 def check_edits(used: tuple[str, ...], edits: Edits) -> None:
-    """InfeasibleError where an edit is about a blendshape that is not planned for, about a dropped one, or about all."""
+    """InfeasibleError where an edit is about a blendshape that is not in use, about a dropped one, or about all."""
     if not set(used) - set(edits.dropped):
         raise InfeasibleError("every blendshape is dropped: keep one")
     for name in edits.names:
