@@ -48,6 +48,12 @@ def spoken(arkit: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(phrase for _, phrase in sorted(said))
 
 
+def said_as_one(rig: Rig, names: tuple[str, ...]) -> bool:
+    """Whether these blendshapes have one phrase in common, whatever their side: people make them as one movement."""
+    bases = {base_name(arkit) if (arkit := rig.arkit(name)) else name for name in names}
+    return len(bases) > 1 and any(bases <= {base_name(name) for name in merged} for merged, _ in phrases()[1])
+
+
 @cache
 def phrases() -> tuple[dict[str, dict[str, str]], tuple[tuple[tuple[str, ...], str], ...]]:
     """Phrases by ARKit name without its side, and what is said where several meet."""
