@@ -5,9 +5,9 @@ Depth      D[n] = -(x - p) . n at the nearest p, 0 where that is negative: how d
            Nothing is said where p is further off than REACH_MM, on the border of its mesh, or aside rather than before
            x: there the surface ends or bends away, and x may well pass beside it
 Tests      lower lip in upper lip and back, upper lid in lower lid and back, lids in eyeballs, teeth before the lips
-Excess     D[combined] - max(D[neutral], D[each blendshape alone]), per point: a lid that touches its ball at rest, or a
+Excess     D[combined] - max(D[neutral], D[each movement alone]), per point: a lid that touches its ball at rest, or a
            blendshape that is built through the teeth, is a matter of the rig and no reason to keep two apart
-A corrective alone is taken together with what it corrects, as it is performed.
+Left and right partners are one movement; a corrective is taken together with what it corrects, as it is performed.
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from jaxtyping import Bool, Float, Int
 from msgspec import Struct
 from scipy.spatial import KDTree
 
-from capture_plan.expressions.sentences import said_as_one
+from capture_plan.expressions.groups import grouped, said_as_one
 from capture_plan.expressions.surfaces import Surface, touching
 from capture_plan.mesh import vertex_normals
 from capture_plan.rig import Rig
@@ -44,9 +44,10 @@ class Collision(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def collisions(rig: Rig, pose: Pose) -> tuple[Collision, ...]:
-    """What passes through what in a pose, beyond what its blendshapes do alone; the deepest first."""
+    """What passes through what in a pose, beyond what each of its movements does alone; the deepest first."""
     scene = _scene(rig)
-    return scene.found(pose, [scene.performed({name: weight}) for name, weight in pose.items()])
+    movements = [{name: pose[name] for name in group} for group in grouped(rig, tuple(pose))]
+    return scene.found(pose, [scene.performed(movement) for movement in movements])
 
 
 def colliding_pairs(

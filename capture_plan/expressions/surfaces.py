@@ -16,11 +16,12 @@ from jaxtyping import Bool, Float, Int
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import KDTree
 
+from capture_plan.expressions.movement import regions_of
 from capture_plan.mesh import boundary_vertices, surface_graph, vertex_normals
 from capture_plan.mesh.geometry import triangle_cross
 from capture_plan.rig import Rig
 from capture_plan.rig.anchors import eyeballs
-from capture_plan.rig.regions import FaceRegions, face_regions
+from capture_plan.rig.regions import FaceRegions
 
 TEETH = re.compile(r"teeth|tooth|denture", re.IGNORECASE)
 LIP_ZONE = 0.25  # of the pupil distance, around the opening of the mouth: 16 mm, a lip with its red and its rim
@@ -42,7 +43,7 @@ Touching = tuple[str, Int[np.ndarray, " n"], Surface]
 
 def touching(rig: Rig) -> list[Touching]:
     """What could pass through what: the words for it, the points, and the surface that they must stay in front of."""
-    regions = face_regions(rig)
+    regions = regions_of(rig)
     upper, lower = _lips(rig, regions)
     found = _both_ways(rig, "upper lip", upper, "lower lip", lower)
     lids: list[tuple[str, Bool[np.ndarray, " v"]]] = []
