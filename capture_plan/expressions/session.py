@@ -101,8 +101,8 @@ def _most_that_fit(shown: list[Item], settings: SessionSettings) -> int:
             return count
     least = _clocked(_framed([], settings))[-1].minutes
     raise InfeasibleError(
-        f"{settings.minutes:g} minutes are too few: calibration and neutrals alone take {least:.1f}: give more, or shorten "
-        "them in the session settings"
+        f"{settings.minutes:g} minutes are too few: calibration and neutrals alone take {least:.1f}: give more, or "
+        "shorten them in the session settings"
     )
 
 
