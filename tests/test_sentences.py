@@ -6,10 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from capture_plan.expressions.groups import grouped, said_as_one
 from capture_plan.expressions.movement import movements
 from capture_plan.expressions.pack import pack
-from capture_plan.expressions.sentences import phrases, sentence, spoken
+from capture_plan.expressions.sentences import from_rest, mistakes, phrases, sentence, spoken, told
 from capture_plan.expressions.settings import PackingSettings
+from capture_plan.expressions.together import base_name
 from capture_plan.rig import sample_rig
 
 RIG = sample_rig()
@@ -57,12 +59,13 @@ def test_what_belongs_together_is_said_in_one_phrase():
 
 def test_where_a_mouth_moves_is_no_side_of_the_face():
     assert spoken(("jawLeft",)) == ("slide your lower jaw to your left",)
-    assert spoken(("mouthLeft", "jawRight")) == ("slide your mouth to your left", "slide your lower jaw to your right")
+    assert spoken(("mouthLeft", "jawRight")) == ("slide your lower jaw to your right", "slide your mouth to your left")
 
 
 def test_many_clauses_become_two_sentences():
     names = ("browInnerUp", "eyeBlinkLeft", "eyeBlinkRight", "noseSneerLeft", "noseSneerRight", "jawOpen")
     assert sentence(RIG, names).count(".") == 2
+    assert ". At the same time " in sentence(RIG, names)
 
 
 def test_every_phrase_can_be_said_and_every_merged_name_is_known():
@@ -116,3 +119,36 @@ def test_twice_the_movement_is_twice_the_millimetres():
 def test_what_moves_no_skin_is_left_to_the_picture():
     still = replace(unnamed(), deltas=RIG.deltas * ~RIG.skin[:, None])
     assert sentence(still, ("shape0",)) == "Match the picture."
+
+
+def test_every_expression_starts_from_a_relaxed_face():
+    assert from_rest("Close your eyes.") == "From a relaxed face: close your eyes."
+
+
+def test_a_warning_never_forbids_what_the_expression_asks_for():
+    table, _ = phrases()
+    for base, entry in table.items():
+        for other in entry.get("unless", ()):
+            assert other in {base_name(name) for name in RIG.names}
+            names = tuple(name for name in RIG.names if base_name(name) in (base, other))
+            assert entry["mistake"] not in mistakes(RIG, names)
+    assert mistakes(RIG, ("mouthUpperUpLeft", "mouthUpperUpRight")) == ("do not open the jaw",)
+
+
+@pytest.mark.parametrize("name", RIG.names)
+def test_every_movement_has_one_warning_at_most_and_is_told_once(name):
+    assert len(mistakes(RIG, (name,))) <= 1
+    assert len(told(RIG, (name,))) == 1
+
+
+def test_both_lips_rolled_in_are_one_movement_and_others_are_not():
+    assert said_as_one(RIG, ("mouthRollLower", "mouthRollUpper"))
+    assert not said_as_one(RIG, ("mouthRollLower", "mouthShrugUpper"))
+    assert not said_as_one(RIG, ("eyeBlinkLeft", "eyeBlinkRight"))
+
+
+def test_movements_keep_partners_and_one_phrase_together_in_any_order():
+    names = ("mouthRollUpper", "jawOpen", "browDownRight", "mouthRollLower", "browDownLeft")
+    groups = grouped(RIG, names)
+    assert groups == (("mouthRollUpper", "mouthRollLower"), ("jawOpen",), ("browDownRight", "browDownLeft"))
+    assert {frozenset(group) for group in grouped(RIG, names[::-1])} == {frozenset(group) for group in groups}

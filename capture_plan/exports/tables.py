@@ -22,8 +22,8 @@ def write_tables(plan: Plan, folder: Path) -> list[Path]:
     ]
     shots = ["slate", "actor", "blendshapes", "gain_percent", "covered_percent"]
     return [
-        _write(folder / "landmarks.csv", [header, *landmarks]),
-        _write(folder / "expressions.csv", [shots, *expressions]),
+        write_rows(folder / "landmarks.csv", [header, *landmarks]),
+        write_rows(folder / "expressions.csv", [shots, *expressions]),
     ]
 
 
@@ -33,7 +33,8 @@ def write_schema(path: Path) -> Path:
     return path
 
 
-def _write(path: Path, rows: Iterable[list]) -> Path:
+def write_rows(path: Path, rows: Iterable[list]) -> Path:
+    """A CSV file, whole or not at all."""
     text = io.StringIO(newline="")
     csv.writer(text).writerows([[_plain(cell) for cell in row] for row in rows])
     write_whole(path, text.getvalue().encode("utf-8"))

@@ -8,11 +8,13 @@ How far  the largest |d| in the region
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from capture_plan.expressions.active import STILL_MM
 from capture_plan.rig import Rig
+from capture_plan.rig.anchors import REMEMBERED
 from capture_plan.rig.regions import FaceRegions, face_regions
 
 NAMELESS = ("scalp", "neck")  # what is left over on heads that are built unlike ours: the picture says it better
@@ -40,7 +42,7 @@ class Movement:
 
 def movements(rig: Rig, names: tuple[str, ...]) -> tuple[str, ...]:
     """'both brows up by 6 mm' for every blendshape whose place has a name; mirrored halves are told as one."""
-    regions = face_regions(rig)
+    regions = regions_of(rig)
     found = [movement for name in names if (movement := _movement(rig, regions, name)) is not None]
     told: list[Movement] = []
     for movement in found:
@@ -51,6 +53,12 @@ def movements(rig: Rig, names: tuple[str, ...]) -> tuple[str, ...]:
             far = max(movement.far, other.far)
             told[told.index(other)] = Movement(movement.region, 0, movement.ways, far)
     return tuple(str(movement) for movement in told)
+
+
+@lru_cache(maxsize=REMEMBERED)
+def regions_of(rig: Rig) -> FaceRegions:
+    """The regions of a rig, found once: every sentence asks for them."""
+    return face_regions(rig)
 
 
 def _halves(a: Movement, b: Movement) -> bool:

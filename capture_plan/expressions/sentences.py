@@ -2,33 +2,62 @@
 
 Data   phrases   expressions/data/phrases.toml, by ARKit name
 Rule   names that are known become phrases; what stands under `together` is merged, then left and right of one movement,
-       from the brow down; sides are the actor's own. What has no known name is described by where it moves most, which
-       way and how far, in millimetres.
+       from the brow down, the jaw before the lips; sides are the actor's own. What has no known name is described by
+       where it moves most, which way and how far, in millimetres.
 """
 
 import tomllib
 from functools import cache
 from importlib.resources import files
 from itertools import pairwise
+from typing import Any
 
 from capture_plan.expressions.movement import movements
 from capture_plan.expressions.together import base_name
 from capture_plan.rig import Rig
 
 CLAUSES = 3  # in one breath; more become a second sentence
+FROM_REST = "From a relaxed face: "  # every expression starts from the neutral, not from the one before
 
 
 def sentence(rig: Rig, blendshapes: tuple[str, ...]) -> str:
     """What to do to show `blendshapes` at full weight, all at once."""
-    table, _ = phrases()
-    known = {name: arkit for name in blendshapes if (arkit := rig.arkit(name)) and base_name(arkit) in table}
-    unknown = tuple(name for name in blendshapes if name not in known)
-    clauses = spoken(tuple(known.values()))
-    parts = [_list(part) for part in _breaths(clauses)]
-    if unknown:
+    parts = [_list(part) for part in _breaths(spoken(_known(rig, blendshapes)))]
+    if unknown := _unknown(rig, blendshapes):
         found = movements(rig, unknown)
         parts.append(f"match the picture: move {_list(found)}" if found else "match the picture")
+    parts[1:] = [f"at the same time {part}" for part in parts[1:]]
     return " ".join(part[0].upper() + part[1:] + "." for part in parts)
+
+
+def from_rest(sentence: str) -> str:
+    """The same sentence with where it starts: 'From a relaxed face: close your eyes.'"""
+    return FROM_REST + sentence[:1].lower() + sentence[1:]
+
+
+def told(rig: Rig, blendshapes: tuple[str, ...]) -> tuple[str, ...]:
+    """The separate movements in words; those that only the picture tells are one."""
+    unknown = _unknown(rig, blendshapes)
+    return spoken(_known(rig, blendshapes)) + ((movements(rig, unknown) or ("match the picture",)) if unknown else ())
+
+
+def mistakes(rig: Rig, blendshapes: tuple[str, ...]) -> tuple[str, ...]:
+    """What people often do wrong here, as a warning: of the highest and of the lowest place that has one."""
+    table, _ = phrases()
+    bases = {base_name(arkit) for arkit in _known(rig, blendshapes)}
+    found = [table[base] for base in table if base in bases and "mistake" in table[base]]
+    warnings = [entry["mistake"] for entry in found if bases.isdisjoint(entry.get("unless", ()))]
+    return tuple(dict.fromkeys([*warnings[:1], *warnings[-1:]]))
+
+
+def _known(rig: Rig, blendshapes: tuple[str, ...]) -> tuple[str, ...]:
+    """ARKit's names of those blendshapes that have a phrase."""
+    table, _ = phrases()
+    return tuple(arkit for name in blendshapes if (arkit := rig.arkit(name)) and base_name(arkit) in table)
+
+
+def _unknown(rig: Rig, blendshapes: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(name for name in blendshapes if not _known(rig, (name,)))
 
 
 def spoken(arkit: tuple[str, ...]) -> tuple[str, ...]:
@@ -49,7 +78,7 @@ def spoken(arkit: tuple[str, ...]) -> tuple[str, ...]:
 
 
 @cache
-def phrases() -> tuple[dict[str, dict[str, str]], tuple[tuple[tuple[str, ...], str], ...]]:
+def phrases() -> tuple[dict[str, dict[str, Any]], tuple[tuple[tuple[str, ...], str], ...]]:
     """Phrases by ARKit name without its side, and what is said where several meet."""
     table = tomllib.loads(files("capture_plan.expressions").joinpath("data", "phrases.toml").read_text("utf-8"))
     together = tuple((tuple(entry["names"]), entry["say"]) for entry in table.pop("together"))

@@ -1,0 +1,161 @@
+"""Surfaces that pass through each other when blendshapes are performed at once: a rig can show that, no face can.
+
+Data       x[n]       points of one surface in a pose       p[m], n[m]   vertices and unit normals of another, same pose
+Depth      D[n] = -(x - p) . n at the nearest p, 0 where that is negative: how deep x lies behind that surface
+           Nothing is said where p is further off than REACH_MM, on the border of its mesh, or aside rather than before
+           x: there the surface ends or bends away, and x may well pass beside it
+Tests      lower lip in upper lip and back, upper lid in lower lid and back, lids in eyeballs, teeth before the lips
+Excess     D[combined] - max(D[neutral], D[each movement alone]), per point: a lid that touches its ball at rest, or a
+           blendshape that is built through the teeth, is a matter of the rig and no reason to keep two apart
+Left and right partners are one movement; a corrective is taken together with what it corrects, as it is performed.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import combinations
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from msgspec import Struct
+from scipy.spatial import KDTree
+
+from capture_plan.expressions.groups import grouped, said_as_one
+from capture_plan.expressions.surfaces import Surface, touching
+from capture_plan.mesh import vertex_normals
+from capture_plan.rig import Rig
+from capture_plan.rig.anchors import REMEMBERED
+from capture_plan.rig.findings import correctives
+
+TOUCH_MM = 1.0  # lips and lids are soft and give way by about a millimetre; deeper is a pose that flesh cannot take
+REACH_MM = 6.0  # half as thick as a lip; deeper than that a point may as well have come out on the other side
+ASIDE = 0.7  # least cosine between x - p and the normal: 45 degrees
+FEWEST = 3  # vertices: one or two are where the triangles are too large to tell
+STILL_MM = 0.05  # a movement below it changes no depth that counts
+
+Pose = dict[str, float]
+
+
+class Collision(Struct, frozen=True, forbid_unknown_fields=True):
+    """`what` passes through what, in plain words; how many vertices do by more than TOUCH_MM, and the deepest."""
+
+    what: str
+    vertices: int
+    depth_mm: float
+
+
+def collisions(rig: Rig, pose: Pose) -> tuple[Collision, ...]:
+    """What passes through what in a pose, beyond what each of its movements does alone; the deepest first."""
+    scene = _scene(rig)
+    movements = [{name: pose[name] for name in group} for group in grouped(rig, tuple(pose))]
+    return scene.found(pose, [scene.performed(movement) for movement in movements])
+
+
+def colliding_pairs(
+    rig: Rig, used: tuple[str, ...], together: tuple[tuple[str, str], ...]
+) -> tuple[tuple[str, str], ...]:
+    """Pairs of `used` blendshapes that are fine alone and collide when performed at once, in the order of `used`.
+
+    Partners in `together` are judged together, as they are performed; the first of each stands for both. Blendshapes
+    with one phrase in common, as both lips rolled in, are one movement that people make: there only the sum is wrong.
+    """
+    scene = _scene(rig)
+    second = {b for _, b in together}
+    partner = dict(together)
+    items = [(name, partner[name]) if name in partner else (name,) for name in used if name not in second]
+    poses = [scene.performed(dict.fromkeys(item, 1.0)) for item in items]
+    return tuple(
+        (items[i][0], items[j][0])
+        for i, j in combinations(range(len(items)), 2)
+        if not said_as_one(rig, items[i] + items[j]) and scene.found(poses[i] | poses[j], [poses[i], poses[j]])
+    )
+
+
+def built_in(rig: Rig, used: tuple[str, ...]) -> dict[str, tuple[Collision, ...]]:
+    """What each `used` blendshape, performed alone, pushes through what: a fault of the rig that its picture shows."""
+    scene = _scene(rig)
+    found = {name: scene.found(scene.performed({name: 1.0}), []) for name in used}
+    return {name: collisions for name, collisions in found.items() if collisions}
+
+
+def depth_behind(
+    points: Float[np.ndarray, "n 3"],
+    surface: Float[np.ndarray, "m 3"],
+    normals: Float[np.ndarray, "m 3"],
+    border: Bool[np.ndarray, " m"],
+) -> Float[np.ndarray, " n"]:
+    """D, millimetres: 0 for points in front of the surface and for those of which nothing can be said."""
+    away, nearest = KDTree(surface).query(points, distance_upper_bound=REACH_MM)
+    near = np.isfinite(away)
+    p, depth = np.asarray(nearest)[near], np.zeros(len(points))
+    behind = -np.einsum("nx,nx->n", points[near] - surface[p], normals[p])
+    depth[near] = np.where(border[p] | (behind < ASIDE * away[near]), 0, np.maximum(behind, 0))
+    return depth
+
+
+@dataclass(frozen=True, eq=False)
+class Test:
+    """Points of a face that may come to lie behind a surface of it."""
+
+    what: str
+    points: Int[np.ndarray, " n"]
+    surface: Surface
+
+    def depth(self, vertices: Float[np.ndarray, "v 3"]) -> Float[np.ndarray, " n"]:
+        """D in a pose of the whole rig, millimetres."""
+        surface = vertices[self.surface.vertices]
+        normals = vertex_normals(surface, self.surface.triangles)
+        return depth_behind(vertices[self.points], surface, normals, self.surface.border)
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """The tests of one rig, which blendshapes matter to each, and what was found of poses asked before."""
+
+    rig: Rig
+    tests: tuple[Test, ...]
+    matters: Bool[np.ndarray, "t k"]
+    number: dict[str, int]
+    drivers: dict[str, tuple[str, ...]]
+    known: dict[tuple[int, tuple[tuple[str, float], ...]], Float[np.ndarray, " n"]]
+
+    def performed(self, pose: Pose) -> Pose:
+        """A pose with what its correctives correct."""
+        return pose | {name: 1.0 for corrective in pose for name in self.drivers.get(corrective, ())}
+
+    def found(self, pose: Pose, alone: list[Pose]) -> tuple[Collision, ...]:
+        """Collisions of a pose beyond those of the poses that it is made of."""
+        found = []
+        for t, test in enumerate(self.tests):
+            moving = [each for each in alone if any(self.matters[t, self.number[name]] for name in each)]
+            if len(moving) < min(len(alone), 2):
+                continue  # all is as it is alone
+            least = np.max([self.depth(t, each) for each in [{}, *moving]], axis=0)
+            excess = self.depth(t, pose) - least
+            deep = int(np.count_nonzero(excess > TOUCH_MM))
+            if deep >= FEWEST:
+                found.append(Collision(test.what, deep, round(float(excess.max()), 2)))
+        return tuple(sorted(found, key=lambda collision: (-collision.depth_mm, collision.what)))
+
+    def depth(self, t: int, pose: Pose) -> Float[np.ndarray, " n"]:
+        """D of test t with those blendshapes of a pose that matter to it."""
+        weights = tuple(sorted((name, w) for name, w in pose.items() if self.matters[t, self.number[name]]))
+        if (t, weights) not in self.known:
+            test = self.tests[t]
+            at = np.concatenate([test.points, test.surface.vertices])
+            vertices = np.zeros_like(self.rig.neutral)
+            vertices[at] = self.rig.neutral[at]
+            for name, weight in weights:
+                vertices[at] += weight * self.rig.deltas[self.number[name], at]
+            self.known[t, weights] = test.depth(vertices)
+        return self.known[t, weights]
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _scene(rig: Rig) -> Scene:
+    tests = tuple(Test(what, points, surface) for what, points, surface in touching(rig))
+    matters = np.zeros((len(tests), len(rig.names)), dtype=bool)
+    for t, test in enumerate(tests):
+        at = np.concatenate([test.points, test.surface.vertices])
+        matters[t] = rig.displacement[:, at].max(axis=1) > STILL_MM
+    drivers = {f.blendshapes[0]: f.blendshapes[1:] for f in correctives(rig, rig.names)}
+    return Scene(rig, tests, matters, {name: k for k, name in enumerate(rig.names)}, drivers, {})

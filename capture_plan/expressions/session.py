@@ -1,0 +1,194 @@
+"""The session: everything that is shot, in order, with the words for the actor and the clock.
+
+Data     packing, settings with the seconds that each thing takes
+Order    calibration; neutral, teeth, neutral turned left and right; expressions with a pause every few; a neutral in
+         the middle and at the end, since faces tire and markers shift
+Time     of an expression   (hold + slate)(1 + retakes) + explain + harder (level - 1)
+Budget   as many expressions as end, with the last neutral, within the minutes there are; the others follow it as spare
+Stop     the first expression after which ENOUGH of the importance is covered, else the last that fits
+"""
+
+from typing import Literal
+
+from msgspec import Struct, structs
+
+from capture_plan.errors import InfeasibleError
+from capture_plan.expressions.difficulty import Difficulty, difficulty
+from capture_plan.expressions.fallback import Part, fallback
+from capture_plan.expressions.record import Expression, Packing
+from capture_plan.expressions.sentences import from_rest, mistakes
+from capture_plan.expressions.session_settings import SessionSettings
+from capture_plan.rig import Rig
+
+ENOUGH = 0.8  # share of the importance after which a session may stop: four fifths, the usual knee of these curves
+TURN_DEGREES = 30  # as far as both eyes are still seen
+CALIBRATION = "Colour chart, then the calibration board, at the height of the face: the actor can rest."
+TEETH = "Bite lightly on your back teeth and draw your lips apart until the front teeth show."
+PAUSE = "Pause: shake the face loose, drink, check that no marker has shifted."
+REST = "Relax your whole face: eyes open, looking straight ahead, jaw and lips loosely closed."
+
+Kind = Literal["calibration", "neutral", "teeth", "turned", "expression", "pause"]
+
+
+class Item(Struct, frozen=True, forbid_unknown_fields=True):
+    """One line of the shot list. Slates count everything that is shot; a pause has none.
+
+    `hold_s` seconds are held, `seconds` is all that the item takes, `minutes` the clock after it; `covered` is the
+    share of the importance so far, 0 to 1; `fits` says whether the time suffices. What follows belongs to expressions
+    alone: `difficulty` how hard it is, `fallback` what to shoot where it does not work, `mistakes` what to avoid.
+    """
+
+    kind: Kind
+    slate: str
+    name: str
+    sentence: str
+    hold_s: float
+    seconds: float
+    minutes: float
+    covered: float
+    fits: bool = True
+    blendshapes: tuple[str, ...] = ()
+    weights: tuple[float, ...] = ()
+    drivers: tuple[str, ...] = ()
+    difficulty: Difficulty | None = None
+    fallback: tuple[Part, ...] = ()
+    mistakes: tuple[str, ...] = ()
+
+
+class Session(Struct, frozen=True, forbid_unknown_fields=True):
+    """The shot list. The first `fitting` expressions and the last neutral take `minutes`; `items` after those are for
+    time that is left. `stop_after` names the expression after which a session may end, `stop` says so; empty where only
+    the last would do.
+    """
+
+    settings: SessionSettings
+    items: tuple[Item, ...]
+    minutes: float
+    fitting: int
+    stop_after: str
+    stop: str
+
+
+def session(rig: Rig, used: tuple[str, ...], packing: Packing, settings: SessionSettings) -> Session:
+    """The shot list of a packing.
+
+    Raises InfeasibleError where not even what frames the expressions fits into the time there is.
+    """
+    shown = [_expression(rig, used, expression, settings) for expression in packing.expressions]
+    fitting = _most_that_fit(shown, settings)
+    planned = _clocked(_framed(shown[:fitting], settings))
+    items = (*planned, *_clocked(_spare(shown[fitting:], settings), after=planned[-1]))
+    stop = _stop(shown[:fitting], cut=fitting < len(shown))
+    at = next((item.minutes for item in planned if stop and item.name == stop.name), 0.0)
+    return Session(
+        settings=settings,
+        items=items,
+        minutes=planned[-1].minutes,
+        fitting=fitting,
+        stop_after=stop.name if stop else "",
+        stop=f"If time runs out, stop after {stop.name}: {_percent(stop.covered)} of the importance is covered, "
+        f"{at:.0f} minutes in."
+        if stop
+        else "",
+    )
+
+
+def _most_that_fit(shown: list[Item], settings: SessionSettings) -> int:
+    if settings.minutes is None:
+        return len(shown)
+    for count in range(len(shown), -1, -1):
+        if _clocked(_framed(shown[:count], settings))[-1].minutes <= settings.minutes:
+            return count
+    least = _clocked(_framed([], settings))[-1].minutes
+    raise InfeasibleError(
+        f"{settings.minutes:g} minutes are too few: calibration and neutrals alone take {least:.1f}: give more, or "
+        "shorten them in the session settings"
+    )
+
+
+def _framed(expressions: list[Item], settings: SessionSettings) -> list[Item]:
+    """Expressions with everything that is shot before, between and after them."""
+    middle = len(expressions) // 2
+    items = _opening(settings)
+    for count, expression in enumerate(expressions):
+        if count and count == middle:
+            items.append(_frame("neutral", "N2", f"Once more a neutral. {REST}", settings.neutral_s, settings))
+        elif count and count % settings.relax_every == 0 and abs(count - middle) > 1:
+            items.append(_pause(settings))
+        items.append(expression)
+    return [*items, _frame("neutral", "N3", f"A last neutral. {REST}", settings.neutral_s, settings)]
+
+
+def _opening(settings: SessionSettings) -> list[Item]:
+    turn = (
+        f"Turn your head {TURN_DEGREES} degrees to your {{side}}, keep your eyes straight ahead of your nose and relax."
+    )
+    return [
+        _frame("calibration", "C1", CALIBRATION, settings.calibration_s, settings),
+        _frame("neutral", "N1", REST, settings.neutral_s, settings),
+        _frame("teeth", "T1", TEETH, settings.neutral_s, settings),
+        _frame("turned", "L1", turn.format(side="left"), settings.neutral_s, settings),
+        _frame("turned", "R1", turn.format(side="right"), settings.neutral_s, settings),
+    ]
+
+
+def _spare(expressions: list[Item], settings: SessionSettings) -> list[Item]:
+    """What does not fit, with a pause every few."""
+    items: list[Item] = []
+    for count, expression in enumerate(expressions):
+        if count and count % settings.relax_every == 0:
+            items.append(_pause(settings))
+        items.append(structs.replace(expression, fits=False))
+    return items
+
+
+def _frame(kind: Kind, name: str, sentence: str, seconds: float, settings: SessionSettings) -> Item:
+    return Item(kind, "", name, sentence, min(settings.hold_s, seconds), seconds, 0.0, 0.0)
+
+
+def _pause(settings: SessionSettings) -> Item:
+    return Item("pause", "", "", PAUSE, 0.0, settings.relax_s, 0.0, 0.0)
+
+
+def _expression(rig: Rig, used: tuple[str, ...], expression: Expression, settings: SessionSettings) -> Item:
+    hard = difficulty(rig, expression.blendshapes + expression.drivers)
+    takes = (settings.hold_s + settings.slate_s) * (1 + settings.retakes)
+    return Item(
+        kind="expression",
+        slate="",
+        name=expression.name,
+        sentence=from_rest(expression.sentence),
+        hold_s=settings.hold_s,
+        seconds=takes + settings.explain_s + settings.harder_s * (hard.level - 1),
+        minutes=0.0,
+        covered=expression.covered,
+        blendshapes=expression.blendshapes,
+        weights=expression.weights,
+        drivers=expression.drivers,
+        difficulty=hard,
+        fallback=fallback(rig, used, expression),
+        mistakes=mistakes(rig, expression.blendshapes),
+    )
+
+
+def _clocked(items: list[Item], after: Item | None = None) -> list[Item]:
+    """Items with their slates, the clock after each and what is covered so far, going on where `after` ended."""
+    number, seconds, covered = (int(after.slate), 60 * after.minutes, after.covered) if after else (0, 0.0, 0.0)
+    clocked = []
+    for item in items:
+        number += item.kind != "pause"
+        seconds += item.seconds
+        covered = max(covered, item.covered)
+        slate = f"{number:03d}" if item.kind != "pause" else ""
+        clocked.append(structs.replace(item, slate=slate, minutes=round(seconds / 60, 3), covered=covered))
+    return clocked
+
+
+def _stop(fitting: list[Item], *, cut: bool) -> Item | None:
+    """Where to stop: once enough is covered, else with the last that fits where others do not."""
+    enough = next((item for item in fitting[:-1] if item.covered >= ENOUGH), None)
+    return enough or (fitting[-1] if fitting and cut else None)
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f} %"
