@@ -41,7 +41,7 @@ Skin = Annotated[str | None, typer.Option(help="Skin: part names with commas, or
 Paper = Literal["a4", "letter"]
 Method = Literal["studio", "adaptive", "trivial", "distance", "cover", "budget"]
 Weights = Literal["lexicographic", "paper", "count"]
-Packer = Literal["minimum", "sequential"]
+Packer = Literal["minimum", "sequential", "greedy"]
 
 
 class Export(StrEnum):
@@ -130,6 +130,9 @@ def plan(
     mu: Annotated[float | None, typer.Option(help="Share of movement that makes a vertex active [0.3].")] = None,
     paired: Annotated[bool | None, typer.Option(help="Perform left and right together [yes].")] = None,
     limit: Annotated[int | None, typer.Option(help="Most expressions there is time for.")] = None,
+    rules: Annotated[str | None, typer.Option(help="TOML file of what an actor can do at once [ours].")] = None,
+    most_things: Annotated[int | None, typer.Option(help="Movements that an expression asks for at most [4].")] = None,
+    minutes: Annotated[float | None, typer.Option(help="Time that there is for the session, minutes.")] = None,
     target: Annotated[str | None, typer.Option(help="Mesh of the actor's neutral with the rig's vertices.")] = None,
     unit_mm: UnitMm = None,
     up: Up = None,
@@ -149,8 +152,9 @@ def plan(
         | {"epsilon": epsilon, "symmetric": symmetric, "spacing_mm": spacing_mm, "noise_mm": noise_mm}
         | {"number": number, "pins": pin, "forbidden": forbid, "keep_out": zones(keep_out), "caps": counts(cap)}
         | {"min_views": min_views, "dot_mm": dot_mm, "head_markers": head_markers},
-        {"method": expressions, "mu": mu, "paired": paired, "limit": limit},
+        {"method": expressions, "mu": mu, "paired": paired, "limit": limit, "rules": rules, "most_things": most_things},
         {"cameras": cameras, "target": target},
+        {"minutes": minutes},
     )
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     reference = refer_to(found, rig, output, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
@@ -182,6 +186,43 @@ def check(
     say([f"{len(claims) - broken} of {len(claims)} claims hold."])
     if broken:
         raise typer.Exit(1)
+
+
+@app.command()
+def edit(
+    plan: PlanPath,
+    output: PlanFile = Path("plan.json"),
+    lock: Annotated[list[str] | None, typer.Option(help="'jawOpen=3': in expression 3; several allowed.")] = None,
+    together: Annotated[list[str] | None, typer.Option(help="'jawOpen,browInnerUp': in one expression.")] = None,
+    apart: Annotated[list[str] | None, typer.Option(help="'jawOpen,browInnerUp': never in one.")] = None,
+    drop: Annotated[list[str] | None, typer.Option(help="Blendshape that is not scanned at all.")] = None,
+    another: Annotated[bool, typer.Option("--another", help="Another list that is as good.")] = False,
+    why: Annotated[str | None, typer.Option(help="'jawOpen,mouthPucker': say why they are not in one.")] = None,
+    rig: OtherRig = None,
+) -> None:
+    """Change the expressions of PLAN as an artist asks, with the least change to what was agreed."""
+    from capture_plan.expressions.settings import Edits
+    from capture_plan.plan.files import read_plan, rig_of, write_plan
+    from capture_plan.plan.revise import edited_plan, other_plan, why_not_together
+    from capture_plan.plan.summary import expression_lines
+
+    made = read_plan(plan)
+    found, folder = rig_of(made, plan, rig_path=rig), plan.parent
+    if why is not None:
+        a, b = pair_of(why)
+        say([why_not_together(made, found, a, b, folder=folder)])
+        return
+    before = made.settings.expressions.edits
+    edits = Edits(
+        locked=before.locked | (counts(lock) or {}),
+        together=(*before.together, *(tuple(names_of(group)) for group in together or [])),
+        apart=(*before.apart, *(pair_of(pair) for pair in apart or [])),
+        dropped=(*before.dropped, *(drop or [])),
+    )
+    changed = other_plan(made, found, folder=folder) if another else edited_plan(made, found, edits, folder=folder)
+    write_plan(changed, output)
+    say(expression_lines(changed, made))
+    say_written([output])
 
 
 @app.command()
@@ -327,7 +368,7 @@ def open_rig(path: str, **corrections: Any) -> "Rig":
     return sample_rig()
 
 
-def override(settings: "Settings", landmarks: dict, expressions: dict, session: dict) -> "Settings":
+def override(settings: "Settings", landmarks: dict, expressions: dict, places: dict, session: dict) -> "Settings":
     """`settings` with every option that was given."""
     from capture_plan.plan.files import change_settings
 
@@ -335,7 +376,8 @@ def override(settings: "Settings", landmarks: dict, expressions: dict, session: 
         return {name: value for name, value in options.items() if value is not None}
 
     return change_settings(
-        settings, given(session) | {"landmarks": given(landmarks), "expressions": given(expressions)}
+        settings,
+        given(places) | {"landmarks": given(landmarks), "expressions": given(expressions), "session": given(session)},
     )
 
 
@@ -354,6 +396,25 @@ def counts(given: list[str] | None) -> dict[str, int] | None:
     if given is None:
         return None
     return {one.rpartition("=")[0]: int(number_of(one.rpartition("=")[2], one)) for one in given}
+
+
+def names_of(text: str) -> list[str]:
+    """'jawOpen,browInnerUp' as names."""
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
+def pair_of(text: str) -> tuple[str, str]:
+    """'jawOpen,browInnerUp' as two names.
+
+    Raises:
+        PlanError: these are not two.
+    """
+    from capture_plan.errors import PlanError
+
+    names = names_of(text)
+    if len(names) != 2:
+        raise PlanError(f"'{text}' names {len(names)} blendshapes, expected two: 'jawOpen,browInnerUp'")
+    return names[0], names[1]
 
 
 def number_of(text: str, what: str) -> float:

@@ -71,7 +71,9 @@ def read_settings(path: Path) -> Settings:
         settings = msgspec.toml.decode(path.read_bytes(), type=Settings)
         cameras, target = found_from(path.parent, settings.cameras), found_from(path.parent, settings.target)
         settings = with_zones_found(settings, path.parent)
-        return structs.replace(settings, cameras=cameras, target=target)
+        rules = found_from(path.parent, settings.expressions.rules)
+        expressions = structs.replace(settings.expressions, rules=rules)
+        return structs.replace(settings, cameras=cameras, target=target, expressions=expressions)
     except OSError as error:
         raise PlanError(f"{path} cannot be read ({error.strerror}): give a TOML file of settings") from None
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
@@ -119,7 +121,8 @@ def settings_seen_from(folder: Path, settings: Settings) -> Settings:
     """The settings with their files as seen from `folder`."""
     cameras, target = seen_from(folder, settings.cameras), seen_from(folder, settings.target)
     landmarks = structs.replace(settings.landmarks, keep_out=zones_seen_from(folder, settings.landmarks.keep_out))
-    return structs.replace(settings, cameras=cameras, target=target, landmarks=landmarks)
+    expressions = structs.replace(settings.expressions, rules=seen_from(folder, settings.expressions.rules))
+    return structs.replace(settings, cameras=cameras, target=target, landmarks=landmarks, expressions=expressions)
 
 
 def rig_of(plan: Plan, plan_path: Path, *, rig_path: str | None = None) -> Rig:

@@ -9,10 +9,12 @@ from jaxtyping import Float
 from capture_plan.errors import RigError
 from capture_plan.expressions.pack import pack
 from capture_plan.expressions.record import Packing
+from capture_plan.expressions.session import session
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import see_face
 from capture_plan.layout.record import Layout
-from capture_plan.plan.places import found_from, read_cameras_of, with_zones_found
+from capture_plan.plan.collide import collide
+from capture_plan.plan.places import found_from, read_cameras_of, read_rules_of, with_zones_found
 from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
@@ -38,7 +40,14 @@ def make_plan(
         raise RigError(f"{rig.name}: no blendshape moves the face skin: export deltas that do, or name the skin")
     cameras = read_cameras_of(rig, settings, folder)
     layout = design_layout(see_face(rig, report.used, cameras), with_zones_found(settings, folder).landmarks)
-    packing = pack(rig, report.used, settings.expressions, target=read_target(rig, settings, folder))
+    packing = pack(
+        rig,
+        report.used,
+        settings.expressions,
+        target=read_target(rig, settings, folder),
+        rules=read_rules_of(settings, folder),
+        apart=collide(rig, report.used, settings.expressions),
+    )
     return assemble_plan(rig, settings, report, layout, packing, reference=reference)
 
 
@@ -59,6 +68,7 @@ def assemble_plan(
         audit=report,
         layout=layout,
         packing=packing,
+        session=session(rig, report.used, packing, settings.session),
         versions={name: version(name) for name in DECIDING},
     )
 

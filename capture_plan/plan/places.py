@@ -8,6 +8,7 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
+from capture_plan.expressions.rules import Rules, read_rules
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
 from capture_plan.visibility import Camera, cameras_for
@@ -40,6 +41,12 @@ def with_zones_found(settings: Settings, folder: Path) -> Settings:
     zones = settings.landmarks.keep_out
     found = {str(found_from(folder, name)): margin for name, margin in zones.items()}
     return replace(settings, landmarks=replace(settings.landmarks, keep_out=found))
+
+
+def read_rules_of(settings: Settings, folder: Path) -> Rules | None:
+    """The rule file of the settings, seen from `folder`; None where ours do."""
+    path = found_from(folder, settings.expressions.rules)
+    return read_rules(Path(path)) if path else None
 
 
 def read_cameras_of(rig: Rig, settings: Settings, folder: Path) -> tuple[Camera, ...]:

@@ -3,11 +3,12 @@
 from msgspec import Struct
 
 from capture_plan.expressions.record import Packing
+from capture_plan.expressions.session import Session
 from capture_plan.layout.record import Layout
 from capture_plan.plan.settings import Settings
 from capture_plan.rig.audit import Audit
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 SAMPLE = "sample"
 
 
@@ -38,4 +39,5 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True):
     audit: Audit
     layout: Layout
     packing: Packing
+    session: Session
     versions: dict[str, str]

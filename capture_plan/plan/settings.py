@@ -8,10 +8,14 @@ spacing_mm = 10
 
 [expressions]
 mu = 0.25
+
+[session]
+minutes = 60
 """
 
 from msgspec import Struct, field
 
+from capture_plan.expressions.session_settings import SessionSettings
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.layout.settings import LayoutSettings
 
@@ -21,5 +25,6 @@ class Settings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
     landmarks: LayoutSettings = field(default_factory=LayoutSettings)
     expressions: PackingSettings = field(default_factory=PackingSettings)
+    session: SessionSettings = field(default_factory=SessionSettings)
     cameras: str | None = None
     target: str | None = None

@@ -20,6 +20,7 @@ def summary(plan: Plan) -> tuple[str, ...]:
         *(f"For comparison, {name}: {worth_words(worth)}." for name, worth in layout.references.items()),
         f"{len(packing.expressions)} expressions, {proof_words(packing.proven_optimal, packing.bound)}; "
         f"the first 5 cover {first_share(plan, 5):.0%} of the importance.",
+        f"The session takes about {plan.session.minutes:.0f} minutes. {plan.session.stop}".strip(),
     ]
     if layout.uncovered and (layout.programs or plan.settings.landmarks.method != "budget"):
         lines.append(f"No landmark can stand for {', '.join(layout.uncovered)}: capture these by another means.")
@@ -101,3 +102,17 @@ def first_share(plan: Plan, count: int) -> float:
     """Share of the importance that the first `count` expressions cover, 0 to 1."""
     shots = plan.packing.expressions[:count]
     return shots[-1].covered if shots else 0.0
+
+
+def expression_lines(plan: Plan, former: Plan) -> tuple[str, ...]:
+    """The list after an edit, a line an expression; what changed is marked."""
+    packing, before = plan.packing, {shot.blendshapes for shot in former.packing.expressions}
+    names = sum(len(shot.blendshapes) for shot in packing.expressions)
+    kept = "" if packing.kept is None else f"; {packing.kept} of {names} blendshapes stay where they were"
+    return (
+        f"{len(packing.expressions)} expressions, {proof_words(packing.proven_optimal, packing.bound)}{kept}.",
+        *(
+            f"{'  ' if shot.blendshapes in before else '* '}{shot.name} {', '.join(shot.blendshapes)}"
+            for shot in packing.expressions
+        ),
+    )
