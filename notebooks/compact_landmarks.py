@@ -186,7 +186,7 @@ def replacements(face, knobs, sitter):
 
 @app.cell
 def blendshape_of_the_map(face):
-    blendshape = parts.blendshape_knob(face)
+    blendshape = parts.blendshape_knob(face.used)
     blendshape
     return (blendshape,)
 

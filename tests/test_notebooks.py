@@ -24,7 +24,17 @@ from capture_plan.progress import track
 from capture_plan.rig import sample_rig
 
 NOTEBOOKS = sorted(notebooks_folder().glob("*.py"))
-NAMES = ["compact_landmarks", "compare_layouts", "expressions", "landmarks", "rig", "session", "sheets", "visibility"]
+NAMES = [
+    "compact_landmarks",
+    "compare_layouts",
+    "expressions",
+    "landmarks",
+    "packing_worth",
+    "rig",
+    "session",
+    "sheets",
+    "visibility",
+]
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +86,7 @@ def test_notebooks_are_clean_under_marimos_own_check():
 
 
 @pytest.mark.parametrize(
-    "name", ["compact_landmarks", "compare_layouts", "expressions", "landmarks", "rig", "visibility"]
+    "name", ["compact_landmarks", "compare_layouts", "expressions", "landmarks", "packing_worth", "rig", "visibility"]
 )
 def test_a_notebook_runs_alone_on_the_sample(name):
     assert run(name)["rig"].fingerprint == sample_rig().fingerprint

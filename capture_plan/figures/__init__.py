@@ -11,6 +11,13 @@ from capture_plan.figures.curves import error_against_budget, error_against_nois
 from capture_plan.figures.heads import Sitter, sit
 from capture_plan.figures.layouts import Captioned, layouts_figure
 from capture_plan.figures.maps import HeadMap, maps_figure
+from capture_plan.figures.packing import (
+    error_by_scans,
+    expressions_figure,
+    number_against_mu,
+    roles_figure,
+    shown_by_terms,
+)
 from capture_plan.figures.paper import discarded, models, named_layouts, occlusion, replacements, seeds, suited, teaser
 from capture_plan.figures.style import png, svg, write_figure
 
@@ -23,16 +30,21 @@ __all__ = [
     "discarded",
     "error_against_budget",
     "error_against_noise",
+    "error_by_scans",
+    "expressions_figure",
     "incidence",
     "layouts_figure",
     "maps_figure",
     "models",
     "named_layouts",
     "number_against_epsilon",
+    "number_against_mu",
     "occlusion",
     "png",
     "replacements",
+    "roles_figure",
     "seeds",
+    "shown_by_terms",
     "sit",
     "suited",
     "svg",

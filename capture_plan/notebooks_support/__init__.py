@@ -36,12 +36,20 @@ from capture_plan.notebooks_support.knobs import (
     paper_knob,
     session_settings,
 )
+from capture_plan.notebooks_support.packing import (
+    ablation_table,
+    packing_worth_knobs,
+    people_knob,
+    worth_table,
+    worth_words,
+)
 from capture_plan.notebooks_support.paper import downloads, page_gallery, sheet_download, sheet_pages
 from capture_plan.notebooks_support.pictures import blendshape_knob, figure_view, incidence_figure, rigs_beside
 from capture_plan.report.page import openness
 
 __all__ = [
     "OURS",
+    "ablation_table",
     "audit_view",
     "blendshape_head",
     "blendshape_knob",
@@ -70,8 +78,10 @@ __all__ = [
     "packing_head",
     "packing_settings",
     "packing_view",
+    "packing_worth_knobs",
     "page_gallery",
     "paper_knob",
+    "people_knob",
     "plain",
     "plan_view",
     "rig_reference",
@@ -84,4 +94,6 @@ __all__ = [
     "wanted",
     "working",
     "worst_blendshapes",
+    "worth_table",
+    "worth_words",
 ]

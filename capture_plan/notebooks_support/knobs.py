@@ -21,7 +21,7 @@ NO_LIMIT, ALL_SIDES = "No limit", "Not known: seen from all sides"
 def landmark_knobs() -> Any:
     """What a person can decide about landmarks; `value` holds fields of `LayoutSettings`."""
     start = LayoutSettings()
-    return _knobs(
+    return knob_group(
         method=(
             _choice(
                 {
@@ -48,15 +48,15 @@ def landmark_knobs() -> Any:
             "What makes one place better than another.",
         ),
         epsilon=(
-            _slider(0.1, 0.9, 0.05, start.epsilon, "Epsilon"),
+            slider(0.1, 0.9, 0.05, start.epsilon, "Epsilon"),
             "A landmark stands for a blendshape that moves it by this share of the largest movement.",
         ),
         spacing_mm=(
-            _slider(0.0, 20.0, 1.0, start.spacing_mm, "Spacing, mm"),
+            slider(0.0, 20.0, 1.0, start.spacing_mm, "Spacing, mm"),
             "Least distance between two landmarks along the skin.",
         ),
         noise_mm=(
-            _slider(0.05, 1.0, 0.05, start.noise_mm, "Noise, mm"),
+            slider(0.05, 1.0, 0.05, start.noise_mm, "Noise, mm"),
             "How far a measured landmark is off, as a standard deviation.",
         ),
         symmetric=(
@@ -64,7 +64,7 @@ def landmark_knobs() -> Any:
             "Every landmark has its mirror image on the other side.",
         ),
         budget=(
-            _slider(6, 100, 2, 34, "Budget"),
+            slider(6, 100, 2, 34, "Budget"),
             "Landmarks that there may be, where the method is a budget.",
         ),
         pins=(
@@ -81,17 +81,17 @@ def landmark_knobs() -> Any:
 def cover_knobs() -> Any:
     """What a person can decide about the paper's single cover; `value` holds fields of `LayoutSettings`."""
     start = LayoutSettings()
-    return _knobs(
+    return knob_group(
         epsilon=(
-            _slider(0.1, 0.9, 0.05, start.epsilon, "Epsilon"),
+            slider(0.1, 0.9, 0.05, start.epsilon, "Epsilon"),
             "A landmark stands for a blendshape that moves it by this share of the largest movement.",
         ),
         alpha=(
-            _slider(0.0, 1.0, 0.05, start.alpha, "Alpha"),
+            slider(0.0, 1.0, 0.05, start.alpha, "Alpha"),
             "How much being seen counts against being moved.",
         ),
         spacing_mm=(
-            _slider(0.0, 20.0, 1.0, start.spacing_mm, "Spacing, mm"),
+            slider(0.0, 20.0, 1.0, start.spacing_mm, "Spacing, mm"),
             "Least distance along the skin where landmarks are kept apart.",
         ),
     )
@@ -106,10 +106,10 @@ def comparing_knobs() -> tuple[Any, Any, Any, Any]:
     """Epsilon, budget, noise and spacing, each an element of its own: what does not depend on one stays as it is."""
     start = LayoutSettings()
     return (
-        _slider(0.1, 0.9, 0.05, start.epsilon, "Epsilon"),
-        _slider(6, 68, 1, 24, "Landmarks"),
-        _slider(0.05, 1.0, 0.05, start.noise_mm, "Noise, mm"),
-        _slider(0.0, 20.0, 1.0, start.spacing_mm, "Spacing, mm"),
+        slider(0.1, 0.9, 0.05, start.epsilon, "Epsilon"),
+        slider(6, 68, 1, 24, "Landmarks"),
+        slider(0.05, 1.0, 0.05, start.noise_mm, "Noise, mm"),
+        slider(0.0, 20.0, 1.0, start.spacing_mm, "Spacing, mm"),
     )
 
 
@@ -131,7 +131,7 @@ def comparing_settings(epsilon: Any, noise: Any, spacing: Any) -> LayoutSettings
 def expression_knobs() -> Any:
     """What a person can decide about expressions; `value` holds fields of `PackingSettings`."""
     start = PackingSettings()
-    return _knobs(
+    return knob_group(
         method=(
             _choice(
                 {"minimum": "Minimum: provably shortest", "sequential": "Sequential: the paper's"},
@@ -141,7 +141,7 @@ def expression_knobs() -> Any:
             "Which list is looked for.",
         ),
         mu=(
-            _slider(0.1, 0.6, 0.05, start.mu, "Mu"),
+            slider(0.1, 0.6, 0.05, start.mu, "Mu"),
             "Two blendshapes clash where both move the skin by this share of their largest movement.",
         ),
         paired=(
@@ -198,13 +198,13 @@ def _panel(*knobs: tuple[Any, str]) -> mo.Html:
     return mo.Html(f'<div class="knobs narrow">{cells}</div>')
 
 
-def _knobs(**knobs: tuple[Any, str]) -> Any:
+def knob_group(**knobs: tuple[Any, str]) -> Any:
     """One element of several, each with a sentence that says what it does."""
     cells = "".join(f"<div>{{{name}}}<p>{says}</p></div>" for name, (_, says) in knobs.items())
     return mo.Html(f'<div class="knobs">{cells}</div>').batch(**{name: knob for name, (knob, _) in knobs.items()})
 
 
-def _slider(start: Number, stop: Number, step: Number, value: Number, label: str) -> Any:
+def slider(start: Number, stop: Number, step: Number, value: Number, label: str) -> Any:
     return mo.ui.slider(start, stop, step, value=value, debounce=True, show_value=True, label=label, full_width=True)
 
 

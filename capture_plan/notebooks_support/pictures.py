@@ -41,9 +41,9 @@ def incidence_figure(face: Face, settings: LayoutSettings, vertices: Int[np.ndar
     return incidence(face.used, names, face.reach(settings)[:, order], epsilon=settings.epsilon)
 
 
-def blendshape_knob(face: Face) -> Any:
+def blendshape_knob(used: tuple[str, ...]) -> Any:
     """One of the planned blendshapes."""
-    return mo.ui.dropdown(list(face.used), face.used[0], label="Blendshape", searchable=True)
+    return mo.ui.dropdown(list(used), used[0], label="Blendshape", searchable=True)
 
 
 def rigs_beside(rig: Rig) -> tuple[Rig, ...]:
