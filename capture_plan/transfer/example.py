@@ -3,7 +3,8 @@
 Data       P[k, t]   gradient of blendshape k in cell t by deformation transfer: a triangle's (3 2) as 6 numbers
            Y[j, t]   gradient of scan j against the target's neutral;  a[t] share of the cell in the whole area
            W*[j, k]  the weights that were asked of the actor
-           u[k, t] = ((KAPPA + |P|) / (1 + |P|))^THETA    how freely blendshape k may change there
+           u[k, t] = |P[k, t]|^2 + |d[k, t]|^2 / REACH^2 + STIR^2    how freely blendshape k may change there, with the
+                     mean displacement d of the triangle's corners by deformation transfer
 Variables  X[k, t]   gradients of the target's blendshapes;  W[j, k] the weights that were shown, 0 to 1
 Model      min sum_t a_t ( sum_j |sum_k W_jk X_kt - Y_jt|^2 + beta sum_k |X_kt - P_kt|^2 / u_kt ) + gamma |W - W*|^2
 Solution   X = P + U W' (W U W' + beta I)^-1 (Y - W P),  U = diag u[., t], in every cell by itself
@@ -11,6 +12,9 @@ Solution   X = P + U W' (W U W' + beta I)^-1 (Y - W P),  U = diag u[., t], in ev
            shared out among its blendshapes by u. Then deltas from gradients, one Poisson problem each.
            Else in turns with a bounded least squares problem for each row of W: the energy never rises.
 
+u is the variance of a person's habit: what changes a movement d by a smooth share g of it has gradient g P + d grad g.
+Li et al. weigh by |P| alone and less steeply: a cheek that is carried along without being stretched then counts as
+still, and its correction goes to whatever else is in the scan.
 A loose piece is a cell of its own, with its mean displacement against its size as 3 numbers.
 `hard` keeps a vertex still that blendshape k leaves still on the source, the variant named in Carrigan et al. 2020,
 section 4.1: what a scan shows there belongs to the others. Without it some of every correction leaks over the face.
@@ -28,8 +32,9 @@ from capture_plan.progress import track
 from capture_plan.transfer.deformation import STILL_MM, target_surface, transfer_onto
 from capture_plan.transfer.surface import Surface
 
-KAPPA, THETA = 0.1, 2  # of Li et al. 2010: a cell that the prior leaves still changes 100 times less than a torn one
-BETA = 1e-3  # trust in the prior against scans: where a blendshape stretches skin by 0.1, alone in a scan keeps 3 %
+REACH_MM = 20.0  # over which a habit changes: 10 and 40 give the same rig within 1 %
+STIR = 0.01  # strain that is allowed where nothing moves
+BETA = 1e-4  # trust in the prior against scans: alone in a scan, skin strained by 0.1 keeps 1 % of the prior
 GAMMA = 0.01  # trust in the weights asked for, against gradients whose mean square over the face is of that order
 ROUNDS = 10
 CELLS = 4096  # whose small systems are solved at a time
@@ -56,8 +61,10 @@ class Prior:
 
     def freedom(self, *, hard: bool) -> Float[np.ndarray, "k t"]:
         """u[k, t]; with `hard` 0 in cells of which no vertex moves."""
-        size = np.sqrt(per_cell(self.surface, np.square(self.cells)))
-        u = ((KAPPA + size) / (1 + size)) ** THETA
+        u = per_cell(self.surface, np.square(self.cells)) + STIR**2
+        f = len(self.surface.triangles)
+        d = np.linalg.norm(self.deltas, axis=2)[:, self.surface.triangles].mean(axis=2)
+        u[:, :f] += np.square(d / REACH_MM)
         if hard:
             moves = ~self.still
             loose = self.surface.loose_means(moves.T.astype(float)).T > 0
