@@ -179,6 +179,13 @@ def test_the_heaviest_expression_hits_what_it_must():
     assert 1 in heaviest(sets, weights, everything, [np.array([1])]).items
 
 
+def test_what_is_hard_is_paid_for_where_the_number_is_not_at_stake():
+    free_of_clashes = free(np.eye(2, dtype=bool))
+    everything, cost = np.ones(2, dtype=bool), ((0, 1, 1),)
+    assert heaviest(free_of_clashes, np.array([1.0, 0.05]), everything, costs=cost).items.tolist() == [0]
+    assert heaviest(free_of_clashes, np.array([1.0, 0.15]), everything, costs=cost).items.tolist() == [0, 1]
+
+
 def test_without_a_proof_a_known_colour_is_filled_up():
     colours = np.array([0, 1, 0, 1, 2])
     chosen = _heaviest_colour(free(RING), np.array([1.0, 1, 1, 1, 9]), np.ones(5, dtype=bool), colours, 0)
