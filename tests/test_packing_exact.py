@@ -21,6 +21,7 @@ from capture_plan.expressions.together import groups
 from capture_plan.rig import Rig
 
 few = settings(max_examples=40, deadline=None)
+many = settings(max_examples=200, deadline=None)  # one in four has a cost that cannot be avoided
 seeds = st.integers(0, 100_000)
 
 
@@ -83,7 +84,7 @@ def best_by_trying(instance, weights):
     return fewest, cost, max([weights[part].sum().round(5) for part in parts] for parts in easiest)
 
 
-@few
+@many
 @given(seeds)
 def test_the_shortest_easiest_and_best_ordered_list_is_found(seed):
     instance, weights = random_instance(seed)
