@@ -86,7 +86,7 @@ def session(rig: Rig, used: tuple[str, ...], packing: Packing, settings: Session
         minutes=planned[-1].minutes,
         fitting=fitting,
         stop_after=stop.name if stop else "",
-        stop=f"If time runs out, stop after {stop.name}: {_percent(stop.covered)} of the importance is covered, "
+        stop=f"If time runs out, stop after {stop.name}: {stop.covered:.0%} of the importance is covered, "
         f"{at:.0f} minutes in."
         if stop
         else "",
@@ -188,7 +188,3 @@ def _stop(fitting: list[Item], *, cut: bool) -> Item | None:
     """Where to stop: once enough is covered, else with the last that fits where others do not."""
     enough = next((item for item in fitting[:-1] if item.covered >= ENOUGH), None)
     return enough or (fitting[-1] if fitting and cut else None)
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.0f} %"
