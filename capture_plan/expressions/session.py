@@ -120,9 +120,7 @@ def _framed(expressions: list[Item], settings: SessionSettings) -> list[Item]:
 
 
 def _opening(settings: SessionSettings) -> list[Item]:
-    turn = (
-        f"Turn your head {TURN_DEGREES} degrees to your {{side}}, keep your eyes straight ahead of your nose and relax."
-    )
+    turn = f"Turn your head {TURN_DEGREES} degrees to your {{side}}, look where your nose points and relax your face."
     return [
         _frame("calibration", "C1", CALIBRATION, settings.calibration_s, settings),
         _frame("neutral", "N1", REST, settings.neutral_s, settings),

@@ -68,7 +68,7 @@ def summary(of: Session) -> str:
     text = f"{shown} expressions and {others} other slates in {of.minutes:.0f} minutes"
     if of.settings.minutes is not None:
         text += f" of the {of.settings.minutes:g} there are"
-    return f"{text} · hold {of.settings.hold_s:g} s · {of.settings.retakes:g} retakes each"
+    return f"{text} · hold {of.settings.hold_s:g} s · {of.settings.retakes:g} retakes per expression"
 
 
 def draw_level(book: Booklet, x: Number, y: Number, level: int, *, size: Number = 2.2) -> Number:

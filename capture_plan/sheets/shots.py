@@ -167,13 +167,11 @@ def _facts(book: Booklet, shot: Shot, item: Item) -> None:
     book.paragraph(left, y - 8.6, names, 7.4, width=width, lines=2, colour=SOFT)
     book.line((left, y), (right, y), width=0.15, colour=FAINT)
     y = book.paper.height - 28
-    x = tick_boxes(
-        book, left, y, ("pass", "retake", "fallback") if item.fallback else ("pass", "retake"), size=5.5, pt=12.5
-    )
+    ticks = ("pass", "retake", "fallback") if item.fallback else ("pass", "retake")
+    x = tick_boxes(book, left, y, ticks, size=5.5, pt=12.5)
     book.text(x + 2, y, f"hold {item.hold_s:g} s", 12.5, bold=True)
-    book.text(
-        right, y, f"clock {item.minutes:.1f} min after it (times are our assumptions)", 8, colour=SOFT, align="right"
-    )
+    clock = f"done at {item.minutes:.0f} min (all times: our assumptions)"
+    book.text(right, y, clock, 8, colour=SOFT, align="right")
     y = book.paper.height - 17
     for x, end, word in ((left, left + 62, "takes"), (left + 68, right, "notes")):
         book.text(x, y, word, 8, colour=SOFT)
