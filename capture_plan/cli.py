@@ -50,6 +50,7 @@ class Export(StrEnum):
     html = "html"
     csv = "csv"
     json = "json"
+    meshes = "meshes"
 
 
 @app.command()
@@ -269,8 +270,9 @@ def export(
     only: Annotated[list[Export] | None, typer.Option(help="Write only this; may be given several times.")] = None,
     rig: OtherRig = None,
 ) -> None:
-    """Write PLAN for people and programs: an HTML page that needs no network, tables, and the plan with its schema."""
-    from capture_plan.exports import write_schema, write_tables
+    """Write PLAN for people and programs: an HTML page that needs no network, tables and slate, the plan with its
+    schema, and a mesh for every expression with keyframes and examples for rigging."""
+    from capture_plan.exports import write_expression_meshes, write_schema, write_slate, write_tables
     from capture_plan.plan.files import read_plan, rig_of, write_plan
     from capture_plan.report import write_html
 
@@ -279,9 +281,12 @@ def export(
     if Export.html in wanted:
         written.append(write_html(made, rig_of(made, plan, rig_path=rig), output / "plan.html"))
     if Export.csv in wanted:
-        written += write_tables(made, output)
+        written += [*write_tables(made, output), write_slate(made.session, output / "slate.csv")]
     if Export.json in wanted:
         written += [write_plan(made, output / "plan.json"), write_schema(output / "plan.schema.json")]
+    if Export.meshes in wanted:
+        found = rig_of(made, plan, rig_path=rig)
+        written += write_expression_meshes(found, made.audit.used, made.packing, output / "expressions")
     say_written(written)
 
 

@@ -104,6 +104,18 @@ def test_integrating_a_gradient_gives_the_displacement_back():
     assert np.abs(surface.integrate(surface.gradient(x), x, surface.loose_means(x)) - x).max() < EXACT_MM
 
 
+def test_the_normal_of_a_frame_grows_as_its_edges_do():
+    vertices, triangles = sphere(5, 6, 10.0)
+    assert np.allclose(frames(3 * vertices, triangles), 3 * frames(vertices, triangles))
+
+
+def test_a_mirrored_target_is_turned_and_not_mirrored():
+    cloud = np.random.default_rng(4).normal(size=(50, 3)) * [3, 2, 1]
+    sR = similarity(cloud, cloud * [1, 1, -1])
+    assert np.linalg.det(sR) > 0
+    assert np.allclose(sR @ sR.T, np.trace(sR @ sR.T) / 3 * np.eye(3))
+
+
 def test_another_mesh_is_refused():
     with pytest.raises(RigError, match="the target neutral has 8 vertices, the rig has 4,939"):
         transferred(BOX)

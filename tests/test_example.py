@@ -7,15 +7,8 @@ from hypothesis import strategies as st
 
 from capture_plan.errors import RigError
 from capture_plan.rig import sample_rig
-from capture_plan.transfer.example import (
-    best_gradients,
-    cells,
-    energy,
-    per_cell,
-    rebuild,
-    rebuild_and_weigh,
-    transfer_prior,
-)
+from capture_plan.transfer.example import best_gradients, energy, rebuild, rebuild_and_weigh
+from capture_plan.transfer.prior import STIR, cells, per_cell, transfer_prior
 from tests.solids import BOX, BOX_SIDES, sphere, together
 
 RIG = sample_rig()
@@ -123,6 +116,20 @@ def test_hard_keeps_still_vertices_still():
     still = np.linalg.norm(SOURCE, axis=2) == 0
     assert not rebuild(PRIOR, scans(W), W)[still].any()
     assert rebuild(PRIOR, scans(W), W, hard=False)[still].any()
+
+
+def test_freedom_grows_with_the_square_of_the_movement_and_ends_where_all_is_still():
+    once, twice = (transfer_prior(RIG.neutral, RIG.triangles, k * SOURCE, RIG.neutral) for k in (1, 2))
+    moves = ~once.still[:, RIG.triangles].all(axis=2)
+    f = len(RIG.triangles)
+    soft, doubled, hard = once.freedom(hard=False), twice.freedom(hard=False), once.freedom(hard=True)
+    assert np.allclose(doubled - STIR**2, 4 * (soft - STIR**2))
+    assert (hard[:, :f] == np.where(moves, soft[:, :f], 0)).all()
+
+
+def test_a_part_carried_without_stretching_may_change_too():
+    shift = np.ones((1, *RIG.neutral.shape)) * [0, 0, 5.0]
+    assert (transfer_prior(RIG.neutral, RIG.triangles, shift, RIG.neutral).freedom(hard=False) > 2 * STIR**2).all()
 
 
 def test_the_same_face_is_rebuilt_exactly():

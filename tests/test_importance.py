@@ -133,3 +133,44 @@ def test_uniqueness_is_nothing_before_the_first_expression_and_full_where_nothin
     cosine = np.eye(3)
     assert uniqueness(cosine, np.zeros(3, dtype=bool)).tolist() == [0, 0, 0]
     assert uniqueness(cosine, np.array([True, False, False]))[1:].tolist() == [1, 1]
+
+
+PRINTED = DistortionForm(edges="two", scaled=False)
+
+
+def test_as_printed_two_edges_are_counted_and_nothing_is_subtracted():
+    one, target = np.array([[0, 1, 2]]), SQUARE * [1, 2, 1]  # the edges from corner 1 are 3, 5: they become 3, sqrt(73)
+    assert triangle_stretch(SQUARE, target, one, PRINTED)[0] == pytest.approx(1 + np.sqrt(73) / 5)
+    assert triangle_stretch(SQUARE, SQUARE, TRIANGLES, PRINTED).tolist() == [2, 2]
+
+
+def test_as_printed_equal_faces_weigh_blendshapes_by_their_number_of_triangles():
+    active = np.array([[True, False, False, False], [False, True, False, False]])
+    assert triangle_distortion(SQUARE, [SQUARE], TRIANGLES, active, PRINTED).tolist() == [0.5, 1]
+    assert triangle_distortion(SQUARE, [SQUARE], TRIANGLES, active, OURS).tolist() == [0, 0]
+
+
+def test_as_printed_a_larger_face_is_distorted_all_over():
+    assert triangle_stretch(SQUARE, 3 * SQUARE, TRIANGLES, PRINTED) == pytest.approx([6, 6])
+    assert triangle_stretch(SQUARE, 3 * SQUARE, TRIANGLES, DistortionForm(edges="two")) == pytest.approx([2, 2])
+
+
+def test_the_mean_does_not_favour_many_triangles():
+    active = np.array([[True, False, False, False], [False, True, False, False]])
+    target = SQUARE * [1, 2, 1]  # both triangles are stretched alike
+    assert triangle_distortion(SQUARE, [target], TRIANGLES, active, DistortionForm(reduce="mean")) == pytest.approx(
+        [1, 1]
+    )
+    assert triangle_distortion(SQUARE, [target], TRIANGLES, active, OURS) == pytest.approx([0.5, 1])
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 1000), st.integers(0, 1000))
+def test_of_several_targets_the_largest_or_the_mean_counts(seed, other):
+    active = np.array([[True, False, False, False], [False, True, False, False], [False, False, False, True]])
+    targets = [random_square(seed), random_square(other)]
+    each = [triangle_distortion(SQUARE, [target], TRIANGLES, active, OURS) for target in targets]
+    both = triangle_distortion(SQUARE, targets, TRIANGLES, active, OURS)
+    mean = triangle_distortion(SQUARE, targets, TRIANGLES, active, DistortionForm(targets="mean"))
+    assert both.tolist() == np.maximum(*each).tolist()
+    assert mean == pytest.approx((each[0] + each[1]) / 2)

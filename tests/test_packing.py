@@ -179,6 +179,13 @@ def test_the_heaviest_expression_hits_what_it_must():
     assert 1 in heaviest(sets, weights, everything, [np.array([1])]).items
 
 
+def test_what_is_hard_is_paid_for_where_the_number_is_not_at_stake():
+    free_of_clashes = free(np.eye(2, dtype=bool))
+    everything, cost = np.ones(2, dtype=bool), ((0, 1, 1),)
+    assert heaviest(free_of_clashes, np.array([1.0, 0.05]), everything, costs=cost).items.tolist() == [0]
+    assert heaviest(free_of_clashes, np.array([1.0, 0.15]), everything, costs=cost).items.tolist() == [0, 1]
+
+
 def test_without_a_proof_a_known_colour_is_filled_up():
     colours = np.array([0, 1, 0, 1, 2])
     chosen = _heaviest_colour(free(RING), np.array([1.0, 1, 1, 1, 9]), np.ones(5, dtype=bool), colours, 0)
@@ -333,6 +340,11 @@ FORGERIES = [
     ("expressions listed", lambda p: change(p, objective=p.objective + 1)),
     ("is no corrective", lambda p: change(p, drivers=(*p.drivers, ("browInnerUp", "jawOpen")))),
     ("its blendshapes need", lambda p: change(p, expressions=tuple(change(e, drivers=()) for e in p.expressions))),
+    ("movements at once, expected at most 1", lambda p: change(p, most_things=1)),
+    ("costs 0, not 3", lambda p: change(p, hard=(("jawOpen", "browInnerUp", 3),))),
+    ("are split and no pair", lambda p: change(p, relaxed=(("jawOpen", "browInnerUp"),))),
+    ("no halves of one movement", lambda p: change(p, local=(("jawOpen", "browInnerUp"),))),
+    ("cannot be performed", lambda p: change(p, colliding=(p.expressions[0].blendshapes[:2],))),
     ("cannot be performed", lambda p: change(p, exclusive=(*p.exclusive, tuple(p.expressions[0].blendshapes[:2])))),
 ]
 
@@ -341,6 +353,39 @@ FORGERIES = [
 def test_a_false_packing_is_found_out(rig, used, packing, fault, forge):
     faults = packing_faults(rig, used, forge(packing), 0.3)
     assert any(re.search(fault, line) for line in faults), faults
+
+
+def test_who_proves_the_number_is_told(packing):
+    assert (packing.bound_from, packing.gap) == ("clique", 0)
+    assert change(packing, clique=packing.clique[1:], things=0).bound_from == "solver"
+    counted = change(packing, clique=packing.clique[1:], things=2 * packing.bound, most_things=2)
+    assert counted.bound_from == "count"
+    assert change(packing, bound=packing.bound - 2).gap == 2
+
+
+def test_without_time_for_a_proof_the_list_holds_and_its_gap_is_told(monkeypatch):
+    monkeypatch.setattr("capture_plan.expressions.cpsat.WORK_LIMIT", 0.0)
+    order, bound = minimum(free(RING), lambda packed: np.arange(1.0, 6))
+    assert (len(order.expressions), bound) == (3, 2)
+    assert not order.proven
+    assert sorted(i for e in order.expressions for i in e.tolist()) == list(range(5))
+    assert all(fits(RING, e) for e in order.expressions)
+
+
+def test_several_targets_are_weighed_and_each_must_fit(rig, used, packing):
+    wide, long = rig.neutral * [1.3, 1, 1], rig.neutral * [1, 1.3, 1]
+    one, two = (pack(rig, used, PackingSettings(distortion=1.0), target=t) for t in (wide, (wide, long)))
+    assert [e.gain for e in one.expressions] != [e.gain for e in two.expressions]
+    assert one == pack(rig, used, PackingSettings(distortion=1.0), target=(wide, wide))
+    with pytest.raises(RigError, match=r"target neutral has 3 vertices"):
+        pack(rig, used, PackingSettings(), target=(wide, np.zeros((3, 3))))
+
+
+def test_partners_that_share_much_are_told(packing, rig, used):
+    active = dict(zip(used, active_sets(rig, used, 0.3), strict=True))
+    for a, b in packing.pairs:
+        share = (active[a] & active[b]).sum() / min(active[a].sum(), active[b].sum())
+        assert (share > 0.2) == any(overlap.names == (a, b) for overlap in packing.overlaps)
 
 
 def test_expressions_are_numbered_in_the_order_of_shooting(packing):

@@ -21,6 +21,7 @@ from capture_plan.expressions.together import groups
 from capture_plan.rig import Rig
 
 few = settings(max_examples=40, deadline=None)
+many = settings(max_examples=200, deadline=None)  # one in four has a cost that cannot be avoided
 seeds = st.integers(0, 100_000)
 
 
@@ -43,7 +44,8 @@ def random_instance(seed, largest=7):
     active = rng.random((g, 7)) < rng.uniform(0.05, 0.35)
     things, most = rng.integers(1, 3, g), int(rng.integers(2, 6))
     place = np.where(rng.random(g) < 0.2, rng.integers(0, 3, g), FREE)
-    hard = [pair for pair in combinations(range(g), 2) if rng.random() < 0.25]
+    often = rng.choice([0.0, 0.3, 0.9])  # where nearly everything is hard, no shortest list is free of cost
+    hard = [pair for pair in combinations(range(g), 2) if rng.random() < often]
     free = Instance(maximal_sets(active), things, most, place).apart(locked_apart(place))
     clash = conflict_graph(free.sets)
     costs = tuple((i, j, int(rng.integers(1, 4))) for i, j in hard if not clash[i, j])
@@ -82,7 +84,7 @@ def best_by_trying(instance, weights):
     return fewest, cost, max([weights[part].sum().round(5) for part in parts] for parts in easiest)
 
 
-@few
+@many
 @given(seeds)
 def test_the_shortest_easiest_and_best_ordered_list_is_found(seed):
     instance, weights = random_instance(seed)

@@ -8,10 +8,20 @@ from scipy.spatial.transform import Rotation
 
 from capture_plan.errors import RigError
 from capture_plan.layout.reconstruct import random_mixes
+from capture_plan.mesh.mirror import mirror_error
 from capture_plan.rig import sample_rig
 from capture_plan.transfer.deformation import deformation_transfer
 from capture_plan.transfer.score import Bench, mix_moments, score_orders, score_packing
-from capture_plan.transfer.targets import Target, all_targets, another_person, bent, lower, wider
+from capture_plan.transfer.targets import (
+    Target,
+    all_targets,
+    another_person,
+    bent,
+    habit,
+    lower,
+    random_field,
+    wider,
+)
 
 SAMPLE = sample_rig()
 NAMES = ("jawOpen", "eyeBlinkLeft", "browInnerUp", "mouthSmileLeft", "eyeLookUpLeft", "noseSneerRight")
@@ -92,6 +102,22 @@ def test_a_person_has_a_face_and_habits_of_its_own_and_the_same_every_time():
     assert np.abs(one.neutral - other.neutral).max() > 1
     assert np.abs(one.deltas - RIG.deltas).max() > 1
     assert not one.deltas[:, np.linalg.norm(RIG.deltas, axis=2).max(axis=0) == 0].any()
+
+
+def test_another_person_is_as_symmetric_as_the_rig():
+    assert np.quantile(mirror_error(RIG.neutral), 0.95) < 0.1
+    assert np.quantile(mirror_error(another_person(RIG, 1, name="x").neutral), 0.95) < 0.1
+
+
+def test_habits_change_how_far_and_which_way():
+    d = RIG.deltas[0].astype(float)
+    length = np.linalg.norm(d, axis=1)
+    moving = length > 0.1
+    changed = habit(d, random_field(RIG, np.random.default_rng(0)))[moving] - d[moving]
+    along = np.einsum("vx,vx->v", changed, d[moving]) / length[moving]
+    across = np.sqrt(np.square(changed).sum(axis=1) - along**2)
+    for part in (along, across):
+        assert 0.05 < np.sqrt(np.mean(np.square(part / length[moving]))) < 0.6
 
 
 def test_another_rig_and_unknown_names_are_refused():

@@ -85,7 +85,7 @@ def test_a_session_may_stop_once_enough_is_covered():
     at = next(item for item in shown(of) if item.name == of.stop_after)
     before = [item for item in shown(of) if item.minutes < at.minutes]
     assert at.covered >= ENOUGH > before[-1].covered
-    assert f"{100 * at.covered:.0f} %" in of.stop
+    assert f"{at.covered:.0%}" in of.stop
     assert made(minutes=12).stop_after == shown(made(minutes=12), fitting=True)[-1].name
 
 

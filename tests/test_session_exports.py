@@ -28,7 +28,7 @@ def test_the_slate_has_every_item_once_and_room_for_ticks(tmp_path):
     of = session(RIG, RIG.names, PACKING, SessionSettings(minutes=15))
     rows = list(csv.DictReader(write_slate(of, tmp_path / "slate.csv").open(newline="", encoding="utf-8")))
     assert [row["name"] for row in rows] == [item.name for item in of.items]
-    assert [row["what the actor is told"] for row in rows] == [item.sentence for item in of.items]
+    assert [row["sentence"] for row in rows] == [item.sentence for item in of.items]
     assert float(rows[-1]["covered_percent"]) == pytest.approx(100, abs=0.1)
     assert all(row["take_1"] == row["pass"] == row["retake"] == "" for row in rows)
     assert sum(row["fits_the_time"] != "yes" and row["kind"] == "expression" for row in rows) == 18 - of.fitting

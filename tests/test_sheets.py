@@ -190,7 +190,7 @@ def test_the_check_bar_is_50_mm_long_in_the_pdf(written):
 def test_what_is_written_is_one_pdf_and_a_png_of_each_page(written):
     pdf = pypdfium2.PdfDocument(written[0])
     assert written[0].name == "sheets.pdf"
-    assert len(pdf) == len(written) - 1 == 4 + 1 + 1 + 2
+    assert len(pdf) == len(written) - 1 == 4 + 1 + 1 + 1 + 2
     for path in written[1:]:
         with Image.open(path) as image:
             assert image.size == pytest.approx((210 / 25.4 * DPI, 297 / 25.4 * DPI), abs=1)
@@ -198,7 +198,7 @@ def test_what_is_written_is_one_pdf_and_a_png_of_each_page(written):
 
 def test_pages_say_whose_left_and_name_every_marker(written, plan):
     pdf = pypdfium2.PdfDocument(written[0])
-    front, table, page = (pdf[i].get_textpage().get_text_range() for i in (0, 4, 6))
+    front, table, page = (pdf[i].get_textpage().get_text_range() for i in (0, 4, 7))
     assert "ACTOR'S LEFT" in front
     assert "ACTOR'S RIGHT" in front
     assert all(mark.name in table for mark in plan.layout.landmarks)

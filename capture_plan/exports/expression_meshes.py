@@ -1,9 +1,9 @@
 """Expressions for a sculptor and for example-based rigging: meshes, keyframes and which weights each example has.
 
-`neutral.obj`, `E01.obj`, ...   the rig's mesh in that pose, in millimetres and its own vertex order
-`keyframes.csv`                 frame, then the weight of every blendshape: neutral on frame 0, expression i on frame i
-`examples.json`                 for example-based facial rigging (Li, Weise & Pauly 2010): template, blendshapes,
-                                and for every example its file, its frame and its weights
+`neutral.obj`, `E01.obj`   the rig's mesh in that pose, in millimetres and its own vertex order
+`keyframes.csv`            frame, then a weight for every blendshape: the neutral on frame 0, expression i on frame i
+`examples.json`            for example-based facial rigging (Li, Weise & Pauly 2010): the template, its blendshapes,
+                           and for every example its file, its frame and its weights
 """
 
 import json

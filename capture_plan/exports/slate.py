@@ -10,7 +10,7 @@ COLUMNS = (
     "slate",
     "name",
     "kind",
-    "what the actor is told",
+    "sentence",
     "hold_s",
     "minutes_so_far",
     "covered_percent",

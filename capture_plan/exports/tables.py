@@ -43,4 +43,4 @@ def write_rows(path: Path, rows: Iterable[list]) -> Path:
 
 def _plain(cell: object) -> object:
     """A name that a spreadsheet would take for a formula, marked as text."""
-    return f"'{cell}" if isinstance(cell, str) and cell[:1] in "=+-@\t\r" else cell
+    return f"'{cell}" if isinstance(cell, str) and cell.startswith(tuple("=+-@\t\r")) else cell

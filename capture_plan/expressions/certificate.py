@@ -127,7 +127,8 @@ def own_rules(rig: Rig, used: tuple[str, ...], packing: Packing, mu: float, rule
         *(f"'{a}' and '{b}' are split and no pair" for a, b in packing.relaxed if (a, b) not in _pairs(packing)),
     ]
     if packing.local:
-        found = set(local_pairs(rig, used, active_sets(rig, used, mu)))
+        planned = tuple(name for name in used if name not in packing.edits.dropped)
+        found = set(local_pairs(rig, planned, active_sets(rig, planned, mu)))
         faults += [f"'{a}' and '{b}' are no halves of one movement" for a, b in packing.local if (a, b) not in found]
     if packing.hard:
         whole = _items(used, packing)

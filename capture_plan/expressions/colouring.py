@@ -6,8 +6,8 @@ Model      sum_e x[i, e] = 1                       for every i
            sum_{i in C} x[i, e] <= 1               for every clique C of the cover, e
            sum_i things[i] x[i, e] <= most         for every e
            x[C[n], n] = 1                          for one largest clique C: expressions may be renamed at will
-Before the model: a greedy colouring may do, and where no expression can be crowded, items with fewer than j conflicts
-can always be coloured last.
+Before the model: a greedy colouring may do. Items with fewer than j conflicts can always be coloured last, but for
+expressions that are full: only where this fails does the model hold all items.
 """
 
 import numpy as np
@@ -54,18 +54,14 @@ def colour(instance: Instance, j: int) -> Int[np.ndarray, " g"] | None:
         return colours
     if instance.least > j:
         return None
-    kernel = np.arange(len(instance)) if instance.crowded else np.flatnonzero(core(graph, j))
-    if len(kernel) == 0:
-        return _colour_rest(graph, np.full(len(graph), -1), j)
-    clique = largest_clique(instance.sets[kernel])
-    if len(clique) > j:
-        return None
-    solved = _colour_kernel(instance.among(kernel), clique, j)
+    kernel = np.flatnonzero(core(graph, j))
+    solved = _colour_kernel(instance.among(kernel), j) if len(kernel) else np.zeros(0, dtype=int)
     if solved is None:
         return None
     colours = np.full(len(graph), -1)
     colours[kernel] = solved
-    return _colour_rest(graph, colours, j)
+    spread = _colour_rest(graph, instance, colours, j)
+    return _colour_kernel(instance, j) if spread is None else spread
 
 
 Assigned = list[list[cp_model.IntVar]]
@@ -92,7 +88,10 @@ def assigned(solver: cp_model.CpSolver, x: Assigned) -> Int[np.ndarray, " g"]:
     return np.array([next(e for e, var in enumerate(row) if solver.boolean_value(var)) for row in x])
 
 
-def _colour_kernel(instance: Instance, clique: Int[np.ndarray, " e"], j: int) -> Int[np.ndarray, " g"] | None:
+def _colour_kernel(instance: Instance, j: int) -> Int[np.ndarray, " g"] | None:
+    clique = largest_clique(instance.sets)
+    if len(clique) > j or instance.least > j:
+        return None
     model, x = assignment(instance, j)
     for e, i in enumerate(clique):
         model.add(x[i][e] == 1)
@@ -104,15 +103,26 @@ def _colour_kernel(instance: Instance, clique: Int[np.ndarray, " e"], j: int) ->
     return assigned(solver, x)
 
 
-def _colour_rest(graph: Bool[np.ndarray, "g g"], colours: Int[np.ndarray, " g"], j: int) -> Int[np.ndarray, " g"]:
-    """Colour the items that `core` removed, the last removed first: each has a free colour left."""
+def _colour_rest(
+    graph: Bool[np.ndarray, "g g"], instance: Instance, colours: Int[np.ndarray, " g"], j: int
+) -> Int[np.ndarray, " g"] | None:
+    """Colour the items that `core` removed, the last removed first: each has a free colour left, the emptiest is taken.
+
+    None where every free colour is too full.
+    """
     left = colours < 0
     order = []
     while left.any():
         order.append(next(i for i in np.flatnonzero(left) if (graph[i] & (left | (colours >= 0))).sum() < j))
         left[order[-1]] = False
+    asked = np.bincount(colours[colours >= 0], weights=instance.things[colours >= 0], minlength=j)
     for i in reversed(order):
-        colours[i] = min(set(range(j)) - set(colours[graph[i]].tolist()))
+        free = np.setdiff1d(np.arange(j), colours[graph[i]])
+        e = free[np.argmin(asked[free])]
+        if asked[e] + instance.things[i] > instance.most:
+            return None
+        colours[i] = e
+        asked[e] += instance.things[i]
     return colours
 
 

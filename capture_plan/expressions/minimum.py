@@ -118,9 +118,10 @@ def _obstruction(instance: Instance, rest: Bool[np.ndarray, " g"], j: int) -> In
     clique = largest_clique(instance.sets[items])
     if len(clique) > j:
         return items[clique]
-    if instance.crowded:
+    kernel = items[core(conflict_graph(instance.sets[items]), j)]
+    if instance.crowded and (len(kernel) == 0 or colour(instance.among(kernel), j) is not None):
         return items
-    return items[core(conflict_graph(instance.sets[items]), j)]
+    return kernel
 
 
 def _heaviest_colour(

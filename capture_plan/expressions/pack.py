@@ -30,6 +30,7 @@ from capture_plan.expressions.sequential import Order, Weigh, one_after_another,
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.expressions.together import bases_of
 from capture_plan.rig import Rig
+from capture_plan.transfer.importance import transfer_importance
 
 Target = Float[np.ndarray, "v 3"] | tuple[Float[np.ndarray, "v 3"], ...] | None
 Answer = Callable[[tuple[str, ...], str], bool]  # (blendshapes of the expression so far, the one proposed for it)
@@ -148,20 +149,36 @@ def packing_record(
 def blendshape_importance(
     rig: Rig, used: tuple[str, ...], settings: PackingSettings, target: Target
 ) -> Float[np.ndarray, " k"]:
-    """lambda_k of eq. 4 without uniqueness, at least LEAST; alpha = 1 without a target."""
-    active = active_sets(rig, used, settings.mu)
-    strength = displacement_strength(skin_displacement(rig, used), active)
-    if target is None:
-        return np.maximum(strength, LEAST)
-    targets = target if isinstance(target, tuple) else (target,)
+    """What a scan of each blendshape is worth, uniqueness left aside; at most 1, at least LEAST.
+
+    Raises:
+        RigError: a target has another number of vertices.
+    """
+    targets = target if isinstance(target, tuple) else () if target is None else (target,)
     for one in targets:
         if len(one) != len(rig.neutral):
             raise RigError(
                 f"the target neutral has {len(one):,} vertices, {rig.name} has {len(rig.neutral):,}: "
                 "bring the target onto the rig's mesh first"
             )
+    if settings.importance == "error":
+        return expected_error(rig, used, targets)
+    active = active_sets(rig, used, settings.mu)
+    strength = displacement_strength(skin_displacement(rig, used), active)
+    if not targets:
+        return np.maximum(strength, LEAST)  # alpha = 1 without a target
     distortion = triangle_distortion(rig.neutral, targets, rig.triangles, active, settings.distortion_form)
     return np.maximum((1 - settings.distortion) * strength + settings.distortion * distortion, LEAST)
+
+
+def expected_error(
+    rig: Rig, used: tuple[str, ...], targets: tuple[Float[np.ndarray, "v 3"], ...]
+) -> Float[np.ndarray, " k"]:
+    """The squared error that each scan is expected to take from the rebuilt rig, as a share of the largest; the mean
+    over several targets."""
+    rows = [rig.names.index(name) for name in used]
+    errors = np.mean([transfer_importance(rig, one)[rows] for one in targets or (None,)], axis=0)
+    return np.maximum(errors / (errors.max() or 1), LEAST)
 
 
 def item_importance(rig: Rig, problem: Problem, settings: PackingSettings, target: Target) -> Weigh:

@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from capture_plan.errors import InfeasibleError
-from capture_plan.expressions.active import performed_sets
+from capture_plan.expressions.active import active_sets, performed_sets
 from capture_plan.expressions.conflicts import maximal_sets
 from capture_plan.expressions.instance import FREE, Instance, locked_apart, pair_sets
 from capture_plan.expressions.local_pairs import local_pairs
@@ -104,7 +104,7 @@ def state_problem(
     exclusive = _among(names, never_together(rig, used, rules)) if settings.poseable else ()
     colliding = _among(names, apart)
     pairs = _among(names, performed_together(rig, used)) if settings.paired else ()
-    local = local_pairs(rig, names, active) if settings.local_pairs else ()
+    local = local_pairs(rig, names, active_sets(rig, names, settings.mu)) if settings.local_pairs else ()
     most = settings.most_things or rules.most_things
     hard = _among_hard(names, hard_together(rig, used, rules)) if settings.poseable else ()
     linked = _Links(names, active, pairs, local, (*exclusive, *colliding), edits, most)

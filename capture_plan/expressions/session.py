@@ -86,7 +86,7 @@ def session(rig: Rig, used: tuple[str, ...], packing: Packing, settings: Session
         minutes=planned[-1].minutes,
         fitting=fitting,
         stop_after=stop.name if stop else "",
-        stop=f"If time runs out, stop after {stop.name}: {_percent(stop.covered)} of the importance is covered, "
+        stop=f"If time runs out, stop after {stop.name}: {stop.covered:.0%} of the importance is covered, "
         f"{at:.0f} minutes in."
         if stop
         else "",
@@ -120,9 +120,7 @@ def _framed(expressions: list[Item], settings: SessionSettings) -> list[Item]:
 
 
 def _opening(settings: SessionSettings) -> list[Item]:
-    turn = (
-        f"Turn your head {TURN_DEGREES} degrees to your {{side}}, keep your eyes straight ahead of your nose and relax."
-    )
+    turn = f"Turn your head {TURN_DEGREES} degrees to your {{side}}, look where your nose points and relax your face."
     return [
         _frame("calibration", "C1", CALIBRATION, settings.calibration_s, settings),
         _frame("neutral", "N1", REST, settings.neutral_s, settings),
@@ -188,7 +186,3 @@ def _stop(fitting: list[Item], *, cut: bool) -> Item | None:
     """Where to stop: once enough is covered, else with the last that fits where others do not."""
     enough = next((item for item in fitting[:-1] if item.covered >= ENOUGH), None)
     return enough or (fitting[-1] if fitting and cut else None)
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.0f} %"

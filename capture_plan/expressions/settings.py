@@ -63,7 +63,9 @@ class PackingSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     is the paper's range. `paired`: left and right partners are performed together. `local_pairs`: so are the upper and
     the lower half of a movement of lips or lids. `poseable`: what no face can do at once is kept apart (closed and wide
     eyes), and what asks an actor for too much, after `rules`: ours, or a rule file. `most_things`: separate movements
-    that an expression asks for at most, a left/right pair counted once; nothing where the rules decide. `distortion`:
+    that an expression asks for at most, a left/right pair counted once; nothing where the rules decide. `importance`:
+    what a scan of a blendshape is worth: the `error` that it is expected to take from the rebuilt rig, or the strength
+    and distortion of the `paper`. `distortion`:
     weight of triangle distortion against displacement, used when a target neutral is known (1 - alpha of eq. 4), read
     as `distortion_form` says. `uniqueness`: beta of eq. 4. `limit`: the most expressions there is time for; the rest is
     listed as left out. `edits`: an artist's decisions about single blendshapes.
@@ -76,6 +78,7 @@ class PackingSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     poseable: bool = True
     rules: str | None = None
     most_things: Number | None = None
+    importance: Literal["error", "paper"] = "error"
     distortion: Share = 0.5
     distortion_form: DistortionForm = field(default_factory=DistortionForm)
     uniqueness: Share = 0.0

@@ -15,11 +15,11 @@ from msgspec.structs import replace
 
 from capture_plan.layout.budget import replan, spend_budget
 from capture_plan.layout.cover import Cover
-from capture_plan.layout.multicover import adaptive_cover
+from capture_plan.layout.multicover import adaptive_cover, best_cover
 from capture_plan.layout.record import Layout
 from capture_plan.layout.repair import repair
 from capture_plan.layout.search import Search
-from capture_plan.layout.settings import Method
+from capture_plan.layout.settings import Method, Weights
 from capture_plan.layout.spacing import Spacing
 from capture_plan.layout.task import NOTHING, Task
 
@@ -30,7 +30,7 @@ def choose(task: Task, target_mm: float, former: Layout | None) -> tuple[Method,
     if settings.method == "budget":
         return "budget", *within_budget(task, former)
     if settings.method == "cover":
-        return "cover", [task.cover(settings.weights)], NOTHING
+        return "cover", [cover_of(task, settings.weights)], NOTHING
     if settings.method in ("trivial", "distance"):
         return settings.method, [multiple_cover(task)], NOTHING
     rounds = adaptive_cover(task.sites, settings, task.spacing, task.limits)
@@ -43,14 +43,21 @@ def choose(task: Task, target_mm: float, former: Layout | None) -> tuple[Method,
     return "studio", rounds, added
 
 
+def cover_of(task: Task, weights: Weights, *, demand: Int[np.ndarray, " r"] | int = 1) -> Cover:
+    """The best cover of all that can be reached that keeps spacing and wishes."""
+    settings = replace(task.settings, weights=weights)
+    everywhere = np.arange(len(task.sites.visibility))  # what wishes shut out stays in, to be named where they clash
+    return best_cover(task.sites, settings, task.reachable, everywhere, task.spacing, task.limits, demand=demand)
+
+
 def multiple_cover(task: Task) -> Cover:
     """`rounds` sites for every blendshape, or as many as it has room for: next to each other, or at the spacing."""
     rows = task.sites.covers(task.settings.epsilon)[np.ix_(task.reachable, task.open_)]
     if task.settings.method == "trivial":
         alone = dataclass_replace(task, settings=replace(task.settings, spacing_mm=0.0))
-        return alone.cover(task.settings.weights, demand=np.minimum(rows.sum(axis=1), task.settings.rounds))
+        return cover_of(alone, task.settings.weights, demand=np.minimum(rows.sum(axis=1), task.settings.rounds))
     room = np.array([room_for(task.spacing, task.open_[row], task.settings.rounds) for row in rows])
-    return task.cover(task.settings.weights, demand=room)
+    return cover_of(task, task.settings.weights, demand=room)
 
 
 def room_for(spacing: Spacing | None, candidates: Int[np.ndarray, " n"], most: int) -> int:
@@ -66,7 +73,7 @@ def within_budget(task: Task, former: Layout | None) -> tuple[list[Cover], Int[n
     """The fewest landmarks of a cover under all wishes where the budget pays for them, and the sites that it buys."""
     budget = task.settings.budget or task.settings.number
     assert budget is not None, "settings of this method carry a budget"
-    fewest = task.cover("count")
+    fewest = cover_of(task, "count")
     affordable = [fewest] if task.sites.size[fewest.chosen].sum() <= budget else []
     covers = task.sites.covers(task.settings.epsilon)[task.reachable]
     if former:
@@ -75,7 +82,7 @@ def within_budget(task: Task, former: Layout | None) -> tuple[list[Cover], Int[n
             task.observation, task.sites, covers if affordable else covers[:0], task.spacing, budget, task.limits
         )
         return affordable, replan(search, np.flatnonzero(np.isin(task.sites.vertices, kept).any(axis=1)))
-    start = task.cover("lexicographic")
+    start = cover_of(task, "lexicographic")
     chosen = spend_budget(
         task.observation,
         task.sites,

@@ -7,14 +7,11 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Int
-from msgspec.structs import replace
 
 from capture_plan.errors import InfeasibleError
-from capture_plan.layout.cover import Cover
 from capture_plan.layout.face import Face
 from capture_plan.layout.limits import Limit, open_under
-from capture_plan.layout.multicover import best_cover
-from capture_plan.layout.settings import LayoutSettings, Weights
+from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.spacing import Spacing
 from capture_plan.layout.wishes import differences, touching, wishes
@@ -51,14 +48,6 @@ class Task:
     def observation(self) -> Observation:
         """The face as a measuring problem."""
         return self.face.observation(self.settings.noise_mm)
-
-    def cover(self, weights: Weights, *, demand: Int[np.ndarray, " r"] | int = 1) -> Cover:
-        """The best cover of all that can be reached that keeps spacing and wishes."""
-        settings = replace(self.settings, weights=weights)
-        everywhere = np.arange(
-            len(self.sites.visibility)
-        )  # what wishes shut out stays in, to be named where they clash
-        return best_cover(self.sites, settings, self.reachable, everywhere, self.spacing, self.limits, demand=demand)
 
     def beside(self, head: Int[np.ndarray, " h"]) -> "Task":
         """The same with all sites shut out that stand too close to the head markers."""

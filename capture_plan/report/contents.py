@@ -5,15 +5,16 @@ All texts come from a `Plan` alone; nothing here is HTML.
 
 from typing import Any, NamedTuple
 
+from capture_plan.expressions.session import ENOUGH, Session
 from capture_plan.layout.record import Landmark, View, Worth
 from capture_plan.plan.record import Plan
 from capture_plan.report.proofs import minimum_proof, packing_proof, proofs
+from capture_plan.report.shots import session_intro
 from capture_plan.report.words import count, millimetres, percent
 from capture_plan.rig.findings import KINDS
 from capture_plan.sheets import Look, region_looks
 from capture_plan.sheets.style import outline
 
-ENOUGH = 0.8  # share of the importance after which a session may stop: four fifths, the usual knee of these curves
 ROLE_TEXT = {
     "primary": "",
     "backup": "second view of its blendshapes",
@@ -33,8 +34,8 @@ class Tile(NamedTuple):
     proof: str = ""
 
 
-def contents(plan: Plan) -> dict[str, Any]:
-    """Everything that `page.html.jinja` shows, pictures and 3D head apart."""
+def contents(plan: Plan, shot_list: Session) -> dict[str, Any]:
+    """Everything that `page.html.jinja` shows, pictures, shots and 3D head apart."""
     layout, packing, audit = plan.layout, plan.packing, plan.audit
     return {
         "title": plan.rig.name,
@@ -45,6 +46,7 @@ def contents(plan: Plan) -> dict[str, Any]:
         "marker_intro": marker_intro(layout.markers),
         "uncovered": layout.uncovered,
         "stop": stop_line(plan),
+        "session_intro": session_intro(shot_list),
         "chart": chart(plan),
         "unscanned": packing.left_out,
         "relaxed": [" and ".join(pair) for pair in packing.relaxed],

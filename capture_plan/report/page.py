@@ -17,11 +17,13 @@ from jaxtyping import Float
 from markupsafe import Markup
 
 from capture_plan.expressions.record import Expression
+from capture_plan.expressions.session import Item
 from capture_plan.layout.record import Landmark
 from capture_plan.plan.files import plan_bytes, write_whole
 from capture_plan.plan.record import Plan
 from capture_plan.report.contents import contents, marker_facts, marker_rows
 from capture_plan.report.head import opaque_triangles, packed_head, packed_landmarks
+from capture_plan.report.shots import shot_facts, shot_rows
 from capture_plan.report.words import percent
 from capture_plan.rig import Rig
 from capture_plan.sheets import ExpressionPictures, expression_pictures, marker_pictures
@@ -59,12 +61,14 @@ def page_html(plan: Plan, rig: Rig) -> str:
     """The plan page: pictures, tables, the 3D head and the plan's data in one document."""
     pictures = expression_pictures(plan, rig, height_px=EXPRESSION_PICTURE_PX)
     plates = marker_pictures(plan, rig, height_px=MARKER_PICTURE_PX)
+    line_of = {item.name: item for item in plan.session.items}
     return (
         templates()
         .get_template("page.html.jinja")
         .render(
-            **contents(plan),
-            expressions=[card(expression, pictures[expression.name]) for expression in plan.packing.expressions],
+            **contents(plan, plan.session),
+            expressions=[card(e, pictures[e.name], line_of[e.name]) for e in plan.packing.expressions],
+            shot_list=shot_rows(plan.session),
             markers=marker_rows(plan.layout.markers),
             marker_pictures=[plate(view, picture) for view, picture in plates.items()],
             head_json=script_json(json.dumps(plan_head(rig, plan))),
@@ -75,13 +79,14 @@ def page_html(plan: Plan, rig: Rig) -> str:
     )
 
 
-def card(expression: Expression, pictures: ExpressionPictures) -> dict[str, Any]:
-    """What the page shows of one expression."""
+def card(expression: Expression, pictures: ExpressionPictures, item: Item) -> dict[str, Any]:
+    """What the page shows of one expression; `item` is its line of the shot list."""
     name = expression.name
     return {
         "name": name,
         "sentence": expression.sentence,
         "blendshapes": expression.blendshapes,
+        "session": shot_facts(item),
         "covered": expression.covered,
         "gain_text": percent(expression.gain),
         "covered_text": percent(expression.covered),

@@ -4,30 +4,38 @@ Letters: v vertices, e expressions; millimetres.
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
+from capture_plan.expressions.active import vertex_kinds
 from capture_plan.expressions.record import Expression
 from capture_plan.rig import Rig
 from capture_plan.rig.anchors import Anchors
 from capture_plan.sheets.head import Head, Posed, pose, spread
 from capture_plan.sheets.view import FRONT, LEFT, Frame, Picture, View, picture
 
-HOLD_SECONDS = 3  # an assumption: long enough for a scan with a still camera array; printed as one
 SIDED = 0.6  # eight tenths of the squared movement on one side
 HEAT_STOPS = (0.0, 0.25, 0.5, 0.75, 1.0)
 HEAT_COLOURS = ((0.86, 0.86, 0.85), (0.98, 0.83, 0.45), (0.95, 0.52, 0.22), (0.78, 0.16, 0.20), (0.36, 0.04, 0.22))
 
 
+KIND_NAMES = ("still", "smoothing", "active")
+KIND_COLOURS = ((0.90, 0.90, 0.89), (0.98, 0.76, 0.32), (0.12, 0.24, 0.55))  # light, middle, dark: told apart in grey
+
+
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """One expression's pictures: from the front, three-quarter, and how far each place moves up to `scale_mm`."""
+    """One expression's pictures: from the front, three-quarter, how far each place moves up to `scale_mm`, and `kinds`,
+    where the skin is still, smoothing or active (Carrigan et al. 2020, Fig. 2).
+    """
 
     expression: Expression
     front: Picture
     three_quarter: Picture
     heat: Picture
+    kinds: Picture
     scale_mm: float
     side: str | None
 
@@ -76,29 +84,42 @@ def heat_colours(share: Float[np.ndarray, " v"]) -> Float[np.ndarray, "v 3"]:
     return np.stack([np.interp(share, HEAT_STOPS, channel) for channel in zip(*HEAT_COLOURS, strict=True)], axis=1)
 
 
-def shoot(
-    head: Head, anchors: Anchors, expression: Expression, *, large_px: tuple[int, int], small_px: tuple[int, int]
-) -> Shot:
-    """Draw an expression; sizes (width, height) are those of the front view and of the two smaller pictures."""
+class Sizes(NamedTuple):
+    """Width and height in pixels of the front view, of the three-quarter view, and of the two coloured ones."""
+
+    large: tuple[int, int]
+    small: tuple[int, int]
+    narrow: tuple[int, int]
+
+
+def shoot(head: Head, anchors: Anchors, expression: Expression, *, mu: float, sizes: Sizes) -> Shot:
+    """Draw an expression; `mu` is the share of its largest movement from which a vertex is active."""
     rig = head.rig
     vertices, moved = movement(rig, expression)
     posed = pose(head, vertices)
     scale = heat_scale(rig, moved)
-    heated = _heated(head, posed, moved / scale)
+    kinds = vertex_kinds(rig, tuple(expression.pose), mu).max(axis=0)
+    heated = _coloured(head, posed, heat_colours(moved / scale))
+    told = _coloured(head, posed, np.array(KIND_COLOURS)[kinds])
+
+    def seen(shown: Posed, view: View, size: tuple[int, int]) -> Picture:
+        return picture(shown, view, portrait(rig, anchors, view, size[0] / size[1]), size_px=size)
+
     return Shot(
         expression,
-        picture(posed, FRONT, portrait(rig, anchors, FRONT, large_px[0] / large_px[1]), size_px=large_px),
-        picture(posed, LEFT, portrait(rig, anchors, LEFT, small_px[0] / small_px[1]), size_px=small_px),
-        picture(heated, FRONT, portrait(rig, anchors, FRONT, small_px[0] / small_px[1]), size_px=small_px),
+        seen(posed, FRONT, sizes.large),
+        seen(posed, LEFT, sizes.small),
+        seen(heated, FRONT, sizes.narrow),
+        seen(told, FRONT, sizes.narrow),
         scale,
         side_of(rig, anchors, moved),
     )
 
 
-def _heated(head: Head, posed: Posed, share: Float[np.ndarray, " v"]) -> Posed:
-    """The same head with the colour of its movement in place of its material's."""
+def _coloured(head: Head, posed: Posed, colours: Float[np.ndarray, "v 3"]) -> Posed:
+    """The same head with these display colours, 0 to 1, in place of those of its materials."""
     pieces = tuple(
-        replace(shown, colours=heat_colours(spread(piece, share)) ** 2.2)
+        replace(shown, colours=np.stack([spread(piece, channel) for channel in colours.T], axis=1) ** 2.2)
         for piece, shown in zip(head.pieces, posed.pieces, strict=True)
     )
     return Posed(posed.vertices, posed.normals, pieces)

@@ -70,21 +70,28 @@ def _z_of_depth(depth: Float[np.ndarray, "p q"], near: float, far: float, camera
 
 
 def _scene(pyrender: ModuleType, surfaces: tuple[Surface, ...]) -> Any:
-    """Each surface as one mesh, nearest triangles first: what they hide is then never coloured."""
+    """One mesh of all surfaces: pyrender draws the parts of a mesh in their order, but meshes in any.
+
+    What is seen through comes last; of the others the nearest triangles come first, so that what they hide is never
+    coloured.
+    """
     scene = pyrender.Scene(bg_color=(1.0, 1.0, 1.0, 0.0))
-    for surface in surfaces:
+    primitives = []
+    for surface in sorted(surfaces, key=lambda surface: surface.rgba[:, 3].min() < 1):
         nearest_first = np.argsort(-surface.vertices[:, 2][surface.triangles].sum(axis=1), kind="stable")
         mode = "OPAQUE" if surface.rgba[:, 3].min() == 1 else "BLEND"
         order = nearest_first if mode == "OPAQUE" else nearest_first[::-1]
-        primitive = pyrender.Primitive(
-            positions=surface.vertices.astype(np.float32),
-            indices=surface.triangles[order].astype(np.uint32),
-            color_0=surface.rgba.astype(np.float32),
-            material=pyrender.MetallicRoughnessMaterial(
-                alphaMode=mode, doubleSided=True, baseColorFactor=(1.0, 1.0, 1.0, 1.0)
-            ),
+        primitives.append(
+            pyrender.Primitive(
+                positions=surface.vertices.astype(np.float32),
+                indices=surface.triangles[order].astype(np.uint32),
+                color_0=surface.rgba.astype(np.float32),
+                material=pyrender.MetallicRoughnessMaterial(
+                    alphaMode=mode, doubleSided=True, baseColorFactor=(1.0, 1.0, 1.0, 1.0)
+                ),
+            )
         )
-        scene.add(pyrender.Mesh([primitive]))
+    scene.add(pyrender.Mesh(primitives))
     return scene
 
 

@@ -9,7 +9,7 @@ from capture_plan.plan.record import Plan
 from capture_plan.progress import track
 from capture_plan.rig import Rig
 from capture_plan.rig.regions import face_regions
-from capture_plan.sheets.expression_page import portrait, shoot
+from capture_plan.sheets.expression_page import Sizes, portrait, shoot
 from capture_plan.sheets.head import make_head, pose
 from capture_plan.sheets.markers import Face, seen
 from capture_plan.sheets.style import outline, region_looks
@@ -35,7 +35,7 @@ def expression_pictures(plan: Plan, rig: Rig, *, height_px: int) -> dict[str, Ex
     size = (round(ASPECT * height_px), height_px)
     made = {}
     for e in track(plan.packing.expressions, "Drawing expressions"):
-        shot = shoot(head, anchors, e, large_px=size, small_px=size)
+        shot = shoot(head, anchors, e, mu=plan.settings.expressions.mu, sizes=Sizes(size, size, size))
         images = (Image.fromarray(each.rgb) for each in (shot.front, shot.three_quarter, shot.heat))
         made[e.name] = ExpressionPictures(*images, scale_mm=shot.scale_mm)
     return made

@@ -8,13 +8,17 @@ from typing import NamedTuple
 import numpy as np
 from PIL import Image
 
-from capture_plan.sheets.expression_page import HOLD_SECONDS, Shot, heat_colours
+from capture_plan.expressions.sentences import FROM_REST
+from capture_plan.expressions.session import Item
+from capture_plan.sheets.expression_page import KIND_COLOURS, KIND_NAMES, Shot, heat_colours
 from capture_plan.sheets.furniture import tick_boxes
 from capture_plan.sheets.page import MARGIN_MM, Align, Booklet
+from capture_plan.sheets.shot_list import draw_level
 from capture_plan.sheets.style import ACCENT, FAINT, INK, SOFT, WASH, Number
 
 GAP_MM = 4.0
 LARGE_SHARE = 0.6  # of the width, for the front view
+FACTS_MM = 99.0  # below the pictures
 OVERVIEW_COLUMNS = (4, 5)  # five where that saves a page
 THUMBNAIL_PX = 360
 
@@ -25,38 +29,42 @@ def number(index: int) -> str:
 
 
 class Plates(NamedTuple):
-    """Where the pictures stand: top, width and height of the large one, width and height of the small ones."""
+    """Where the pictures stand: top, width and height of the large and of the small one, width of each narrow one."""
 
     top: float
     large: float
     tall: float
     small: float
     short: float
+    narrow: float
 
 
 def plates(book: Booklet) -> Plates:
-    """The large front view on the left, the two small ones above each other on the right."""
+    """The large front view on the left; on the right a small one above two narrow ones of the same height."""
     width = book.paper.width - 2 * MARGIN_MM - GAP_MM
     top = 54.0
-    tall = min(book.paper.height - top - 68, 166.0)
+    tall = min(book.paper.height - top - FACTS_MM, 166.0)
     large = LARGE_SHARE * width
-    return Plates(top, large, tall, width - large, (tall - 12.0) / 2)
+    small = width - large
+    return Plates(top, large, tall, small, (tall - 14.0) / 2, (small - 2) / 2)
 
 
-def draw_expression(book: Booklet, shot: Shot, index: int, total: int) -> None:
-    """The page of one expression, but for its foot."""
+def draw_expression(book: Booklet, shot: Shot, item: Item, index: int, total: int) -> None:
+    """The page of one expression, but for its foot; `item` is its line of the shot list."""
     e = shot.expression
     left, right = MARGIN_MM, book.paper.width - MARGIN_MM
     book.text(left, 19, number(index), 34, bold=True)
     wide = book.width(number(index), 34, bold=True)
     book.text(left + wide + 2.5, 19, f"of {total}", 12, colour=SOFT)
+    book.text(left + wide + 2.5, 13.2, f"slate {item.slate}", 8, colour=SOFT)
     _fields(book, right)
     book.line((left, 23.6), (right, 23.6), width=0.5)
-    book.paragraph(left, 26.5, e.sentence, 25, width=right - left, lines=2, bold=True)
+    book.text(left, 29, f"{FROM_REST.strip(' :')}, all at once:", 9.5, colour=SOFT)
+    book.paragraph(left, 30, e.sentence, 22, width=right - left, lines=2, bold=True)
     if shot.side:
         _one_side(book, shot.side)
     _pictures(book, shot)
-    _facts(book, shot)
+    _facts(book, shot, item)
 
 
 def draw_overview(book: Booklet, shots: list[Shot], first: int, total: int, subtitle: str) -> int:
@@ -105,7 +113,7 @@ def _one_side(book: Booklet, side: str) -> None:
 
 
 def _pictures(book: Booklet, shot: Shot) -> None:
-    top, large, tall, small, short = plates(book)
+    top, large, tall, small, short, narrow = plates(book)
     left, x = MARGIN_MM, MARGIN_MM + large + GAP_MM
     book.image(shot.front.rgb, left, top, large, tall)
     book.text(left + 1, top + tall - 1.5, "actor's right", 8.5, bold=True, colour=SOFT)
@@ -113,8 +121,19 @@ def _pictures(book: Booklet, shot: Shot) -> None:
     book.image(shot.three_quarter.rgb, x, top, small, short)
     book.text(x, top + short + 2.2, "from the actor's left", 7.4, colour=SOFT)
     below = top + short + 5
-    book.image(shot.heat.rgb, x, below, small, short)
-    _heat_bar(book, x, below + short + 1.2, small, shot.scale_mm)
+    book.image(shot.heat.rgb, x, below, narrow, short)
+    _heat_bar(book, x, below + short + 1.2, narrow, shot.scale_mm)
+    book.image(shot.kinds.rgb, x + small - narrow, below, narrow, short)
+    _kinds_key(book, x + small - narrow, below + short + 1.2, narrow)
+
+
+def _kinds_key(book: Booklet, x: Number, y: Number, width: Number) -> None:
+    """The three colours of what is still, smoothing and active, with their names."""
+    third = width / len(KIND_NAMES)
+    for i, (name, colour) in enumerate(zip(KIND_NAMES, KIND_COLOURS, strict=True)):
+        fill = "#" + "".join(f"{round(255 * channel):02x}" for channel in colour)
+        book.box(x + i * third, y, third, 2.6, fill=fill, width=0.15)
+        book.text(x + (i + 0.5) * third, y + 6, name, 6.6, align="centre")
 
 
 def _heat_bar(book: Booklet, x: Number, y: Number, width: Number, scale_mm: Number) -> None:
@@ -123,12 +142,12 @@ def _heat_bar(book: Booklet, x: Number, y: Number, width: Number, scale_mm: Numb
     book.box(x, y, width, 2.6, width=0.15)
     places: tuple[tuple[float, Align], ...] = ((0.0, "left"), (0.5, "centre"), (1.0, "right"))
     for share, align in places:
-        unit = " mm moved" if share == 1 else ""
+        unit = " mm" if share == 1 else ""
         book.text(x + share * width, y + 6, f"{scale_mm * share:g}{unit}", 7.4, align=align, colour=INK)
 
 
-def _facts(book: Booklet, shot: Shot) -> None:
-    """Importance, blendshapes, and what is ticked and written at the shoot."""
+def _facts(book: Booklet, shot: Shot, item: Item) -> None:
+    """Importance, difficulty, what to avoid, what to do instead, and what is ticked and written at the shoot."""
     e, left, right = shot.expression, MARGIN_MM, book.paper.width - MARGIN_MM
     plate = plates(book)
     y, width = plate.top + plate.tall + 9, right - left
@@ -138,18 +157,52 @@ def _facts(book: Booklet, shot: Shot) -> None:
     book.box(left, y + 2, width, 3.6, fill=WASH, line=None)
     book.box(left, y + 2, width * start, 3.6, fill="#9db8e8", line=None)
     book.box(left + width * start, y + 2, max(width * (end - start), 0.3), 3.6, fill=ACCENT, line=None)
+    half = (width - 6) / 2
+    _hard(book, item, left, y + 12, half)
+    _instead(book, item, left + half + 6, y + 12, half)
     names = "Blendshapes at full: " + ", ".join(e.blendshapes)
     if e.drivers:
         names += f"; held besides: {', '.join(e.drivers)}"
-    book.paragraph(left, y + 7.4, names, 8, width=width, lines=3, colour=SOFT)
-    y = book.paper.height - 29
-    book.line((left, y - 7), (right, y - 7), width=0.15, colour=FAINT)
-    x = tick_boxes(book, left, y, ("pass", "retake"), size=5.5, pt=12.5)
-    book.text(x + 2, y, f"hold {HOLD_SECONDS} s (our assumption)", 9.5, colour=SOFT)
+    y = book.paper.height - 36
+    book.paragraph(left, y - 8.6, names, 7.4, width=width, lines=2, colour=SOFT)
+    book.line((left, y), (right, y), width=0.15, colour=FAINT)
+    y = book.paper.height - 28
+    ticks = ("pass", "retake", "fallback") if item.fallback else ("pass", "retake")
+    x = tick_boxes(book, left, y, ticks, size=5.5, pt=12.5)
+    book.text(x + 2, y, f"hold {item.hold_s:g} s", 12.5, bold=True)
+    clock = f"done at {item.minutes:.0f} min (all times: our assumptions)"
+    book.text(right, y, clock, 8, colour=SOFT, align="right")
     y = book.paper.height - 17
     for x, end, word in ((left, left + 62, "takes"), (left + 68, right, "notes")):
         book.text(x, y, word, 8, colour=SOFT)
         book.line((x + 10, y + 0.8), (end, y + 0.8), width=0.2, colour=SOFT)
+
+
+def _hard(book: Booklet, item: Item, x: Number, y: Number, width: Number) -> None:
+    """How hard it is and why, and what people do wrong."""
+    if item.difficulty is None:
+        return
+    after = x + book.text(x, y, "Difficulty", 9.5, bold=True) + 3
+    after = draw_level(book, after, y, item.difficulty.level, size=2.8)
+    book.text(after + 1.5, y, f"{item.difficulty.level} of 5", 8, colour=SOFT)
+    why = "; ".join(item.difficulty.reasons) or "most people can do it at once"
+    y = book.paragraph(x, y + 1.4, why, 8.2, width=width, lines=3)
+    if item.mistakes:
+        text = "; ".join(item.mistakes)
+        y = book.paragraph(x, y + 1.6, f"Watch out: {text}.", 8.6, width=width, lines=2, bold=True)
+
+
+def _instead(book: Booklet, item: Item, x: Number, y: Number, width: Number) -> None:
+    """The two simpler expressions of one that an actor cannot do."""
+    if not item.fallback:
+        book.text(x, y, "One movement: nothing simpler to fall back to", 8.6, colour=SOFT, fit=width)
+        return
+    book.text(x, y, "If it does not work, shoot instead", 9.5, bold=True)
+    y += 1.4
+    for part in item.fallback:
+        book.box(x, y + 1.0, 3.2, 3.2, fill="#ffffff", width=0.3)
+        wide = book.text(x + 5, y + 3.7, part.name, 8.6, bold=True)
+        y = max(book.paragraph(x + 6.5 + wide, y, part.sentence, 8.6, width=width - 6.5 - wide, lines=2), y + 5) + 1.2
 
 
 def _thumbnail(book: Booklet, shot: Shot, index: int, x: Number, y: Number, w: Number, h: Number) -> None:

@@ -21,12 +21,13 @@ from capture_plan.plan.record import Plan
 from capture_plan.progress import track
 from capture_plan.rig import Rig
 from capture_plan.rig.regions import face_regions
-from capture_plan.sheets.expression_page import shoot
+from capture_plan.sheets.expression_page import Sizes, shoot
 from capture_plan.sheets.furniture import Source, check_bar, foot_line, head_line, legend, sides
 from capture_plan.sheets.head import make_head, pose
 from capture_plan.sheets.marker_table import draw_table, rows_per_page
 from capture_plan.sheets.markers import HEADER_MM, Face, draw_markers, place
 from capture_plan.sheets.page import MARGIN_MM, Booklet, paper
+from capture_plan.sheets.shot_list import draw_shot_list, paged
 from capture_plan.sheets.shots import draw_expression, draw_overview, number, overview_grid, plates
 from capture_plan.sheets.style import SOFT, region_looks
 from capture_plan.sheets.view import FRONT, LEFT, MIRROR, RIGHT, View, pixels
@@ -102,9 +103,10 @@ class _Drawing:
         expressions = plan.packing.expressions
         rows, columns = overview_grid(book, len(expressions))
         overviews = -(-len(expressions) // (rows * columns))
-        self.source = Source(
-            self.rig.name, plan_fingerprint(plan), len(TITLES) + len(tables) + overviews + len(expressions)
-        )
+        shot_list = plan.session
+        lists = paged(book, shot_list)
+        pages = len(TITLES) + len(tables) + len(lists) + overviews + len(expressions)
+        self.source = Source(self.rig.name, plan_fingerprint(plan), pages)
         for view in track(tuple(TITLES), "Drawing marker sheets"):
             self._marker_sheet(face, view)
         for i, some in enumerate(tables):
@@ -114,16 +116,23 @@ class _Drawing:
             if unseen:
                 text = f"Seen on none of the sheets, place by the table: {unseen}"
                 book.text(MARGIN_MM, book.paper.height - 12, text, 8, bold=True, fit=book.paper.width - 2 * MARGIN_MM)
-        _, large, tall, small, short = plates(book)
-        sizes = {"large_px": pixels(large, tall, self.dpi), "small_px": pixels(small, short, self.dpi)}
-        shots = [shoot(head, face.anchors, e, **sizes) for e in track(expressions, "Drawing expressions")]
+        for i, items in enumerate(lists):
+            self._page("shot-list" if i == 0 else f"shot-list-{i + 1}")
+            draw_shot_list(book, shot_list, items)
+        _, large, tall, small, short, narrow = plates(book)
+        sizes = Sizes(
+            *(pixels(wide, high, self.dpi) for wide, high in ((large, tall), (small, short), (narrow, short)))
+        )
+        mu = plan.settings.expressions.mu
+        shots = [shoot(head, face.anchors, e, mu=mu, sizes=sizes) for e in track(expressions, "Drawing expressions")]
+        line_of = {item.name: item for item in shot_list.items}
         first = 0
         for i in range(overviews):
             self._page("expressions" if i == 0 else f"expressions-{i + 1}")
             first = draw_overview(book, shots, first, len(shots), self._packed())
         for i, shot in enumerate(shots):
             self._page(f"{number(i)}")
-            draw_expression(book, shot, i, len(shots))
+            draw_expression(book, shot, line_of[shot.expression.name], i, len(shots))
         return book
 
     def _page(self, title: str) -> None:

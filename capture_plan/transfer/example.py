@@ -3,7 +3,7 @@
 Data       P[k, t]   gradient of blendshape k in cell t by deformation transfer: a triangle's (3 2) as 6 numbers
            Y[j, t]   gradient of scan j against the target's neutral;  a[t] share of the cell in the whole area
            W*[j, k]  the weights that were asked of the actor
-           u[k, t] = ((KAPPA + |P|) / (1 + |P|))^THETA    how freely blendshape k may change there
+           u[k, t]   how freely blendshape k may change there (`prior.py`)
 Variables  X[k, t]   gradients of the target's blendshapes;  W[j, k] the weights that were shown, 0 to 1
 Model      min sum_t a_t ( sum_j |sum_k W_jk X_kt - Y_jt|^2 + beta sum_k |X_kt - P_kt|^2 / u_kt ) + gamma |W - W*|^2
 Solution   X = P + U W' (W U W' + beta I)^-1 (Y - W P),  U = diag u[., t], in every cell by itself
@@ -11,58 +11,25 @@ Solution   X = P + U W' (W U W' + beta I)^-1 (Y - W P),  U = diag u[., t], in ev
            shared out among its blendshapes by u. Then deltas from gradients, one Poisson problem each.
            Else in turns with a bounded least squares problem for each row of W: the energy never rises.
 
-A loose piece is a cell of its own, with its mean displacement against its size as 3 numbers.
 `hard` keeps a vertex still that blendshape k leaves still on the source, the variant named in Carrigan et al. 2020,
 section 4.1: what a scan shows there belongs to the others. Without it some of every correction leaks over the face.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 from scipy.optimize import lsq_linear
 
 from capture_plan.errors import RigError
 from capture_plan.progress import track
-from capture_plan.transfer.deformation import STILL_MM, target_surface, transfer_onto
+from capture_plan.transfer.prior import Prior, cells, per_cell
 from capture_plan.transfer.surface import Surface
 
-KAPPA, THETA = 0.1, 2  # of Li et al. 2010: a cell that the prior leaves still changes 100 times less than a torn one
-BETA = 1e-3  # trust in the prior against scans: where a blendshape stretches skin by 0.1, alone in a scan keeps 3 %
+BETA = 1e-4  # trust in the prior against scans: alone in a scan, skin strained by 0.1 keeps 1 % of the prior
 GAMMA = 0.01  # trust in the weights asked for, against gradients whose mean square over the face is of that order
 ROUNDS = 10
 CELLS = 4096  # whose small systems are solved at a time
-
-
-@dataclass(frozen=True, eq=False)
-class Prior:
-    """What deformation transfer knows of the target: its surface and `deltas` (mm); `still` as in the source."""
-
-    surface: Surface
-    deltas: Float[np.ndarray, "k v 3"]
-    still: Bool[np.ndarray, "k v"]
-
-    @cached_property
-    def cells(self) -> Float[np.ndarray, "k n"]:
-        """P: the numbers of all cells in a row."""
-        return cells(self.surface, self.deltas)
-
-    @cached_property
-    def hard_surfaces(self) -> tuple[Surface, ...]:
-        """The target's surface held where each blendshape of the source leaves it still."""
-        s = self.surface
-        return tuple(Surface(s.neutral, s.triangles, s.held | still) for still in self.still)
-
-    def freedom(self, *, hard: bool) -> Float[np.ndarray, "k t"]:
-        """u[k, t]; with `hard` 0 in cells of which no vertex moves."""
-        size = np.sqrt(per_cell(self.surface, np.square(self.cells)))
-        u = ((KAPPA + size) / (1 + size)) ** THETA
-        if hard:
-            moves = ~self.still
-            loose = self.surface.loose_means(moves.T.astype(float)).T > 0
-            u *= np.concatenate([moves[:, self.surface.triangles].any(axis=2), loose], axis=1)
-        return u
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,18 +39,6 @@ class Rebuilt:
     deltas: Float[np.ndarray, "k v 3"]
     weights: Float[np.ndarray, "j k"]
     energies: tuple[float, ...]
-
-
-def transfer_prior(
-    neutral: Float[np.ndarray, "v 3"],
-    triangles: Int[np.ndarray, "f 3"],
-    deltas: Float[np.ndarray, "k v 3"],
-    target: Float[np.ndarray, "n 3"],
-) -> Prior:
-    """Deformation transfer onto `target`, ready to be corrected by scans."""
-    surface = target_surface(neutral, triangles, deltas, target)
-    still = np.linalg.norm(deltas, axis=2) <= STILL_MM
-    return Prior(surface, transfer_onto(surface, neutral, deltas), still)
 
 
 def rebuild(
@@ -204,17 +159,6 @@ def means_on(surface: Surface, whole: Surface, means: Float[np.ndarray, "c 3"]) 
     kept = np.zeros(surface.piece.max(initial=-1) + 1, dtype=int)
     kept[surface.piece[loose]] = whole.piece[loose]
     return means[kept]
-
-
-def cells(surface: Surface, x: Float[np.ndarray, "k v 3"]) -> Float[np.ndarray, "k n"]:
-    """Gradients on all triangles and mean displacements of loose pieces against their size, in a row."""
-    means = np.stack([surface.loose_means(one) for one in x]) / surface.sizes[:, None]
-    return np.concatenate([surface.gradient(x).reshape(len(x), -1), means.reshape(len(x), -1)], axis=1)
-
-
-def per_cell(surface: Surface, x: Float[np.ndarray, "k n"]) -> Float[np.ndarray, "k t"]:
-    """Sums over the numbers of each cell."""
-    return np.add.reduceat(x, np.cumsum(surface.cell_sizes) - surface.cell_sizes, axis=1)
 
 
 def spread(surface: Surface, a: Float[np.ndarray, " t"]) -> Float[np.ndarray, " n"]:

@@ -55,8 +55,8 @@ def local_maps(
     for i, centre in enumerate(centres):
         w = closeness(source, centre)
         w /= w.sum()
-        x, y = source - w @ source, target - w @ target
-        xx, yx = (x.T * w) @ x, (y.T * w) @ x
+        x = source - w @ source
+        xx, yx = (x.T * w) @ x, (target.T * w) @ x
         maps[i] = np.linalg.solve(xx + FLAT_MM**2 * np.eye(3), (yx + FLAT_MM**2 * sR).T).T
     near = np.stack([closeness(at, centre) for centre in centres], axis=1)
     near /= np.maximum(near.sum(axis=1, keepdims=True), np.finfo(float).tiny)

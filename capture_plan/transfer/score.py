@@ -22,7 +22,8 @@ from scipy.sparse.csgraph import connected_components
 from capture_plan.errors import RigError
 from capture_plan.progress import track
 from capture_plan.rig import Rig
-from capture_plan.transfer.example import Prior, rebuild, transfer_prior
+from capture_plan.transfer.example import rebuild
+from capture_plan.transfer.prior import Prior, transfer_prior
 from capture_plan.transfer.targets import Target
 
 Pose = Mapping[str, float]

@@ -1,0 +1,113 @@
+"""The shot list on paper: every item of the session in one table, with the clock, boxes to tick and where to stop.
+
+Lengths are page millimetres from the top left corner, y down.
+"""
+
+from capture_plan.expressions.session import Item, Session
+from capture_plan.sheets.furniture import head_line
+from capture_plan.sheets.page import MARGIN_MM, Booklet
+from capture_plan.sheets.style import ACCENT, FAINT, INK, SOFT, WASH, Number
+
+TOP_MM, BOTTOM_MM = 34.0, 16.0
+TALL_MM, FLAT_MM, STOP_MM = 9.8, 6.6, 6.4  # an expression has two lines; the line that says where to stop
+# Left edge of each column, millimetres from the margin.
+COLUMNS = {"slate": 1.5, "name": 11.0, "words": 23.0, "hard": 123.0, "hold": 140.0, "clock": 149.0, "covered": 161.0}
+WORDS_PT = 7.6
+TICKS = ("pass", "retake")
+TICK_MM = 10.0
+LEVELS = 5
+
+
+def paged(book: Booklet, of: Session) -> list[list[Item]]:
+    """The items of every page."""
+    room = book.paper.height - TOP_MM - BOTTOM_MM
+    pages: list[list[Item]] = [[]]
+    used = 0.0
+    for item in of.items:
+        if used + height(item, of) > room:
+            pages.append([])
+            used = 0.0
+        pages[-1].append(item)
+        used += height(item, of)
+    return pages
+
+
+def height(item: Item, of: Session) -> float:
+    """Of a row with what is drawn below it."""
+    tall = TALL_MM if item.kind == "expression" else FLAT_MM
+    return tall + (STOP_MM if of.stop_after and item.name == of.stop_after else 0.0)
+
+
+def draw_shot_list(book: Booklet, of: Session, items: list[Item]) -> None:
+    """A page of the table."""
+    head_line(book, "SHOT LIST", summary(of))
+    left, right = MARGIN_MM, book.paper.width - MARGIN_MM
+    y = TOP_MM - 4
+    heads = {"slate": "slate", "name": "name", "words": "what the actor is told", "hard": "difficulty"}
+    for key, text in (heads | {"hold": "hold", "clock": "clock", "covered": "covered"}).items():
+        book.text(left + COLUMNS[key], y, text, 6.8, bold=True)
+    ticks = right - TICK_MM * len(TICKS)
+    for i, text in enumerate(TICKS):
+        book.text(ticks + TICK_MM * (i + 0.5), y, text, 6.4, bold=True, align="centre")
+    book.line((left, y + 1.6), (right, y + 1.6), width=0.3)
+    y = TOP_MM - 2
+    for item in items:
+        _row(book, item, y, ticks)
+        below = y + (TALL_MM if item.kind == "expression" else FLAT_MM)
+        if of.stop_after and item.name == of.stop_after:
+            _stop(book, of.stop, below)
+        y += height(item, of)
+    note = "Clock: minutes from the start, all times are our assumptions. Difficulty 1 to 5. Sides are the actor's own."
+    book.text(left, min(y + 4, book.paper.height - 12), note, 6.6, colour=SOFT, fit=right - left)
+
+
+def summary(of: Session) -> str:
+    """'18 expressions and 7 other slates in 25 minutes'."""
+    shown = sum(item.kind == "expression" and item.fits for item in of.items)
+    others = sum(item.kind not in ("expression", "pause") for item in of.items)
+    text = f"{shown} expressions and {others} other slates in {of.minutes:.0f} minutes"
+    if of.settings.minutes is not None:
+        text += f" of the {of.settings.minutes:g} there are"
+    return f"{text} · hold {of.settings.hold_s:g} s · {of.settings.retakes:g} retakes per expression"
+
+
+def draw_level(book: Booklet, x: Number, y: Number, level: int, *, size: Number = 2.2) -> Number:
+    """`level` of five boxes filled, the first with its left edge at x, standing on y; returns the x after the last."""
+    for number in range(LEVELS):
+        fill = INK if number < level else "#ffffff"
+        book.box(x + number * (size + 0.7), y - size, size, size, fill=fill, line=INK, width=0.2)
+    return x + LEVELS * (size + 0.7)
+
+
+def _row(book: Booklet, item: Item, y: Number, ticks: Number) -> None:
+    left, right = MARGIN_MM, book.paper.width - MARGIN_MM
+    expression = item.kind == "expression"
+    tall = TALL_MM if expression else FLAT_MM
+    ink = INK if item.fits else SOFT
+    if not expression:
+        book.box(left, y, right - left, tall, fill=WASH, line=None)
+    base = y + tall / 2 + 1.2
+    width = COLUMNS["hard"] - COLUMNS["words"] - 3
+    book.text(left + COLUMNS["slate"], base, item.slate, 8, colour=SOFT)
+    book.text(left + COLUMNS["name"], base, item.name, 9.5, bold=True, colour=ink)
+    if expression:
+        lines = len(book.broken(item.sentence, WORDS_PT, width=width))
+        top = y + (1.2 if lines > 1 else tall / 2 - 1.9)
+        book.paragraph(left + COLUMNS["words"], top, item.sentence, WORDS_PT, width=width, lines=2, colour=ink)
+    else:
+        book.text(left + COLUMNS["words"], base, item.sentence, WORDS_PT, fit=COLUMNS["hold"] - COLUMNS["words"] - 3)
+    if item.difficulty:
+        draw_level(book, left + COLUMNS["hard"], base - 0.3, item.difficulty.level)
+    hold = f"{item.hold_s:g} s" if item.hold_s else ""
+    covered = f"{item.covered:.0%}" if expression else ""
+    for key, text in {"hold": hold, "clock": f"{item.minutes:.1f}", "covered": covered}.items():
+        book.text(left + COLUMNS[key], base, text, 8, colour=ink)
+    for i in range(len(TICKS) if item.kind != "pause" else 0):
+        book.box(ticks + TICK_MM * (i + 0.5) - 1.9, y + tall / 2 - 1.9, 3.8, 3.8, fill="#ffffff", width=0.25)
+    book.line((left, y + tall), (right, y + tall), width=0.1, colour=FAINT)
+
+
+def _stop(book: Booklet, words: str, y: Number) -> None:
+    left, right = MARGIN_MM, book.paper.width - MARGIN_MM
+    book.box(left, y + 0.6, right - left, STOP_MM - 1.2, fill=ACCENT, line=None)
+    book.text(left + COLUMNS["slate"], y + 4.3, words, 8.6, bold=True, colour="#ffffff", fit=right - left - 4)
