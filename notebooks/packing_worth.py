@@ -93,9 +93,9 @@ def about_terms():
     ## What comes first
 
     The importance of a blendshape can be its displacement, how differently the actor's face is built where it moves
-    (distortion, here towards another person's face), and how unlike it is to what is already scanned (uniqueness). All
-    orders are judged by the displacement that they have shown, which favours displacement itself: what the orders are
-    really worth stands further below.
+    (distortion, here towards another person's face), how unlike it is to what is already scanned (uniqueness), or the
+    error that its scan is expected to take from the rebuilt rig. All orders are judged by the displacement that they have
+    shown, which favours displacement itself: what the orders are really worth stands further below.
     """)
     return
 
@@ -161,8 +161,8 @@ def about_worth():
     habits of their own. Only one person is tried until you ask for more: a face takes a few seconds on a small rig,
     half a minute on one of 25,000 vertices, and is remembered.
 
-    All packed lists obey the same rules. Expected gain is the minimum with another importance: the squared error that
-    a scan is expected to take away.
+    All packed lists obey the same rules. Their importance is the squared error that a scan is expected to take away;
+    the paper's importance is the minimum too, weighed by displacement.
     """)
     return
 

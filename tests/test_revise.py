@@ -155,7 +155,7 @@ def test_a_row_of_the_sweep_is_what_packing_gives(rig, used, packing):
 
 def test_importance_brings_strength_forward_and_its_absence_brings_blendshapes(rig, used):
     rows = {row.terms: row for row in importance_ablation(rig, used, PackingSettings(method="sequential"))}
-    assert set(rows) == {"none", "displacement", "uniqueness"}
+    assert set(rows) == {"none", "displacement", "uniqueness", "expected error"}
     assert rows["displacement"].strength[0] >= rows["none"].strength[0]
     assert rows["none"].shown[0] >= rows["displacement"].shown[0]
     assert all(row.shown[-1] == len(used) and row.strength[-1] == pytest.approx(1, abs=1e-5) for row in rows.values())

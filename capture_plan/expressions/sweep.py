@@ -1,8 +1,9 @@
 """How a packing depends on what was decided: curves over mu, and each term of importance left out.
 
 mu          share of the largest movement from which a vertex is active: fewer active vertices clash less
-importance  terms of eq. 4 of Carrigan et al. 2020. All orders are judged by the same two measures, whatever they were
-            made by: blendshapes shown, and share of displacement strength (Dis, eq. 5) shown, after every expression
+importance  terms of eq. 4 of Carrigan et al. 2020, and beside them the expected error of the rebuilt rig. All orders are
+            judged by the same two measures, whatever they were made by: blendshapes shown, and share of displacement
+            strength (Dis, eq. 5) shown, after every expression
 """
 
 from collections.abc import Sequence
@@ -77,17 +78,20 @@ def importance_ablation(
     rules: Rules | None = None,
     apart: Pairs = (),
 ) -> tuple[AblationRow, ...]:
-    """Orders without importance, with each of its terms alone, and with all; distortion needs a target."""
+    """Orders without importance, with each of the paper's terms alone, with all, and by expected error.
+
+    Distortion needs a target."""
     problem = state_problem(rig, used, settings, rules, apart)
-    strength = blendshape_importance(rig, problem.names, replace(settings, distortion=0.0), None)
+    paper, error = replace(settings, importance="paper"), replace(settings, importance="error")
+    strength = blendshape_importance(rig, problem.names, paper, None)
     count = np.array([float(len(item)) for item in problem.items])
     weighs: dict[str, Weigh] = {"none": lambda packed: count}
     forms = {"displacement": (0.0, 0.0), "uniqueness": (0.0, 1.0)}
     if target is not None:
         forms |= {"distortion": (1.0, 0.0), "displacement and distortion": (0.5, 0.0), "all": (0.5, 0.5)}
     for terms, (alpha, beta) in forms.items():
-        chosen = replace(settings, distortion=alpha, uniqueness=beta)
-        weighs[terms] = item_importance(rig, problem, chosen, target)
+        weighs[terms] = item_importance(rig, problem, replace(paper, distortion=alpha, uniqueness=beta), target)
+    weighs["expected error"] = item_importance(rig, problem, error, target)
     return tuple(_judged(problem, settings.method, terms, weigh, strength) for terms, weigh in weighs.items())
 
 

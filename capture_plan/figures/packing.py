@@ -137,7 +137,8 @@ def expressions_figure(sitter: Sitter, expressions: Sequence[Expression], *, col
             axes.imshow(shown.rgb, interpolation="lanczos", extent=(0, ASPECT * HEIGHT_PX, HEIGHT_PX, 0))
             axes.set_axis_off()
             caption(figure, left + width / 2, top + height + 0.02, one.name, size=TITLE_PT, bold=True, centred=True)
-            said = f"{len(one.blendshapes)} blendshapes, {100 * one.covered:.0f} % shown so far"
+            number = len(one.blendshapes)
+            said = f"{number} blendshape{'s' if number > 1 else ''}, {100 * one.covered:.0f} % shown so far"
             caption(figure, left + width / 2, top + height + 0.2, said, size=SMALL_PT, centred=True)
     return figure
 

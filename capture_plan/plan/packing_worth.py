@@ -1,8 +1,8 @@
 """What a list of expressions is worth beside other lists: the error of another face's rig after its first scans.
 
 Lists   minimum, sequential, greedy   the methods of a packing, all of the same problem (`pack.py`)
-        expected gain                 minimum, the importance of a blendshape being the squared error that its scan is
-                                      expected to take away (`transfer/importance.py`)
+        paper's importance            minimum, weighed by displacement as Carrigan et al. 2020 do, where the others
+                                      are weighed as the settings say
         random                        greedy by random importance: full expressions in a random order; some, by seed
         one at a time                 every blendshape for itself, the most important first: no packing
 Errors  root mean square over blendshapes and skin, mm; before the first scan it is that of deformation transfer
@@ -22,11 +22,10 @@ from capture_plan.expressions.sequential import Weigh
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.expressions.together import bases_of
 from capture_plan.rig import Rig
-from capture_plan.transfer.importance import transfer_importance
 from capture_plan.transfer.score import Pose, Score, score_orders
 from capture_plan.transfer.targets import all_targets, another_person
 
-EXPECTED, RANDOM, ALONE = "expected gain", "random", "one at a time"
+PAPER, RANDOM, ALONE = "paper's importance", "random", "one at a time"
 METHODS = ("minimum", "sequential", "greedy")
 SEEDS = (0, 1, 2)  # of the random lists
 PEOPLE_SEED = 7  # any: the same persons every time
@@ -44,12 +43,11 @@ def rival_lists(rig: Rig, used: tuple[str, ...], settings: PackingSettings, *, a
     problem = state_problem(rig, used, settings, None, apart)
     weigh = item_importance(rig, problem, settings, None)
     lists = {method: _list(problem, method, weigh) for method in METHODS}
-    rows = [rig.names.index(name) for name in problem.names]
-    lists[EXPECTED] = _weighed(problem, "minimum", _per_item(problem, transfer_importance(rig)[rows]))
+    of_paper = item_importance(rig, problem, replace(settings, importance="paper"), None)
+    lists[PAPER] = _list(problem, "minimum", of_paper)
     for seed in SEEDS:
-        chance = np.random.default_rng(seed).random(len(problem.items))
-        lists[f"{RANDOM} {seed + 1}"] = _weighed(problem, "greedy", chance)
-    worth = blendshape_importance(rig, problem.names, replace(settings, distortion=0.0), None)
+        lists[f"{RANDOM} {seed + 1}"] = _list(problem, "greedy", _by_chance(len(problem.items), seed))
+    worth = blendshape_importance(rig, problem.names, settings, None)
     first = np.argsort(-worth, kind="stable").tolist()
     return lists | {ALONE: tuple(_pose(problem, (problem.names[k],)) for k in first)}
 
@@ -113,12 +111,9 @@ def _list(problem: Problem, method: str, weigh: Weigh) -> tuple[Pose, ...]:
     return tuple(_pose(problem, tuple(problem.names[k] for k in expression)) for expression in chosen)
 
 
-def _weighed(problem: Problem, method: str, weights: Float[np.ndarray, " g"]) -> tuple[Pose, ...]:
-    return _list(problem, method, lambda packed: weights)
-
-
-def _per_item(problem: Problem, worth: Float[np.ndarray, " k"]) -> Float[np.ndarray, " g"]:
-    return np.array([worth[list(item)].sum() for item in problem.items])
+def _by_chance(count: int, seed: int) -> Weigh:
+    chance = np.random.default_rng(seed).random(count)
+    return lambda packed: chance
 
 
 def _pose(problem: Problem, names: tuple[str, ...]) -> Pose:
