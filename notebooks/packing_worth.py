@@ -94,8 +94,8 @@ def about_terms():
 
     The importance of a blendshape can be its displacement, how differently the actor's face is built where it moves
     (distortion, here towards another person's face), how unlike it is to what is already scanned (uniqueness), or the
-    error that its scan is expected to take from the rebuilt rig. All orders are judged by the displacement that they have
-    shown, which favours displacement itself: what the orders are really worth stands further below.
+    error that its scan is expected to take from the rebuilt rig. All orders are judged by the displacement that they
+    have shown, which favours displacement itself: what the orders are really worth stands further below.
     """)
     return
 

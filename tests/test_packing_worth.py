@@ -75,8 +75,11 @@ def test_random_lists_differ_by_seed_and_are_the_same_every_time(rig, lists):
 
 def test_the_mean_of_random_lists_holds_an_ended_list_at_its_end():
     found = error_curves(
-        [score(f"{RANDOM} 1", 0, 4.0), score(f"{RANDOM} 1", 2, 2.0), score(f"{RANDOM} 2", 0, 4.0)]
-        + [score(f"{RANDOM} 2", 2, 1.0), score(f"{RANDOM} 2", 3, 0.0), score("minimum", 0, 4.0)]
+        [
+            *(score(f"{RANDOM} 1", count, error) for count, error in ((0, 4.0), (2, 2.0))),
+            *(score(f"{RANDOM} 2", count, error) for count, error in ((0, 4.0), (2, 1.0), (3, 0.0))),
+            score("minimum", 0, 4.0),
+        ]
     )
     assert found["wide"][RANDOM] == ((0, 2, 3), (4.0, 1.5, 1.0))
     assert found["wide"]["minimum"] == ((0,), (4.0,))

@@ -1,9 +1,9 @@
 """How a packing depends on what was decided: curves over mu, and each term of importance left out.
 
 mu          share of the largest movement from which a vertex is active: fewer active vertices clash less
-importance  terms of eq. 4 of Carrigan et al. 2020, and beside them the expected error of the rebuilt rig. All orders are
-            judged by the same two measures, whatever they were made by: blendshapes shown, and share of displacement
-            strength (Dis, eq. 5) shown, after every expression
+importance  terms of eq. 4 of Carrigan et al. 2020, and beside them the expected error of the rebuilt rig. All orders
+            are judged by the same two measures, whatever they were made by: blendshapes shown, and share of
+            displacement strength (Dis, eq. 5) shown, after every expression
 """
 
 from collections.abc import Sequence
