@@ -150,7 +150,7 @@ def _panel(
     others = [name for name in curves if name != ours]
     nothing = curves[ours][1][0]
     axes.axhline(nothing, color=SOFT, lw=0.8, ls=(0, (4, 3)), zorder=1, label="deformation transfer alone")
-    axes.plot(*curves[ours], "o-", color=OURS, ms=3.5, lw=2.2, label=ours, zorder=4)
+    axes.plot(*curves[ours], "o-", color=OURS, ms=3.5, lw=3, label=ours, zorder=1.5)  # others may lie on it
     for number, name in enumerate(others):
         colour, mark = OTHERS[number % len(OTHERS)], MARKS[number % len(MARKS)]
         axes.plot(*curves[name], mark + "-", color=colour, ms=3, lw=1.1, label=name)
