@@ -8,6 +8,7 @@ with app.setup:
 
     from capture_plan import notebooks_support as parts
     from capture_plan.expressions.pack import pack
+    from capture_plan.plan.collide import collide
     from capture_plan.rig.audit import audit
 
 
@@ -41,7 +42,8 @@ def expression_knobs():
 @app.cell
 def packed(knobs, report, rig):
     with parts.working():
-        packing = pack(rig, report.used, parts.packing_settings(knobs))
+        settings = parts.packing_settings(knobs)
+        packing = pack(rig, report.used, settings, apart=collide(rig, report.used, settings))
     return (packing,)
 
 

@@ -10,6 +10,7 @@ with app.setup:
     from capture_plan.expressions.pack import pack
     from capture_plan.layout.design import design_layout
     from capture_plan.layout.face import see_face
+    from capture_plan.plan.collide import collide
     from capture_plan.plan.make import assemble_plan
     from capture_plan.rig.audit import audit
     from capture_plan.visibility import cameras_for
@@ -150,7 +151,8 @@ def expression_knobs():
 @app.cell
 def packed(expressions, report, rig):
     with parts.working():
-        packing = pack(rig, report.used, parts.packing_settings(expressions))
+        chosen = parts.packing_settings(expressions)
+        packing = pack(rig, report.used, chosen, apart=collide(rig, report.used, chosen))
     return (packing,)
 
 

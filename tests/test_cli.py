@@ -49,7 +49,7 @@ def test_tables_and_schema_are_written_where_asked(folder):
     done = run("export", "plan.json", "-o", "out", "--only", "csv", "--only", "json", cwd=folder)
     assert done.returncode == 0, done.stderr
     names = sorted(path.name for path in (folder / "out").iterdir())
-    assert names == ["expressions.csv", "landmarks.csv", "plan.json", "plan.schema.json"]
+    assert names == ["expressions.csv", "landmarks.csv", "plan.json", "plan.schema.json", "slate.csv"]
     assert (folder / "out" / "plan.json").read_bytes() == (folder / "plan.json").read_bytes()
 
 

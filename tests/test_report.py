@@ -14,6 +14,8 @@ from hypothesis import strategies as st
 
 from capture_plan.errors import PlanError
 from capture_plan.expressions.record import Expression, Packing
+from capture_plan.expressions.session import session
+from capture_plan.expressions.session_settings import SessionSettings
 from capture_plan.layout.record import Bound, Landmark, Layout, Program, Worth
 from capture_plan.plan.files import plan_bytes
 from capture_plan.plan.record import Plan, RigReference
@@ -53,6 +55,7 @@ def small_plan(rig: Rig) -> Plan:
     )
     worth = Worth(4, 4, 4, 12.0, 0.2, 0.31)
     findings = (Finding("static", ("tongueOut",), f"{rig.names[SMILE_LEFT]} stands still", "Leave it out.", True),)
+    packing = Packing("minimum", expressions, 2, 2, True, True, names[:2], (), (), (), (), ())
     return Plan(
         format=1,
         rig=RigReference(rig.name, "sample", rig.fingerprint, len(rig.neutral)),
@@ -68,7 +71,8 @@ def small_plan(rig: Rig) -> Plan:
             worth=worth,
             references={HOSTILE[1]: Worth(68, 4, 4, 3.0, 0.2, 0.62)},
         ),
-        packing=Packing("minimum", expressions, 2, 2, True, True, names[:2], (), (), (), (), ()),
+        packing=packing,
+        session=session(rig, names, packing, SessionSettings()),
         versions={"capture-plan": "0.1.0"},
     )
 

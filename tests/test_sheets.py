@@ -71,13 +71,15 @@ def make(rig, *, label: str | None = None) -> Plan:
         expression("smile", label or "Smile with one side.", 1.0, "mouthSmileLeft"),
     )
     worth = Worth(landmarks=16, rank=40, full_rank=51, condition=12.0, noise_mm=0.2, error_mm=0.3)
+    packing = partly(Packing, expressions=expressions, objective=2, bound=2, proven_optimal=True)
     return Plan(
         format=FORMAT_VERSION,
         rig=RigReference(rig.name, "sample", rig.fingerprint, len(rig.neutral)),
         settings=Settings(),
         audit=partly(Audit, used=rig.names),
         layout=partly(Layout, method="studio", landmarks=landmarks, worth=worth),
-        packing=partly(Packing, expressions=expressions, objective=2, bound=2, proven_optimal=True),
+        packing=packing,
+        session=session(rig, rig.names, packing, SessionSettings()),
         versions={},
     )
 
