@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from capture_plan.errors import RigError
-from capture_plan.layout.shell import Motion, motion_from_rig, motion_of, together
+from capture_plan.layout.shell import Motion, motion_from_rig, motion_of, together, with_mirror_image
 from capture_plan.layout.shell.boundary import beside, find_boundary
+from tests.test_shell_model import some_markers
+from tests.test_shell_optimise import symmetric_shell
 from tests.test_shell_state import bumpy, shell_of
 
 
@@ -65,6 +67,19 @@ def test_sessions_count_alike_however_long():
     both = together([motion_of(a), motion_of(b)]).rmse_mm(W, H)
     assert both**2 == pytest.approx((motion_of(a).rmse_mm(W, H) ** 2 + motion_of(b).rmse_mm(W, H) ** 2) / 2)
     assert together([motion_of(a)] * 3).rmse_mm(W, H) == pytest.approx(motion_of(a).rmse_mm(W, H))
+
+
+def test_mirrored_motion_judges_a_layout_as_its_mirror_image():
+    shell, mirror = symmetric_shell()
+    X = np.random.default_rng(0).normal(0, 3, (6, len(mirror), 3))
+    both = with_mirror_image(motion_of(X), mirror)
+    turned = X[:, mirror] * [-1, 1, 1]
+    H = some_markers(shell, 6)
+    here, there = (direct(X, shell.weights(at), at, np.ones(len(mirror))) for at in (H, mirror[H]))
+    assert motion_of(turned).rmse_mm(shell.weights(H), H) == pytest.approx(there)
+    assert both.rmse_mm(shell.weights(H), H) == pytest.approx(np.sqrt((here**2 + there**2) / 2))
+    with pytest.raises(RigError, match="mirror first"):
+        with_mirror_image(both.compressed(), mirror)
 
 
 def test_what_is_no_motion_is_refused():
