@@ -39,7 +39,7 @@ Skin = Annotated[str | None, typer.Option(help="Skin: part names with commas, or
 
 
 Paper = Literal["a4", "letter"]
-Method = Literal["studio", "adaptive", "trivial", "distance", "cover", "budget"]
+Method = Literal["studio", "adaptive", "trivial", "distance", "cover", "budget", "motion"]
 Weights = Literal["lexicographic", "paper", "count"]
 Packer = Literal["minimum", "sequential", "greedy"]
 
@@ -114,7 +114,7 @@ def plan(
     symmetric: Annotated[bool | None, typer.Option(help="Mirror every landmark [yes].")] = None,
     spacing_mm: Annotated[float | None, typer.Option(help="Least distance on the skin, millimetres [8].")] = None,
     noise_mm: Annotated[float | None, typer.Option(help="Noise of a measured landmark, millimetres [0.2].")] = None,
-    number: Annotated[int | None, typer.Option(help="Exactly so many landmarks (methods cover and budget).")] = None,
+    number: Annotated[int | None, typer.Option(help="Exactly so many landmarks (cover, budget, motion).")] = None,
     pin: Annotated[list[int] | None, typer.Option(help="Vertex that carries a landmark; several allowed.")] = None,
     forbid: Annotated[list[int] | None, typer.Option(help="Vertex that carries none; several allowed.")] = None,
     keep_out: Annotated[
@@ -134,6 +134,9 @@ def plan(
     most_things: Annotated[int | None, typer.Option(help="Movements that an expression asks for at most [4].")] = None,
     minutes: Annotated[float | None, typer.Option(help="Time that there is for the session, minutes.")] = None,
     target: Annotated[str | None, typer.Option(help="Mesh of the actor's neutral with the rig's vertices.")] = None,
+    sequence: Annotated[
+        list[str] | None, typer.Option(help="Recorded take: weights, or meshes of the rig; several allowed.")
+    ] = None,
     unit_mm: UnitMm = None,
     up: Up = None,
     facing: Facing = None,
@@ -153,7 +156,7 @@ def plan(
         | {"number": number, "pins": pin, "forbidden": forbid, "keep_out": zones(keep_out), "caps": counts(cap)}
         | {"min_views": min_views, "dot_mm": dot_mm, "head_markers": head_markers},
         {"method": expressions, "mu": mu, "paired": paired, "limit": limit, "rules": rules, "most_things": most_things},
-        {"cameras": cameras, "target": target},
+        {"cameras": cameras, "target": target, "sequences": sequence},
         {"minutes": minutes},
     )
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)

@@ -73,7 +73,8 @@ def read_settings(path: Path) -> Settings:
         settings = with_zones_found(settings, path.parent)
         rules = found_from(path.parent, settings.expressions.rules)
         expressions = structs.replace(settings.expressions, rules=rules)
-        return structs.replace(settings, cameras=cameras, target=target, expressions=expressions)
+        sequences = tuple(str(found_from(path.parent, take)) for take in settings.sequences)
+        return structs.replace(settings, cameras=cameras, target=target, expressions=expressions, sequences=sequences)
     except OSError as error:
         raise PlanError(f"{path} cannot be read ({error.strerror}): give a TOML file of settings") from None
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
@@ -122,7 +123,10 @@ def settings_seen_from(folder: Path, settings: Settings) -> Settings:
     cameras, target = seen_from(folder, settings.cameras), seen_from(folder, settings.target)
     landmarks = structs.replace(settings.landmarks, keep_out=zones_seen_from(folder, settings.landmarks.keep_out))
     expressions = structs.replace(settings.expressions, rules=seen_from(folder, settings.expressions.rules))
-    return structs.replace(settings, cameras=cameras, target=target, landmarks=landmarks, expressions=expressions)
+    sequences = tuple(str(seen_from(folder, take)) for take in settings.sequences)
+    return structs.replace(
+        settings, cameras=cameras, target=target, landmarks=landmarks, expressions=expressions, sequences=sequences
+    )
 
 
 def rig_of(plan: Plan, plan_path: Path, *, rig_path: str | None = None) -> Rig:
