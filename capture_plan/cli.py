@@ -169,6 +169,35 @@ def plan(
 
 
 @app.command()
+def markers(
+    take: Annotated[
+        Path, typer.Argument(metavar="TAKE", help="Folder of numbered meshes, .npz or .usd, without a rig.")
+    ],
+    number: Annotated[int, typer.Option(help="How many markers.")],
+    output: Folder = Path("markers"),
+    faces: Annotated[int, typer.Option(help="Triangles that a denser scan is made coarser to.")] = 50_000,
+    symmetric: Annotated[bool, typer.Option(help="Mirror every marker.")] = True,
+    spacing_mm: Annotated[float, typer.Option(help="Least distance on the skin, millimetres.")] = 8.0,
+    unit_mm: UnitMm = None,
+    up: Up = None,
+    facing: Facing = None,
+) -> None:
+    """Place markers for a take of meshes that no rig describes; vertices are numbered as in the take's own files."""
+    from capture_plan.exports.tables import write_landmarks
+    from capture_plan.layout.from_take import layout_from_take
+    from capture_plan.layout.settings import LayoutSettings
+    from capture_plan.plan.files import write_layout
+    from capture_plan.plan.summary import fit_words
+    from capture_plan.rig.sequence import read_sequence
+
+    sequence = read_sequence(take, unit_mm=unit_mm, up=up, facing=facing)
+    settings = LayoutSettings(method="motion", number=number, symmetric=symmetric, spacing_mm=spacing_mm)
+    layout = layout_from_take(sequence, settings, triangles=faces)
+    say([*sequence.notes, f"{len(layout.landmarks)} markers.", *(fit_words(layout.motion) if layout.motion else ())])
+    say_written([write_layout(layout, output / "layout.json"), write_landmarks(layout, output / "landmarks.csv")])
+
+
+@app.command()
 def check(
     plan: PlanPath,
     rig: OtherRig = None,

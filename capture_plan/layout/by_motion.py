@@ -117,7 +117,7 @@ def fit_of(rig: Rig, take: Take, vertices: Int[np.ndarray, " m"], *, ordered: bo
         tail_mm=TAIL_MM,
         rmse_mm=round(errors[-1], 5),
         curve_mm=rounded(np.array(errors)) if ordered else (),
-        boundary=skin.boundary,
+        boundary=int(skin.shell.fixed.sum()),
         stretching=skin.shell.stretching,
         bending=skin.shell.bending,
         missing=take.missing,

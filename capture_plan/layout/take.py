@@ -2,7 +2,7 @@
 
 Data       X[t, v]   displacements of the skin from the neutral in F frames of one or several sessions, millimetres
            Y (v r)   rows with Y Y' = mean over the frames of X_t X_t', each session with the same say
-Fixed      skin that gets less than `STILL_MM` from the neutral in the whole take; it holds the shell and is not counted
+Fixed      points 10 mm apart where the motion ends (`shell.boundary`); skin beyond is not counted
 Error      RMSE = sqrt(mean over the frames and the moving skin of |X_tv - (W X_tH)_v|^2), millimetres
 
 A take of blendshape weights has its rows from the deltas, without a frame being posed; one of meshes is read in chunks,
@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from capture_plan.errors import InfeasibleError
+from capture_plan.layout.shell.boundary import STILL_MM, find_boundary
 from capture_plan.layout.shell.model import Shell
 from capture_plan.layout.shell.motion import Motion, motion_from_rig, motion_of, together
 from capture_plan.layout.shell.stiffness import with_area
@@ -24,7 +25,6 @@ from capture_plan.rig import Rig
 from capture_plan.rig.sequence import Sequence
 from capture_plan.rig.sequence.frames import PosedFrames
 
-STILL_MM = 0.5  # skin over bone moves that little when a face speaks
 EXACT_MM = 2e-3  # errors add in squares: an error of 0.4 mm changes by 5e-6 mm
 BLOCK = 64  # frames at once
 MOST_ROWS = 1200  # before rows are made fewer: 0.25 GB for 26,000 vertices
@@ -89,7 +89,7 @@ def most_shown(sequence: Sequence, rig: Rig, used: tuple[str, ...]) -> Float[np.
     k = [rig.names.index(name) for name in used]
     if isinstance(sequence.frames, PosedFrames):
         return sequence.frames.weights[:, k].max(axis=0)
-    D = rig.deltas[k][:, rig.skin].reshape(len(k), -1).astype(float)
+    D = rig.deltas[k][:, rig.skin].reshape(len(k), 3 * int(rig.skin.sum())).astype(float)
     # w = argmin |D'w - x|^2
     inverse = np.linalg.pinv(D @ D.T, rcond=1e-6, hermitian=True) @ D
     most = np.zeros(len(k))
@@ -116,14 +116,6 @@ class Skin:
         """A mask of the rig's vertices."""
         return mask[self.at]
 
-    @property
-    def boundary(self) -> int:
-        """Fixed vertices beside the skin that moves."""
-        corners = self.shell.triangles
-        fixed = self.shell.fixed[corners]
-        mixed = fixed.any(axis=1) & ~fixed.all(axis=1)
-        return len(np.unique(corners[mixed][fixed[mixed]]))
-
     def errors(self, markers: Int[np.ndarray, " m"], counts: Several[int]) -> tuple[float, ...]:
         """RMSE with the first of the markers, for each of some counts, millimetres."""
         found = []
@@ -141,20 +133,17 @@ def skin_of(rig: Rig, take: Take, markers: Int[np.ndarray, " m"]) -> Skin:
     Raises:
         InfeasibleError: the take moves nothing.
     """
-    moves = take.furthest >= STILL_MM
-    if not (moves & rig.skin).any():
+    if not (take.furthest[rig.skin] >= STILL_MM).any():
         raise InfeasibleError(
             f"the take moves no skin by {STILL_MM:g} mm: check its unit and names, or record more of the face"
         )
     solid = with_area(rig.neutral, rig.triangles[rig.skin[rig.triangles].all(axis=1)])
+    found = find_boundary(rig.neutral, solid, take.furthest)
     piece = pieces(solid, len(rig.neutral))
-    largest = np.bincount(piece[np.unique(solid)]).argmax()
-    holds = np.bincount(piece, weights=~moves) > 0
-    holds[largest] = True
-    solid = solid[holds[piece[solid[:, 0]]]]
-    at, triangles = np.unique(solid, return_inverse=True)
-    free = moves.copy()
-    free[markers] = True
-    shell = Shell(rig.neutral[at].astype(float), triangles.reshape(-1, 3), ~free[at])
-    motion = take.rows.at(np.searchsorted(take.at, at)).weighted(moves[at].astype(float))
+    holds = np.bincount(piece, weights=found.fixed) > 0
+    holds[np.bincount(piece[np.unique(solid)]).argmax()] = True
+    at, triangles = np.unique(solid[holds[piece[solid[:, 0]]]], return_inverse=True)
+    fixed = found.fixed & ~np.isin(np.arange(len(piece)), markers)
+    shell = Shell(rig.neutral[at].astype(float), triangles.reshape(-1, 3), fixed[at])
+    motion = take.rows.at(np.searchsorted(take.at, at)).weighted(found.moving[at].astype(float))
     return Skin(shell, motion, at)

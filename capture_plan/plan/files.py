@@ -8,6 +8,7 @@ import msgspec
 from msgspec import structs
 
 from capture_plan.errors import PlanError
+from capture_plan.layout.record import Layout
 from capture_plan.plan.places import found_from, seen_from, with_zones_found, zones_seen_from
 from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference
 from capture_plan.plan.settings import Settings
@@ -27,6 +28,12 @@ def write_plan(plan: Plan, path: Path) -> Path:
         PlanError: the place cannot be written.
     """
     write_whole(path, plan_bytes(plan))
+    return path
+
+
+def write_layout(layout: Layout, path: Path) -> Path:
+    """A layout alone, as JSON, for a take without a rig."""
+    write_whole(path, msgspec.json.format(msgspec.json.encode(layout), indent=1) + b"\n")
     return path
 
 

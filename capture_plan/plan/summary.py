@@ -1,6 +1,6 @@
 """A plan in a few sentences, for the terminal, the title page and the first screen of a notebook."""
 
-from capture_plan.layout.record import Worth
+from capture_plan.layout.record import MotionFit, Worth
 from capture_plan.plan.record import Plan
 from capture_plan.visibility import FEWEST_PIXELS
 
@@ -56,9 +56,11 @@ def bound_words(plan: Plan) -> list[str]:
 
 def motion_words(plan: Plan) -> list[str]:
     """What a recorded take loses by the landmarks, and what it says nothing of."""
-    fit = plan.layout.motion
-    if fit is None:
-        return []
+    return fit_words(plan.layout.motion) if plan.layout.motion else []
+
+
+def fit_words(fit: MotionFit) -> list[str]:
+    """The same of any layout."""
     steps = [f"{m} leave {fit.curve_mm[m - 1]:.2f} mm" for m in quarters(len(fit.curve_mm))]
     lines = [
         f"Of a take of {fit.frames:,} frames, these landmarks leave {fit.rmse_mm:.2f} mm (root mean square) on the "
