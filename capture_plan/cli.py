@@ -39,7 +39,7 @@ Skin = Annotated[str | None, typer.Option(help="Skin: part names with commas, or
 
 
 Paper = Literal["a4", "letter"]
-Method = Literal["studio", "adaptive", "trivial", "distance", "cover", "budget"]
+Method = Literal["studio", "adaptive", "trivial", "distance", "cover", "budget", "motion"]
 Weights = Literal["lexicographic", "paper", "count"]
 Packer = Literal["minimum", "sequential", "greedy"]
 
@@ -115,7 +115,7 @@ def plan(
     symmetric: Annotated[bool | None, typer.Option(help="Mirror every landmark [yes].")] = None,
     spacing_mm: Annotated[float | None, typer.Option(help="Least distance on the skin, millimetres [8].")] = None,
     noise_mm: Annotated[float | None, typer.Option(help="Noise of a measured landmark, millimetres [0.2].")] = None,
-    number: Annotated[int | None, typer.Option(help="Exactly so many landmarks (methods cover and budget).")] = None,
+    number: Annotated[int | None, typer.Option(help="Exactly so many landmarks (cover, budget, motion).")] = None,
     pin: Annotated[list[int] | None, typer.Option(help="Vertex that carries a landmark; several allowed.")] = None,
     forbid: Annotated[list[int] | None, typer.Option(help="Vertex that carries none; several allowed.")] = None,
     keep_out: Annotated[
@@ -135,6 +135,9 @@ def plan(
     most_things: Annotated[int | None, typer.Option(help="Movements that an expression asks for at most [4].")] = None,
     minutes: Annotated[float | None, typer.Option(help="Time that there is for the session, minutes.")] = None,
     target: Annotated[str | None, typer.Option(help="Mesh of the actor's neutral with the rig's vertices.")] = None,
+    sequence: Annotated[
+        list[str] | None, typer.Option(help="Recorded take: weights, or meshes of the rig; several allowed.")
+    ] = None,
     unit_mm: UnitMm = None,
     up: Up = None,
     facing: Facing = None,
@@ -154,7 +157,7 @@ def plan(
         | {"number": number, "pins": pin, "forbidden": forbid, "keep_out": zones(keep_out), "caps": counts(cap)}
         | {"min_views": min_views, "dot_mm": dot_mm, "head_markers": head_markers},
         {"method": expressions, "mu": mu, "paired": paired, "limit": limit, "rules": rules, "most_things": most_things},
-        {"cameras": cameras, "target": target},
+        {"cameras": cameras, "target": target, "sequences": sequence},
         {"minutes": minutes},
     )
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
@@ -164,6 +167,35 @@ def plan(
     write_plan(made, output)
     say(summary(made))
     say_written([output])
+
+
+@app.command()
+def markers(
+    take: Annotated[
+        Path, typer.Argument(metavar="TAKE", help="Folder of numbered meshes, .npz or .usd, without a rig.")
+    ],
+    number: Annotated[int, typer.Option(help="How many markers.")],
+    output: Folder = Path("markers"),
+    faces: Annotated[int, typer.Option(help="Triangles that a denser scan is made coarser to.")] = 50_000,
+    symmetric: Annotated[bool, typer.Option(help="Mirror every marker.")] = True,
+    spacing_mm: Annotated[float, typer.Option(help="Least distance on the skin, millimetres.")] = 8.0,
+    unit_mm: UnitMm = None,
+    up: Up = None,
+    facing: Facing = None,
+) -> None:
+    """Place markers for a take of meshes that no rig describes; vertices are numbered as in the take's own files."""
+    from capture_plan.exports.tables import write_landmarks
+    from capture_plan.layout.from_take import layout_from_take
+    from capture_plan.layout.settings import LayoutSettings
+    from capture_plan.plan.files import write_layout
+    from capture_plan.plan.summary import fit_words
+    from capture_plan.rig.sequence import read_sequence
+
+    sequence = read_sequence(take, unit_mm=unit_mm, up=up, facing=facing)
+    settings = LayoutSettings(method="motion", number=number, symmetric=symmetric, spacing_mm=spacing_mm)
+    layout = layout_from_take(sequence, settings, triangles=faces)
+    say([*sequence.notes, f"{len(layout.landmarks)} markers.", *(fit_words(layout.motion) if layout.motion else ())])
+    say_written([write_layout(layout, output / "layout.json"), write_landmarks(layout, output / "landmarks.csv")])
 
 
 @app.command()

@@ -5,26 +5,32 @@ import io
 from collections.abc import Iterable
 from pathlib import Path
 
+from capture_plan.layout.record import Layout
 from capture_plan.plan.files import plan_schema, write_whole
 from capture_plan.plan.record import Plan
 
 
 def write_tables(plan: Plan, folder: Path) -> list[Path]:
     """One row a landmark (millimetres), one row an expression in the order of shooting."""
-    landmarks = [
-        [m.name, m.label, m.side, m.role, *m.position, m.vertex, m.source_vertex, " ".join(m.blendshapes)]
-        for m in plan.layout.markers
-    ]
-    header = ["name", "place", "side", "role", "x_mm", "y_mm", "z_mm", "vertex", "source_vertex", "blendshapes"]
     expressions = [
         [e.name, e.sentence, " ".join(e.blendshapes), round(100 * e.gain, 2), round(100 * e.covered, 2)]
         for e in plan.packing.expressions
     ]
     shots = ["slate", "actor", "blendshapes", "gain_percent", "covered_percent"]
     return [
-        write_rows(folder / "landmarks.csv", [header, *landmarks]),
+        write_landmarks(plan.layout, folder / "landmarks.csv"),
         write_rows(folder / "expressions.csv", [shots, *expressions]),
     ]
+
+
+def write_landmarks(layout: Layout, path: Path) -> Path:
+    """One row a marker, millimetres."""
+    header = ["name", "place", "side", "role", "x_mm", "y_mm", "z_mm", "vertex", "source_vertex", "blendshapes"]
+    rows = [
+        [m.name, m.label, m.side, m.role, *m.position, m.vertex, m.source_vertex, " ".join(m.blendshapes)]
+        for m in layout.markers
+    ]
+    return write_rows(path, [header, *rows])
 
 
 def write_schema(path: Path) -> Path:

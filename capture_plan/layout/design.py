@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Int
 from msgspec.structs import replace
 
+from capture_plan.layout.by_motion import fit_of
 from capture_plan.layout.cover import dual_prices
 from capture_plan.layout.face import Face
 from capture_plan.layout.head import pose_error
@@ -18,10 +19,11 @@ from capture_plan.layout.head_choice import choose_head_markers
 from capture_plan.layout.methods import choose
 from capture_plan.layout.multicover import best_cover
 from capture_plan.layout.naming import name_head_markers, name_landmarks
-from capture_plan.layout.record import Bound, ErrorBound, HeadPose, Layout, Program, Worth
+from capture_plan.layout.record import Bound, ErrorBound, HeadPose, Layout, MotionFit, Program, Worth
 from capture_plan.layout.relaxation import error_bound
-from capture_plan.layout.settings import LayoutSettings
+from capture_plan.layout.settings import ORDERED, LayoutSettings
 from capture_plan.layout.sites import Sites
+from capture_plan.layout.take import Take
 from capture_plan.layout.task import NOTHING, Task, task_of
 from capture_plan.layout.worth import Observation, error_against_budget
 from capture_plan.rig import Rig
@@ -34,13 +36,14 @@ def design_layout(
     face: Face,
     settings: LayoutSettings,
     *,
+    take: Take | None = None,
     former: Layout | None = None,
     unlike: Sequence[Sequence[int]] = (),
 ) -> Layout:
     """The layout that `settings` ask for.
 
     A `former` layout is where a budget starts again from, so that little changes; every layout of `unlike`, given by
-    its vertices, is to be left in some places (`wishes.differences`).
+    its vertices, is to be left in some places (`wishes.differences`). What a `take` loses by the layout is measured.
 
     Raises:
         InfeasibleError: no skin is seen well enough, the wishes clash, or the budget does not pay for a single site.
@@ -53,13 +56,13 @@ def design_layout(
     sites, observation = task.sites, task.observation
     references = sixty_eight(face, observation) | {SINGLE_COVER: single_cover_worth(face, settings, observation)}
     target_mm = references[SIXTY_EIGHT].error_mm if SIXTY_EIGHT in references else settings.noise_mm
-    method, rounds, added = choose(task, target_mm, former)
-    covered = [] if method == "budget" else rounds
+    method, rounds, added = choose(task, target_mm, former, take)
+    covered = [] if method in ORDERED else rounds
     chosen = np.concatenate([*(cover.chosen for cover in covered), added])
     numbers = [n for n, cover in enumerate(covered) for _ in cover.chosen] + [None] * len(added)
     order, round_of = _in_order(face.rig, sites, chosen, numbers)
     landmarks = name_landmarks(face, settings, order, round_of, method)
-    told = sites.members(chosen) if method == "budget" else order[:0]
+    told = sites.members(chosen) if method in ORDERED else order[:0]
     name_at = {m.vertex: m.name for m in landmarks}
     covers = sites.covers(settings.epsilon)
     return Layout(
@@ -85,12 +88,18 @@ def design_layout(
         order=tuple(name_at[vertex] for vertex in told.tolist()),
         curve_mm=tuple(np.round(error_against_budget(observation, told), 4).tolist()),
         error_bound=bound_of(task, former) if method == "budget" else None,
+        motion=motion_fit(face, take, order, told) if take else None,
     )
 
 
 def head_pose(face: Face, head: Int[np.ndarray, " h"], noise_mm: float) -> HeadPose:
     """What a pose fitted to the head markers is worth over the moving skin."""
     return pose_error(face.rig.neutral[head], face.rig.neutral[face.moving_skin], noise_mm)
+
+
+def motion_fit(face: Face, take: Take, vertices: Int[np.ndarray, " m"], told: Int[np.ndarray, " n"]) -> MotionFit:
+    """What the take loses by landmarks, in the order that they were told in where there is one."""
+    return fit_of(face.rig, take, told if len(told) else vertices, ordered=len(told) > 0)
 
 
 def bound_of(task: Task, former: Layout | None) -> ErrorBound:

@@ -5,6 +5,7 @@ trivial, distance  the same with several sites for every blendshape: next to eac
 adaptive           cover, take away what is chosen, cover again what is crowded (`multicover`)
 studio             adaptive, then repaired to full rank and to a target error (`repair`); within a budget, if one binds
 budget             the least predicted error that so many landmarks buy (`budget`)
+motion             the least error of a recorded take (`by_motion`)
 """
 
 from dataclasses import replace as dataclass_replace
@@ -13,7 +14,9 @@ import numpy as np
 from jaxtyping import Int
 from msgspec.structs import replace
 
+from capture_plan.errors import InfeasibleError
 from capture_plan.layout.budget import replan, spend_budget
+from capture_plan.layout.by_motion import sites_for
 from capture_plan.layout.cover import Cover
 from capture_plan.layout.multicover import adaptive_cover, best_cover
 from capture_plan.layout.record import Layout
@@ -21,12 +24,23 @@ from capture_plan.layout.repair import repair
 from capture_plan.layout.search import Search
 from capture_plan.layout.settings import Method, Weights
 from capture_plan.layout.spacing import Spacing
+from capture_plan.layout.take import Take
 from capture_plan.layout.task import NOTHING, Task
 
 
-def choose(task: Task, target_mm: float, former: Layout | None) -> tuple[Method, list[Cover], Int[np.ndarray, " a"]]:
-    """The method that answers, its covers, and the sites that a repair or a budget chose."""
+def choose(
+    task: Task, target_mm: float, former: Layout | None, take: Take | None
+) -> tuple[Method, list[Cover], Int[np.ndarray, " a"]]:
+    """The method that answers, its covers, and the sites that a repair, a budget or a take chose.
+
+    Raises:
+        InfeasibleError: the wishes clash, or a take is asked for that is not there.
+    """
     settings = task.settings
+    if settings.method == "motion":
+        if take is None:
+            raise InfeasibleError("method 'motion' needs a recorded take: give --sequence, or 'sequences' in settings")
+        return "motion", [], sites_for(task, take)
     if settings.method == "budget":
         return "budget", *within_budget(task, former)
     if settings.method == "cover":

@@ -103,17 +103,39 @@ class Program(Struct, frozen=True, forbid_unknown_fields=True):
     proven_optimal: bool
 
 
+class MotionFit(Struct, frozen=True, forbid_unknown_fields=True):
+    """What a take loses when only the landmarks are recorded: a thin shell that they bend, against its frames.
+
+    `rmse_mm` is the root mean square distance over all `frames` and the `vertices` of the skin that the take moves;
+    `curve_mm` is the same with the first 1, 2, ... landmarks of `Layout.order`. `boundary` vertices of still skin hold
+    the shell, of `stretching` and `bending` stiffness (millimetres). The search saw the take by its `rank` strongest
+    rows, which leave out `tail_mm` of root mean square distance. `missing` blendshapes are not in the take, so that
+    nothing here speaks of them.
+    """
+
+    frames: int
+    vertices: int
+    rank: int
+    tail_mm: float
+    rmse_mm: float
+    curve_mm: tuple[float, ...]
+    boundary: int
+    stretching: float
+    bending: float
+    missing: tuple[str, ...]
+
+
 class Layout(Struct, frozen=True, forbid_unknown_fields=True):
     """A set of landmarks, what the programs that chose them proved, and what they are worth.
 
     `minimum` is the fewest landmarks that any cover of these candidates needs, `certificate` the part of that anybody
-    can check. Under a budget, the program is the fewest landmarks of any cover at the spacing, where the budget pays
-    for them; `order` names the landmarks from the most telling to the first to be spared, and `curve_mm` is the
-    predicted error with the first 1, 2, ... of them, millimetres. `uncovered` are blendshapes that no landmark stands
-    for. `head` are the markers that the head's own motion is taken from, `head_pose` what they are worth, where any
-    were asked for. `error_bound` is the least error that any layout of the budget could predict. `references` are
-    other layouts of the same face under the same noise, by name: the paper's single cover, 68
-    points.
+    can check. Under a budget the program is the fewest landmarks of any cover at the spacing, where the budget pays
+    for them; under a budget and for a take, `order` names the landmarks from the most telling to the first to be
+    spared, and `curve_mm` is the predicted error with the first 1, 2, ... of them, millimetres. `uncovered` are
+    blendshapes that no landmark stands for. `head` are the markers that the head's own motion is taken from,
+    `head_pose` what they are worth, where any were asked for. `error_bound` is the least error that any layout of the
+    budget could predict. `references` are other layouts of the same face under the same noise, by name: the paper's
+    single cover, 68 points. `motion` is what a recorded take loses by this layout, where one is known.
     """
 
     method: str
@@ -129,6 +151,7 @@ class Layout(Struct, frozen=True, forbid_unknown_fields=True):
     order: tuple[str, ...] = ()
     curve_mm: tuple[float, ...] = ()
     error_bound: ErrorBound | None = None
+    motion: MotionFit | None = None
 
     @property
     def markers(self) -> tuple[Landmark, ...]:

@@ -9,8 +9,10 @@ from capture_plan.rig.zones import MARGINS_MM
 KEPT_OUT = ("lash line", "wet lip", "nostril rim")  # where no dot holds on anybody
 Share = Annotated[float, Meta(ge=0, le=1)]
 Length = Annotated[float, Meta(ge=0)]
-Method = Literal["studio", "adaptive", "trivial", "distance", "cover", "budget"]
+Method = Literal["studio", "adaptive", "trivial", "distance", "cover", "budget", "motion"]
 Weights = Literal["lexicographic", "paper", "count"]
+
+ORDERED = ("budget", "motion")  # methods that choose all landmarks as one set, whose order tells which to spare
 
 
 class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -20,8 +22,9 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     rig has no face to lay 68 points on, to an error of `noise_mm`); `adaptive`
     is Algorithm 1 of Zell & McDonnell 2022; `trivial` has `rounds` sites for every blendshape next to each other,
     `distance` has them at the spacing; `cover` is their single set cover, at the spacing where that is not 0; `budget`
-    has the least predicted error that `budget` landmarks buy. `weights`: fewest landmarks first and
-    then the best places (`lexicographic`), the paper's own sum (`paper`), or the number alone (`count`).
+    has the least predicted error that `budget` landmarks buy; `motion` loses least of a recorded take. `weights`:
+    fewest landmarks first and then the best places (`lexicographic`), the paper's own sum (`paper`), or the number
+    alone (`count`).
     `epsilon`: a vertex can stand for a blendshape that moves it by this share of the blendshape's largest movement;
     0.3 to 0.7 is the working range. `alpha`: weight of visibility against displacement. `rounds`: landmarks that a
     blendshape gets at most from the multi-cover. `spacing_mm`: least distance along the skin between landmarks.
@@ -55,10 +58,12 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     head_markers: Annotated[int, Meta(ge=0, le=5)] = 0
 
     def __post_init__(self) -> None:
-        if self.method == "budget" and self.budget is None and self.number is None:
-            raise ValueError("method 'budget' needs a budget: the number of landmarks")
-        if self.number and self.method not in ("cover", "budget"):
-            raise ValueError(f"method '{self.method}' settles the number itself: give number with 'cover' or 'budget'")
+        if self.method in ORDERED and self.budget is None and self.number is None:
+            raise ValueError(f"method '{self.method}' needs a budget: the number of landmarks")
+        if self.number and self.method not in ("cover", *ORDERED):
+            raise ValueError(
+                f"method '{self.method}' settles the number itself: give number with 'cover', 'budget' or 'motion'"
+            )
         if self.head_markers in (1, 2):
             raise ValueError(
                 f"{self.head_markers} head markers do not fix a head's pose: give 3, 4 or 5, or 0 for none"

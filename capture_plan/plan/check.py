@@ -16,6 +16,7 @@ from capture_plan.layout.face import see_face
 from capture_plan.plan.claims import Claim, claim
 from capture_plan.plan.collide import collide
 from capture_plan.plan.landmark_claims import bound_claims, landmark_claims, worth_claims
+from capture_plan.plan.motion_claims import motion_claims
 from capture_plan.plan.places import read_cameras_of, read_rules_of, with_zones_found
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
@@ -29,6 +30,7 @@ def check_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> tuple[Claim, .
         *landmark_claims(plan, rig, face),
         *bound_claims(plan, face),
         *worth_claims(plan, face),
+        *motion_claims(plan, rig, folder),
         *expression_claims(plan, rig, folder),
     )
 

@@ -8,6 +8,7 @@ import msgspec
 from msgspec import structs
 
 from capture_plan.errors import PlanError
+from capture_plan.layout.record import Layout
 from capture_plan.plan.places import found_from, seen_from, with_zones_found, zones_seen_from
 from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference
 from capture_plan.plan.settings import Settings
@@ -27,6 +28,12 @@ def write_plan(plan: Plan, path: Path) -> Path:
         PlanError: the place cannot be written.
     """
     write_whole(path, plan_bytes(plan))
+    return path
+
+
+def write_layout(layout: Layout, path: Path) -> Path:
+    """A layout alone, as JSON, for a take without a rig."""
+    write_whole(path, msgspec.json.format(msgspec.json.encode(layout), indent=1) + b"\n")
     return path
 
 
@@ -73,7 +80,8 @@ def read_settings(path: Path) -> Settings:
         settings = with_zones_found(settings, path.parent)
         rules = found_from(path.parent, settings.expressions.rules)
         expressions = structs.replace(settings.expressions, rules=rules)
-        return structs.replace(settings, cameras=cameras, target=target, expressions=expressions)
+        sequences = tuple(str(found_from(path.parent, take)) for take in settings.sequences)
+        return structs.replace(settings, cameras=cameras, target=target, expressions=expressions, sequences=sequences)
     except OSError as error:
         raise PlanError(f"{path} cannot be read ({error.strerror}): give a TOML file of settings") from None
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
@@ -122,7 +130,10 @@ def settings_seen_from(folder: Path, settings: Settings) -> Settings:
     cameras, target = seen_from(folder, settings.cameras), seen_from(folder, settings.target)
     landmarks = structs.replace(settings.landmarks, keep_out=zones_seen_from(folder, settings.landmarks.keep_out))
     expressions = structs.replace(settings.expressions, rules=seen_from(folder, settings.expressions.rules))
-    return structs.replace(settings, cameras=cameras, target=target, landmarks=landmarks, expressions=expressions)
+    sequences = tuple(str(seen_from(folder, take)) for take in settings.sequences)
+    return structs.replace(
+        settings, cameras=cameras, target=target, landmarks=landmarks, expressions=expressions, sequences=sequences
+    )
 
 
 def rig_of(plan: Plan, plan_path: Path, *, rig_path: str | None = None) -> Rig:

@@ -5,6 +5,7 @@ import numpy as np
 from capture_plan.layout.face import Face
 from capture_plan.layout.quality import importance_weights, mean_quality, total_quality
 from capture_plan.layout.relaxation import bound_from, shares_of
+from capture_plan.layout.settings import ORDERED
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.task import Task, task_of
 from capture_plan.layout.worth import Observation, error_against_budget
@@ -176,7 +177,7 @@ def worth_claims(plan: Plan, face: Face) -> list[Claim]:
 def curve_claims(plan: Plan, observation: Observation) -> list[Claim]:
     """The predicted error with the first landmarks of the order, where the plan has one."""
     layout, vertex_of = plan.layout, {m.name: m.vertex for m in plan.layout.landmarks}
-    if layout.method != "budget":
+    if layout.method not in ORDERED:
         return []
     whole = sorted(layout.order) == sorted(vertex_of) and len(layout.curve_mm) == len(layout.order)
     vertices = np.array([vertex_of[name] for name in layout.order if name in vertex_of], dtype=int)

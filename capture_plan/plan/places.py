@@ -9,8 +9,11 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from capture_plan.expressions.rules import Rules, read_rules
+from capture_plan.layout.take import Take, take_of
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
+from capture_plan.rig.name_map import read_name_map
+from capture_plan.rig.sequence import read_sequence
 from capture_plan.visibility import Camera, cameras_for
 
 
@@ -26,9 +29,10 @@ def seen_from(folder: Path, given: str | None) -> str | None:
 
 def found_from(folder: Path, kept: str | None) -> str | None:
     """Where `seen_from(folder, ...)` leads from the working folder."""
-    if kept is None or not (folder / kept).exists():
+    if kept is None:
         return kept
-    return str(folder / kept)
+    path = Path(os.path.normpath(folder.resolve() / kept))  # also where the folder is yet to be made
+    return str(path) if path.exists() else kept
 
 
 def zones_seen_from(folder: Path, zones: dict[str, float]) -> dict[str, float]:
@@ -47,6 +51,16 @@ def read_rules_of(settings: Settings, folder: Path) -> Rules | None:
     """The rule file of the settings, seen from `folder`; None where ours do."""
     path = found_from(folder, settings.expressions.rules)
     return read_rules(Path(path)) if path else None
+
+
+def read_take_of(
+    rig: Rig, used: tuple[str, ...], settings: Settings, folder: Path, names: str | None = None
+) -> Take | None:
+    """The takes of the settings together, seen from `folder` as the name map `names` is; None where there are none."""
+    mine = read_name_map(str(found_from(folder, names))) if names else None
+    paths = [str(found_from(folder, path)) for path in settings.sequences]
+    sequences = [read_sequence(path, rig=rig, name_map=mine) for path in paths]
+    return take_of(rig, used, sequences) if sequences else None
 
 
 def read_cameras_of(rig: Rig, settings: Settings, folder: Path) -> tuple[Camera, ...]:

@@ -1,6 +1,6 @@
 """A plan in a few sentences, for the terminal, the title page and the first screen of a notebook."""
 
-from capture_plan.layout.record import Worth
+from capture_plan.layout.record import MotionFit, Worth
 from capture_plan.plan.record import Plan
 from capture_plan.visibility import FEWEST_PIXELS
 
@@ -14,6 +14,7 @@ def summary(plan: Plan) -> tuple[str, ...]:
         f"{worth_words(layout.worth)}{budget_words(plan)}.",
         *fewer_words(plan),
         *bound_words(plan),
+        *motion_words(plan),
         *head_words(plan),
         *view_words(plan),
         f"Proved: to see every blendshape at all takes at least {layout.minimum} landmarks.",
@@ -22,7 +23,9 @@ def summary(plan: Plan) -> tuple[str, ...]:
         f"the first 5 cover {first_share(plan, 5):.0%} of the importance.",
         f"The session takes about {plan.session.minutes:.0f} minutes. {plan.session.stop}".strip(),
     ]
-    if layout.uncovered and (layout.programs or plan.settings.landmarks.method != "budget"):
+    if layout.uncovered and layout.method == "motion":
+        lines.append(f"Chosen for the take, the layout has no landmark on {', '.join(layout.uncovered)}.")
+    elif layout.uncovered and (layout.programs or plan.settings.landmarks.method != "budget"):
         lines.append(f"No landmark can stand for {', '.join(layout.uncovered)}: capture these by another means.")
     elif layout.uncovered:
         lines.append(
@@ -49,6 +52,28 @@ def bound_words(plan: Plan) -> list[str]:
         f"Proved: no layout of {len(layout.landmarks)} landmarks predicts less than {least:.2f} mm; "
         f"this one is {layout.worth.error_mm / least - 1:.1%} above that."
     ]
+
+
+def motion_words(plan: Plan) -> list[str]:
+    """What a recorded take loses by the landmarks, and what it says nothing of."""
+    return fit_words(plan.layout.motion) if plan.layout.motion else []
+
+
+def fit_words(fit: MotionFit) -> list[str]:
+    """The same of any layout."""
+    steps = [f"{m} leave {fit.curve_mm[m - 1]:.2f} mm" for m in quarters(len(fit.curve_mm))]
+    lines = [
+        f"Of a take of {fit.frames:,} frames, these landmarks leave {fit.rmse_mm:.2f} mm (root mean square) on the "
+        f"skin that it moves{'; the first ' if steps else ''}{', '.join(steps)}."
+    ]
+    if fit.missing:
+        lines.append(f"Not in the take, so that its error says nothing of them: {', '.join(fit.missing)}.")
+    return lines
+
+
+def quarters(count: int) -> list[int]:
+    """A quarter, a half and three quarters of a number."""
+    return sorted({count * part // 4 for part in (1, 2, 3)} - {0})
 
 
 def head_words(plan: Plan) -> list[str]:
@@ -80,7 +105,7 @@ def view_words(plan: Plan) -> list[str]:
 def fewer_words(plan: Plan) -> list[str]:
     """What a quarter, a half and three quarters of the landmarks would leave, where they have an order."""
     curve = plan.layout.curve_mm
-    counts = sorted({len(curve) * part // 4 for part in (1, 2, 3)} - {0})
+    counts = quarters(len(curve))
     steps = ", ".join(f"the first {m} leave {curve[m - 1]:.2f} mm" for m in counts)
     return [f"In the order of plan.json, {steps} of predicted error."] if steps else []
 

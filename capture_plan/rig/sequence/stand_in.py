@@ -1,0 +1,51 @@
+"""A rig for a take that has none: its neutral, coarse enough to plan on, and some of its frames for blendshapes.
+
+Data       v0, X[t]   neutral and frames of a dense scan, millimetres
+Coarse     the scan's vertices that `decimate` keeps; the frames follow them, and `source_index` leads back to the scan
+Rig        d_k = X[t_k] - v0 for frames t_k, evenly over the take: enough to tell which skin moves and what hides it
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from capture_plan.errors import RigError
+from capture_plan.mesh.decimate import decimate
+from capture_plan.rig.record import Rig
+from capture_plan.rig.sequence.frames import ChosenFrames, evenly
+from capture_plan.rig.sequence.record import Sequence
+from capture_plan.rig.skin import find_skin
+
+POSES = 40  # frames that stand for blendshapes
+SAME_MM = 0.5  # a frame that moves no vertex that far shows the neutral
+
+
+def stand_in_rig(sequence: Sequence, *, triangles: int) -> tuple[Rig, Sequence]:
+    """A rig whose blendshapes are frames, and the take on its mesh of at most so many triangles.
+
+    Raises:
+        RigError: the take has a rig of its own, or no frame of it moves.
+    """
+    if sequence.rig is not None:
+        raise RigError(f"{sequence.name} has blendshapes of its own: plan from the rig, with this take as --sequence")
+    kept, corners = decimate(sequence.neutral, sequence.triangles, triangles)
+    coarse = replace(
+        sequence, neutral=sequence.neutral[kept], triangles=corners, frames=ChosenFrames(sequence.frames, kept)
+    )
+    deltas = {f"frame {t}": coarse.frame(t) - coarse.neutral for t in evenly(len(coarse), POSES)}
+    moved = {name: d.astype(np.float32) for name, d in deltas.items() if np.linalg.norm(d, axis=1).max() > SAME_MM}
+    if not moved:
+        raise RigError(f"{sequence.name}: no frame moves by {SAME_MM:g} mm: give a take of a face that moves")
+    parts, d = np.zeros(len(kept), dtype=np.int32), np.stack(list(moved.values()))
+    rig = Rig(
+        name=sequence.name,
+        neutral=coarse.neutral.astype(np.float64),
+        triangles=coarse.triangles.astype(np.int32),
+        deltas=d,
+        names=tuple(moved),
+        skin=find_skin(coarse.neutral, coarse.triangles, d, parts, ("mesh",)),
+        parts=parts,
+        part_names=("mesh",),
+        source_index=kept.astype(np.int32),
+    )
+    return rig, replace(coarse, rig=rig)

@@ -1,0 +1,288 @@
+"""Plans for a recorded take: wishes kept, claims that hold, lies that do not, files that move with the plan."""
+
+import shutil
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from capture_plan.errors import InfeasibleError, RigError
+from capture_plan.layout.by_motion import fit_of
+from capture_plan.layout.design import design_layout
+from capture_plan.layout.face import see_face
+from capture_plan.layout.from_take import layout_from_take
+from capture_plan.layout.settings import LayoutSettings
+from capture_plan.layout.shell.boundary import STILL_MM
+from capture_plan.layout.shell.motion import Motion
+from capture_plan.layout.take import EXACT_MM, Take, rows_of, skin_of, take_of
+from capture_plan.mesh import geodesic_distance
+from capture_plan.plan.check import check_plan
+from capture_plan.plan.files import change_settings, read_plan, refer_to, rig_of, settings_seen_from, write_plan
+from capture_plan.plan.make import make_plan
+from capture_plan.plan.motion_claims import direct_error
+from capture_plan.plan.settings import Settings
+from capture_plan.plan.summary import summary
+from capture_plan.rig import sample_rig
+from capture_plan.rig.audit import audit
+from capture_plan.rig.regions import REGIONS
+from capture_plan.rig.sequence import Sequence, read_sequence
+from capture_plan.rig.sequence.frames import PosedFrames, StoredFrames
+
+NUMBER = 16
+BY_MOTION = LayoutSettings(method="motion", number=NUMBER)
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return sample_rig()
+
+
+@pytest.fixture(scope="module")
+def used(rig):
+    return audit(rig).used
+
+
+@pytest.fixture(scope="module")
+def face(rig, used):
+    return see_face(rig, used)
+
+
+def recorded(rig, seed=0, frames=40):
+    """A few blendshapes at a time; the tongue stays in."""
+    rng = np.random.default_rng(seed)
+    w = np.zeros((frames, len(rig.names)))
+    for row in w:
+        row[rng.choice(len(rig.names), 4, replace=False)] = rng.uniform(0, 1, 4)
+    w[:, [name.startswith("brow") for name in rig.names]] = 0
+    return w
+
+
+def played(rig, w):
+    return Sequence("played", rig.neutral, rig.triangles, PosedFrames(rig, w), 30.0, rig)
+
+
+@pytest.fixture(scope="module")
+def take(rig, used):
+    return take_of(rig, used, [played(rig, recorded(rig))])
+
+
+@pytest.fixture(scope="module")
+def layout(face, take):
+    return design_layout(face, BY_MOTION, take=take)
+
+
+@pytest.fixture(scope="module")
+def session(rig, tmp_path_factory):
+    """A plan in a folder, and the take in another one beside it."""
+    folder = tmp_path_factory.mktemp("session") / "day"
+    (folder / "takes").mkdir(parents=True)
+    file = folder / "takes" / "speech.npz"
+    np.savez(file, weights=recorded(rig), names=np.array(rig.names), fps=30.0)
+    target = folder / "plans" / "plan.json"
+    asked = change_settings(Settings(), {"sequences": [str(file)], "landmarks": {"method": "motion", "number": NUMBER}})
+    settled = settings_seen_from(target.parent, asked)
+    made = make_plan(rig, settled, reference=refer_to(rig, "sample", target), folder=target.parent)
+    return write_plan(made, target)
+
+
+def vertices_of(layout):
+    return np.array([m.vertex for m in layout.landmarks])
+
+
+def test_posed_frames_and_the_weights_behind_them_are_the_same_take(rig, used, take):
+    w = recorded(rig)
+    frames = np.stack([rig.pose(row) for row in w])
+    meshes = Sequence("meshes", rig.neutral, rig.triangles, StoredFrames(frames), 30.0, rig)
+    other = take_of(rig, used, [meshes])
+    assert other.missing == take.missing
+    for seed in range(3):
+        markers = np.random.default_rng(seed).choice(np.flatnonzero(take.furthest > 2), 9, replace=False)
+        a, b = (fit_of(rig, one, markers, ordered=False).rmse_mm for one in (take, other))
+        assert a == pytest.approx(b, abs=1e-4)
+
+
+def test_rows_hold_every_frame(rig):
+    w = recorded(rig, 3)
+    at = np.flatnonzero(rig.skin)
+    x = np.einsum("tk,kvx->vtx", w, rig.deltas[:, at]).reshape(len(at), -1)
+    Y = rows_of(played(rig, w), at).rows
+    power = np.square(x).sum() / len(w)
+    assert np.square(Y).sum() == pytest.approx(power, abs=EXACT_MM**2 * len(at))
+
+
+def test_a_session_of_the_same_take_twice_changes_nothing(rig, used, take):
+    twice = take_of(rig, used, [played(rig, recorded(rig))] * 2)
+    markers = np.flatnonzero(take.furthest > 2)[::150]
+    assert twice.frames == 2 * take.frames
+    once = fit_of(rig, take, markers, ordered=False).rmse_mm
+    assert fit_of(rig, twice, markers, ordered=False).rmse_mm == pytest.approx(once, abs=1e-4)
+
+
+def test_sessions_have_the_same_say_however_long(rig, used):
+    short, long = recorded(rig, 1, 10), recorded(rig, 2, 90)
+    both = take_of(rig, used, [played(rig, w) for w in (short, long)])
+    markers = np.flatnonzero(both.furthest > 2)[::150]
+    alone = [take_of(rig, used, [played(rig, w)]) for w in (short, long)]
+    same = [Take(one.at, one.rows, both.furthest, one.frames, ()) for one in alone]
+    a, b = (fit_of(rig, one, markers, ordered=False).rmse_mm for one in same)
+    together = fit_of(rig, both, markers, ordered=False).rmse_mm
+    assert together == pytest.approx(np.sqrt((a**2 + b**2) / 2), abs=1e-4)
+
+
+def test_what_the_take_does_not_show_is_named(rig, used, take):
+    assert set(take.missing) >= {name for name in used if name.startswith("brow")}
+    assert "jawOpen" not in take.missing
+
+
+def test_the_layout_is_symmetric_apart_and_of_the_number(face, layout):
+    vertices = vertices_of(layout)
+    assert len(vertices) == NUMBER
+    assert set(face.mirror[vertices].tolist()) == set(vertices.tolist())
+    distance = geodesic_distance(face.graph, vertices)[:, vertices]
+    np.fill_diagonal(distance, np.inf)
+    assert distance.min() >= BY_MOTION.spacing_mm
+
+
+def test_both_views_are_stated_and_the_order_is_monotone(layout):
+    curve = np.array(layout.motion.curve_mm)
+    assert len(curve) == len(layout.order) == len(layout.curve_mm) == NUMBER
+    assert (np.diff(curve) <= 1e-4).all()
+    assert curve[-1] == layout.motion.rmse_mm
+    assert layout.worth.rank > 1
+    assert layout.programs == ()
+
+
+def test_no_rig_designed_layout_of_the_number_loses_less_of_the_take(face, take, layout):
+    by_rig = design_layout(face, LayoutSettings(method="budget", number=NUMBER), take=take)
+    assert by_rig.motion.rmse_mm > layout.motion.rmse_mm
+    assert by_rig.worth.error_mm < layout.worth.error_mm
+
+
+def test_pins_forbidden_caps_and_head_markers_are_kept(face, rig, take, layout):
+    middle = vertices_of(layout)[face.mirror[vertices_of(layout)] != vertices_of(layout)]
+    away = np.flatnonzero(face.allowed(BY_MOTION) & (take.furthest > 1) & (rig.neutral[:, 0] > 25))
+    pin = int(away[np.random.default_rng(0).integers(len(away))])
+    asked = LayoutSettings(
+        method="motion",
+        number=NUMBER,
+        pins=(int(rig.source_index[pin]),),
+        forbidden=(int(rig.source_index[middle[0]]),),
+        caps={"upper lip": 2},
+        head_markers=3,
+        keep_out={},
+    )
+    made = design_layout(face, asked, take=take)
+    vertices = vertices_of(made)
+    assert {pin, int(face.mirror[pin])} <= set(vertices.tolist())
+    assert middle[0] not in vertices
+    assert (face.regions.of_vertex[vertices] == REGIONS.index("upper lip")).sum() <= 2
+    assert len(made.head) == 3
+    assert len(vertices) == NUMBER
+
+
+def test_an_error_solved_directly_is_that_of_the_shell(rig, take):
+    rng = np.random.default_rng(5)
+    for count in (1, 6):
+        markers = rng.choice(np.flatnonzero(take.furthest > STILL_MM), count, replace=False)
+        skin = skin_of(rig, take, markers)
+        places = skin.places(markers)
+        assert direct_error(skin, places) == pytest.approx(skin.errors(places, [count])[0], abs=1e-6)
+
+
+def test_without_a_take_the_method_is_refused(face):
+    with pytest.raises(InfeasibleError, match="needs a recorded take"):
+        design_layout(face, BY_MOTION)
+
+
+def test_a_take_that_stands_still_is_refused(face, take):
+    still = Take(take.at, Motion(0 * take.rows.rows, take.rows.weights), 0 * take.furthest, 1, ())
+    with pytest.raises(InfeasibleError, match="moves no skin"):
+        design_layout(face, BY_MOTION, take=still)
+
+
+def test_the_method_needs_a_number():
+    with pytest.raises(ValueError, match="'motion' needs a budget"):
+        LayoutSettings(method="motion")
+
+
+def broken(session):
+    plan = read_plan(session)
+    return [c.what for c in check_plan(plan, rig_of(plan, session), folder=session.parent) if not c.holds]
+
+
+def test_every_claim_holds_from_any_folder_and_after_a_move(session, tmp_path, monkeypatch):
+    moved = shutil.copytree(session.parents[1], tmp_path / "elsewhere") / "plans" / "plan.json"
+    monkeypatch.chdir(tmp_path)
+    assert read_plan(moved).settings.sequences == ("../takes/speech.npz",)
+    assert broken(moved) == []
+
+
+def test_the_summary_says_what_the_take_loses(session):
+    told = " ".join(summary(read_plan(session)))
+    assert "Of a take of 40 frames, these landmarks leave" in told
+    assert "Not in the take" in told
+
+
+def better(fit):
+    return replace(fit, rmse_mm=fit.rmse_mm - 0.001)
+
+
+def steeper(fit):
+    half = len(fit.curve_mm) // 2
+    curve = [*fit.curve_mm]
+    curve[half - 1] -= 0.001
+    return replace(fit, curve_mm=tuple(curve))
+
+
+def shorter(fit):
+    return replace(fit, curve_mm=(fit.curve_mm[0], fit.rmse_mm - 0.01, *fit.curve_mm[2:]))
+
+
+def complete(fit):
+    return replace(fit, missing=())
+
+
+def longer(fit):
+    return replace(fit, frames=fit.frames + 1)
+
+
+@pytest.mark.parametrize("lie", [better, steeper, shorter, complete, longer])
+def test_a_plan_that_lies_about_its_take_is_caught(session, tmp_path, lie):
+    folder = shutil.copytree(session.parents[1], tmp_path / "day")
+    plan = read_plan(folder / "plans" / "plan.json")
+    told = replace(plan, layout=replace(plan.layout, motion=lie(plan.layout.motion)))
+    assert broken(write_plan(told, folder / "plans" / "plan.json"))
+
+
+def test_another_take_behind_the_plan_is_caught(session, tmp_path, rig):
+    folder = shutil.copytree(session.parents[1], tmp_path / "day")
+    np.savez(folder / "takes" / "speech.npz", weights=recorded(rig, 9), names=np.array(rig.names), fps=30.0)
+    assert any("frames" in what for what in broken(folder / "plans" / "plan.json"))
+
+
+@pytest.fixture(scope="module")
+def scan(rig, tmp_path_factory):
+    """A take of meshes that says nothing of a rig."""
+    file = tmp_path_factory.mktemp("scan") / "scan.npz"
+    skin = rig.triangles[rig.skin[rig.triangles].all(axis=1)]
+    used, faces = np.unique(skin, return_inverse=True)
+    frames = np.stack([rig.pose(w)[used] for w in recorded(rig, 4, 24)])
+    np.savez(file, frames=frames, faces=faces.reshape(-1, 3), neutral=rig.neutral[used], units=np.array("mm"))
+    return file
+
+
+@pytest.mark.parametrize("triangles", [50_000, 3_000])
+def test_a_take_without_a_rig_gets_a_layout_on_its_own_vertices(scan, triangles):
+    sequence = read_sequence(scan, unit_mm=1.0, up="+y", facing="+z")
+    layout = layout_from_take(sequence, LayoutSettings(method="motion", number=12), triangles=triangles)
+    assert len(layout.landmarks) == 12
+    for m in layout.landmarks:
+        assert sequence.neutral[m.source_vertex] == pytest.approx(m.position, abs=1e-3)
+        assert m.region
+    assert 0 < layout.motion.rmse_mm < 3
+    assert layout.motion.frames == 24
+
+
+def test_a_take_with_a_rig_is_sent_to_the_plan(rig):
+    with pytest.raises(RigError, match="blendshapes of its own"):
+        layout_from_take(played(rig, recorded(rig)), BY_MOTION, triangles=1000)
