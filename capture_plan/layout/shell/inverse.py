@@ -28,7 +28,7 @@ class Part:
     at: Int[np.ndarray, " n"]
     tied: Int[np.ndarray, " b"]
     D: Float[np.ndarray, "n n"] | None
-    P: Float[np.ndarray, "n b"]
+    P: Float[np.ndarray, "n _"]
 
 
 def inverse_entries(

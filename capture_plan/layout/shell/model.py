@@ -130,24 +130,32 @@ class Shell:
         """diag G^2."""
         return self._diagonals[1]
 
-    def bordered(self, markers: Int[np.ndarray, " m"]) -> tuple[Float[np.ndarray, "v mc"], Float[np.ndarray, "mc mc"]]:
-        """[K C] and B.
+    def bordered(self, markers: Int[np.ndarray, " m"]) -> tuple[Float[np.ndarray, "v _"], Float[np.ndarray, "_ _"]]:
+        """[K C] and B, with the constants of the floating pieces that have a marker.
+
+        Raises:
+            InfeasibleError: a marker is fixed or doubled.
+        """
+        if self.fixed[markers].any() or len(set(markers.tolist())) < len(markers):
+            raise InfeasibleError("a marker stands on a fixed vertex or on another marker: choose free vertices")
+        C = self.constants[:, np.setdiff1d(self.piece[markers], -1)]
+        KC = np.hstack([self.columns(markers), C])
+        return KC, self.inverted(markers, KC)
+
+    def inverted(self, markers: Int[np.ndarray, " m"], KC: Float[np.ndarray, "v _"]) -> Float[np.ndarray, "_ _"]:
+        """B of [K C]."""
+        K_H, C_H = np.split(KC[markers], [len(markers)], axis=1)
+        return np.linalg.inv(np.block([[K_H, C_H], [C_H.T, np.zeros((C_H.shape[1], C_H.shape[1]))]]))
+
+    def weights(self, markers: Int[np.ndarray, " m"]) -> Float[np.ndarray, "v m"]:
+        """W.
 
         Raises:
             InfeasibleError: a floating piece has no marker, or a marker is fixed or doubled.
         """
-        lone = np.setdiff1d(np.arange(self.constants.shape[1]), self.piece[markers])
+        lone = np.setdiff1d(self.piece, [-1, *self.piece[markers]])
         if len(lone):
             size = int((self.piece == lone[0]).sum())
             raise InfeasibleError(f"a loose piece of {size} vertices has no marker: fix it, leave it out or add one")
-        if self.fixed[markers].any() or len(set(markers.tolist())) < len(markers):
-            raise InfeasibleError("a marker stands on a fixed vertex or on another marker: choose free vertices")
-        KC = np.hstack([self.columns(markers), self.constants])
-        C_H = self.constants[markers]
-        zero = np.zeros((C_H.shape[1], C_H.shape[1]))
-        return KC, np.linalg.inv(np.block([[KC[markers, : len(markers)], C_H], [C_H.T, zero]]))
-
-    def weights(self, markers: Int[np.ndarray, " m"]) -> Float[np.ndarray, "v m"]:
-        """W."""
         KC, B = self.bordered(markers)
         return KC @ B[:, : len(markers)]

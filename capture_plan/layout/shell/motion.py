@@ -1,0 +1,95 @@
+"""Dense motion as few rows per vertex that every squared error of a layout can be computed from.
+
+Data       X (t v 3)  displacements from rest in F frames, millimetres; or weights w (F k) and deltas D (k v 3) of a rig
+           s_v        perceptual weight of a vertex, 1 where nothing is said (Le et al. 2013, section 8)
+Answer     Y (v r)    Y Y' = mean over the frames of X_t X_t', so that E = sum_v s_v |(Y - W Y_H)_v|^2 is the mean over
+                      the frames of the squared error, and RMSE = sqrt(E / sum_v s_v), millimetres
+From a rig Y = D' (chol(w'w / F) ⊗ I_3) exactly: F is gone
+Sessions   Y = [Y_1, Y_2, ...] / sqrt(their number): each counts 1 / F_d per frame, so that no long one rules
+Compressed Y U_r with U_r the leading eigenvectors of Y' S Y; what is lost is at most `tail_mm` of RMSE
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.linalg import blas, eigh
+
+from capture_plan.errors import RigError
+
+TAIL_MM = 0.1  # rows that are left out; a final error of 0.4 mm, measured on all rows, changes by less than 1 %
+BLOCK = 128  # rows whose residual is held at once
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """`rows` are Y in millimetres, `weights` are s."""
+
+    rows: Float[np.ndarray, "v r"]
+    weights: Float[np.ndarray, " v"]
+
+    def __post_init__(self) -> None:
+        if len(self.weights) != len(self.rows):
+            raise RigError(f"{len(self.weights)} weights for {len(self.rows)} vertices: give one for each")
+        if not (np.isfinite(self.rows).all() and (self.weights >= 0).all() and self.weights.sum() > 0):
+            raise RigError("a displacement is not finite, or weights are negative or all 0: repair them")
+
+    def weighted(self, s: Float[np.ndarray, " v"]) -> "Motion":
+        """The same motion where errors count by s."""
+        return replace(self, weights=s.astype(float))
+
+    def at(self, vertices: Int[np.ndarray, " n"]) -> "Motion":
+        """The motion of some vertices."""
+        return Motion(self.rows[vertices], self.weights[vertices])
+
+    def compressed(self, tail_mm: float = TAIL_MM) -> "Motion":
+        """Fewest rows that leave out at most `tail_mm` of RMSE."""
+        scaled = self.rows * np.sqrt(self.weights)[:, None]
+        # Y' S Y, of which syrk fills one half
+        gram = blas.dsyrk(1.0, scaled.T, lower=1)
+        power, U = eigh(gram, lower=True)
+        left_out = np.cumsum(np.maximum(power, 0)) <= tail_mm**2 * self.weights.sum()
+        return replace(self, rows=self.rows @ U[:, ~left_out][:, ::-1])
+
+    def squared_error(self, W: Float[np.ndarray, "v m"], markers: Int[np.ndarray, " m"]) -> float:
+        """E."""
+        total = 0.0
+        for start in range(0, self.rows.shape[1], BLOCK):
+            Y = self.rows[:, start : start + BLOCK]
+            R = Y - W @ Y[markers]
+            total += float(np.einsum("vr,vr,v->", R, R, self.weights))
+        return total
+
+    def rmse_mm(self, W: Float[np.ndarray, "v m"], markers: Int[np.ndarray, " m"]) -> float:
+        """sqrt(E / sum_v s_v): over all vertices and frames, millimetres."""
+        return float(np.sqrt(self.squared_error(W, markers) / self.weights.sum()))
+
+
+def motion_of(displacements: Float[np.ndarray, "t v 3"]) -> Motion:
+    """All rows of recorded displacements: three a frame."""
+    t, v, _ = displacements.shape
+    if not t:
+        raise RigError("a motion without frames: give at least one")
+    rows = displacements.transpose(1, 0, 2).reshape(v, 3 * t).astype(float)
+    rows /= np.sqrt(t)
+    return Motion(rows, np.ones(v))
+
+
+def motion_from_rig(weights: Float[np.ndarray, "t k"], deltas: Float[np.ndarray, "k v 3"]) -> Motion:
+    """Three rows a blendshape, however many frames."""
+    t, k = weights.shape
+    # w'w / F = (root root'), also where it is singular
+    power, U = eigh(weights.T.astype(float) @ weights / t)
+    root = U * np.sqrt(np.maximum(power, 0))
+    rows = np.einsum("kvx,kr->vrx", deltas, root[:, ::-1], optimize=True)
+    return Motion(rows.reshape(rows.shape[0], 3 * k), np.ones(deltas.shape[1]))
+
+
+def together(sessions: Sequence[Motion]) -> Motion:
+    """Sessions of one face, each with the same say; the first one's weights hold."""
+    sizes = {len(one.rows) for one in sessions}
+    if len(sizes) != 1:
+        raise RigError(f"sessions with {sorted(sizes)} vertices: give motions of one mesh")
+    rows = np.hstack([one.rows for one in sessions]) / np.sqrt(len(sessions))
+    return Motion(rows, sessions[0].weights)
