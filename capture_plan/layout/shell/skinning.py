@@ -88,13 +88,17 @@ def skinning(shell: Shell, motion: Motion, markers: Int[np.ndarray, " m"], sizes
     )
 
 
-def poses(rows: Float[np.ndarray, "v r"]) -> Float[np.ndarray, "t c"]:
-    """Rows of a motion as shapes: three columns of Y are x, y and z of one shape of all vertices.
+def shapes(rows: Float[np.ndarray, "v r"]) -> Float[np.ndarray, "t v 3"]:
+    """Rows of a motion as shapes of the face: three columns of Y are x, y and z of one shape.
 
     The sum of their products is the mean over the frames. Rows that were compressed are no shapes any more.
     """
-    v = len(rows)
-    return rows.reshape(v, -1, 3).transpose(1, 0, 2).reshape(-1, 3 * v)
+    return rows.reshape(len(rows), -1, 3).transpose(1, 0, 2)
+
+
+def poses(rows: Float[np.ndarray, "v r"]) -> Float[np.ndarray, "t c"]:
+    """The same, each shape in one row."""
+    return shapes(rows).reshape(-1, 3 * len(rows))
 
 
 def spectrum(rows: Float[np.ndarray, "v r"]) -> Float[np.ndarray, " n"]:
