@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.linalg import blas, eigh
+from scipy.linalg import eigh, get_blas_funcs
 
 from capture_plan.errors import RigError
 
@@ -47,7 +47,8 @@ class Motion:
         """Fewest rows that leave out at most `tail_mm` of RMSE."""
         scaled = self.rows * np.sqrt(self.weights)[:, None]
         # Y' S Y, of which syrk fills one half
-        gram = blas.dsyrk(1.0, scaled.T, lower=1)
+        (syrk,) = get_blas_funcs(("syrk",), (scaled,))
+        gram = syrk(1.0, scaled.T, lower=1)
         power, U = eigh(gram, lower=True)
         left_out = np.cumsum(np.maximum(power, 0)) <= tail_mm**2 * self.weights.sum()
         return replace(self, rows=self.rows @ U[:, ~left_out][:, ::-1])

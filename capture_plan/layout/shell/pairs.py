@@ -17,12 +17,12 @@ PARALLEL = 1e-10  # share of G_uu G_vv: two vertices that move as one have no tw
 class Two:
     """The entries uu, uv and vv of a symmetric matrix of each pair; any shape."""
 
-    uu: Float[np.ndarray, "*p"]
-    uv: Float[np.ndarray, "*p"]
-    vv: Float[np.ndarray, "*p"]
+    uu: Float[np.ndarray, "..."]
+    uv: Float[np.ndarray, "..."]
+    vv: Float[np.ndarray, "..."]
 
 
-def two_marker_scores(E: float, G: Two, N: Two, RR: Two, RZ: Two) -> Float[np.ndarray, "*p"]:
+def two_marker_scores(E: float, G: Two, N: Two, RR: Two, RZ: Two) -> Float[np.ndarray, "..."]:
     """Error with both markers added; infinite where they cannot stand together. `RZ.uv` is R_u . Z_v + R_v . Z_u."""
     det = G.uu * G.vv - G.uv**2
     safe = (det > PARALLEL * G.uu * G.vv) & (G.uu > 0) & (G.vv > 0)

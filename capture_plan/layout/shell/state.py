@@ -17,6 +17,7 @@ formulas hold with G_H = C C' until its first marker stands. The last marker of 
 """
 
 from collections.abc import Sequence
+from copy import copy
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -70,8 +71,8 @@ class State:
 
     def _let_pieces_float(self) -> None:
         """G_H = C C' on the floating pieces without a marker."""
-        piece, s = self.shell.piece, self.s
-        for c in np.setdiff1d(piece, [-1, *piece[self.markers]]):
+        piece, s, floating = self.shell.piece, self.s, self.floating
+        for c in np.unique(piece[floating]):
             inside = piece == c
             beside = inside & inside[self.partner]
             self.Z[inside] = s[inside] @ self.R[inside]
@@ -84,6 +85,12 @@ class State:
         for i in range(b.shape[1]):
             solved[:, i] = self.shell.solve(b[:, i])
         return solved
+
+    @property
+    def floating(self) -> Bool[np.ndarray, " v"]:
+        """Vertices of floating pieces without a marker."""
+        piece = self.shell.piece
+        return (piece >= 0) & ~np.isin(piece, piece[self.markers])
 
     @property
     def error(self) -> float:
@@ -197,6 +204,25 @@ class State:
     def _stand(self, markers: list[int], KC: Float[np.ndarray, "v _"]) -> None:
         self.markers, self.KC = markers, KC
         self.B = self.shell.inverted(np.array(markers, dtype=int), KC)
+
+    def copy(self) -> "State":
+        """One that can be changed without this one."""
+        twin = copy(self)
+        for name in ("R", "Z", "W", "T", "gamma", "nu", "gamma_beside", "nu_beside"):
+            setattr(twin, name, getattr(self, name).copy())
+        return twin
+
+    def two_scores(self, a: Int[np.ndarray, " p"], b: Int[np.ndarray, " q"]) -> Float[np.ndarray, "p q"]:
+        """E(H + u + v) for every u of a and v of b; infinite where one cannot stand, or u = v."""
+        # G_H[:, a], of which the entries between a and b and N = G_H S G_H
+        G_a, G_b = (self.shell.columns(at) - self.KC @ (self.B @ self.KC[at].T) for at in (a, b))
+        G = Two(self.gamma[a, None], G_a[b].T, self.gamma[None, b])
+        N = Two(self.nu[a, None], G_a.T @ (self.s[:, None] * G_b), self.nu[None, b])
+        e, own = _rows(self.R, self.R), _rows(self.R, self.Z)
+        RR = Two(e[a, None], self.R[a] @ self.R[b].T, e[None, b])
+        RZ = Two(own[a, None], self.R[a] @ self.Z[b].T + self.Z[a] @ self.R[b].T, own[None, b])
+        can = self.open[a, None] & self.open[None, b] & (a[:, None] != b)
+        return np.where(can, two_marker_scores(self.error, G, N, RR, RZ), np.inf)
 
     def swap(self, j: int, v: int) -> None:
         """Marker number j moved to vertex v; it becomes the last."""
