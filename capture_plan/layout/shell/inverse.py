@@ -91,7 +91,7 @@ def dissect(
 
 
 def inverted(A: Float[np.ndarray, "n n"]) -> Float[np.ndarray, "n n"]:
-    """A^-1 of a positive definite matrix, by Cholesky: a third of the work of solving for the unit matrix.
+    """A^-1 of a positive definite matrix, by Cholesky, a third of the work of solving for the unit matrix; A is used up.
 
     Raises:
         RigError: A is not positive definite, as happens where angles of triangles are lost in rounding.
@@ -99,11 +99,13 @@ def inverted(A: Float[np.ndarray, "n n"]) -> Float[np.ndarray, "n n"]:
     if not len(A):
         return A
     potrf, potri = get_lapack_funcs(("potrf", "potri"), (A,))
-    factor, failed = potrf(A, lower=1)
-    half, failed_too = potri(factor, lower=1)
+    factor, failed = potrf(A.T, lower=1, overwrite_a=1)
+    half, failed_too = potri(factor, lower=1, overwrite_c=1)
     if failed or failed_too:
         raise RigError("the stiffness of the shell is singular: clean the mesh of needle-thin triangles")
-    return np.tril(half) + np.tril(half, -1).T
+    for i in range(1, len(half)):
+        half[:i, i] = half[i, :i]
+    return half
 
 
 def _eliminate(A: csr_array, at: Int[np.ndarray, " n"], c: Int[np.ndarray, " c"]) -> Part:

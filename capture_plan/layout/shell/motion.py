@@ -19,7 +19,7 @@ from scipy.linalg import eigh, get_blas_funcs
 from capture_plan.errors import RigError
 
 TAIL_MM = 0.1  # rows that are left out; a final error of 0.4 mm, measured on all rows, changes by less than 1 %
-BLOCK = 128  # rows whose residual is held at once
+BLOCK = 1024  # vertices whose rows are held once more
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,10 +45,13 @@ class Motion:
 
     def compressed(self, tail_mm: float = TAIL_MM) -> "Motion":
         """Fewest rows that leave out at most `tail_mm` of RMSE."""
-        scaled = self.rows * np.sqrt(self.weights)[:, None]
         # Y' S Y, of which syrk fills one half
-        (syrk,) = get_blas_funcs(("syrk",), (scaled,))
-        gram = syrk(1.0, scaled.T, lower=1)
+        gram = np.zeros((self.rows.shape[1],) * 2, order="F")
+        (syrk,) = get_blas_funcs(("syrk",), (gram,))
+        for start in range(0, len(self.rows), BLOCK):
+            some = slice(start, start + BLOCK)
+            scaled = self.rows[some] * np.sqrt(self.weights[some, None])
+            gram = syrk(1.0, scaled.T, beta=1.0, c=gram, lower=1, overwrite_c=1)
         power, U = eigh(gram, lower=True)
         left_out = np.cumsum(np.maximum(power, 0)) <= tail_mm**2 * self.weights.sum()
         return replace(self, rows=self.rows @ U[:, ~left_out][:, ::-1])
@@ -56,10 +59,10 @@ class Motion:
     def squared_error(self, W: Float[np.ndarray, "v m"], markers: Int[np.ndarray, " m"]) -> float:
         """E."""
         total = 0.0
-        for start in range(0, self.rows.shape[1], BLOCK):
-            Y = self.rows[:, start : start + BLOCK]
-            R = Y - W @ Y[markers]
-            total += float(np.einsum("vr,vr,v->", R, R, self.weights))
+        for start in range(0, len(self.rows), BLOCK):
+            some = slice(start, start + BLOCK)
+            R = self.rows[some] - W[some] @ self.rows[markers]
+            total += float(np.einsum("vr,vr,v->", R, R, self.weights[some]))
         return total
 
     def rmse_mm(self, W: Float[np.ndarray, "v m"], markers: Int[np.ndarray, " m"]) -> float:

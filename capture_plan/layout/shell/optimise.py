@@ -136,8 +136,7 @@ class Search:
         best = int(scores.argmin()) if len(at) else -1
         if best < 0 or not scores[best] < self.state.error * (1 - GAIN):
             return False
-        self.state.drop(j)
-        self.state.add(int(at[best]))
+        self.state.swap(j, int(at[best]))
         return True
 
     def _move_site(self, h: int) -> bool:

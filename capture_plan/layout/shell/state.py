@@ -21,6 +21,7 @@ from copy import copy
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from scipy.linalg import get_blas_funcs
 
 from capture_plan.layout.shell.model import Shell
 from capture_plan.layout.shell.motion import Motion
@@ -43,24 +44,27 @@ class State:
     def _first(self) -> None:
         """gamma and nu without markers, on the diagonal and between partners."""
         v = np.arange(len(self.s))
-        own, beside = np.stack([v, v], axis=1), np.stack([v, self.partner], axis=1)
-        g, n = self.shell.entries(self.s, np.concatenate([own, beside]))
-        self._gamma, self._nu = np.split(g, 2), np.split(n, 2)
+        paired = np.flatnonzero(self.partner != v)
+        pairs = np.concatenate([np.stack([v, v], axis=1), np.stack([paired, self.partner[paired]], axis=1)])
+        g, n = self.shell.entries(self.s, pairs)
+        self._gamma, self._nu = ([x[: len(v)], x[: len(v)].copy()] for x in (g, n))
+        self._gamma[1][paired], self._nu[1][paired] = g[len(v) :], n[len(v) :]
 
     def refresh(self, markers: Sequence[int] | None = None) -> None:
         """Everything from scratch, of these markers or of those that stand."""
         self.markers = [int(h) for h in (self.markers if markers is None else markers)]
         H, s, p = np.array(self.markers, dtype=int), self.s, self.partner
-        self.KC, self.B = self.shell.bordered(H)
+        KC, self.B = self.shell.bordered(H)
+        self.KC = np.asfortranarray(KC)
         # W = KC B, R = Y - W Y_H
         KB = self.KC @ self.B
-        self.W = KB[:, : len(H)].copy()
+        self.W = KB[:, : len(H)].copy(order="F")
         self.R = self.motion.rows - self.W @ self.motion.rows[H]
         # T = G_H S W, Z = G_H S R with G_H = G - KC B KC'
         GSK = self._solve(s[:, None] * self.KC) @ self.B
         Q = self.KC.T @ (s[:, None] * KB)
         KBQ = KB @ Q
-        self.T = (GSK - KBQ)[:, : len(H)]
+        self.T = np.asfortranarray((GSK - KBQ)[:, : len(H)])
         self.Z = self._solve(s[:, None] * self.R) - KB @ (self.KC.T @ (s[:, None] * self.R))
         self.gamma = self._gamma[0] - _rows(KB, self.KC)
         self.gamma_beside = self._gamma[1] - _rows(KB, self.KC[p])
@@ -149,11 +153,11 @@ class State:
         w, s = self.W[:, j], self.s
         a, ww, rr = (s * w) @ self.R, float((s * w) @ w), float(rho @ rho)
         without = self.error + 2 * a @ rho + ww * rr
-        R, Z, w, t = self.R[at], self.Z[at], w[at], self.T[at, j]
-        R_rho, R_b = R @ rho, R @ (a + ww * rho) / q
+        w, t, Z_rho = w[at], self.T[at, j], (self.Z @ rho)[at]
+        R_rho, R_b = (self.R @ np.stack([rho, (a + ww * rho) / q], axis=1))[at].T
         # e, z, gamma, nu as `drop` would leave them
-        e = _rows(R, R) + 2 * w * R_rho + w**2 * rr
-        z = _rows(Z, R) + w * (Z @ rho + R_b) + t * (R_rho + w * rr) + w**2 * (a @ rho + ww * rr) / q
+        e = _rows(self.R, self.R)[at] + 2 * w * R_rho + w**2 * rr
+        z = _rows(self.Z, self.R)[at] + w * (Z_rho + R_b) + t * (R_rho + w * rr) + w**2 * (a @ rho + ww * rr) / q
         gamma = self.gamma[at] + w**2 / q
         nu = self.nu[at] + 2 * t * w / q + w**2 * ww / q**2
         can = ~self.shell.fixed[at] & (gamma > STUCK * self._gamma[0].max()) & ~np.isin(at, self.markers)
@@ -177,7 +181,7 @@ class State:
         self.T -= np.outer(t, c) - np.outer(w, ((s * w) @ self.W - ww * c) / q)
         self.W -= np.outer(w, c)
         keep = np.arange(len(self.markers)) != j
-        self.W, self.T = self.W[:, keep], self.T[:, keep]
+        self.W, self.T = self.W[:, keep].copy(order="F"), self.T[:, keep].copy(order="F")
         self._stand(self.markers[:j] + self.markers[j + 1 :], np.delete(self.KC, j, axis=1))
 
     def add(self, v: int) -> None:
@@ -197,19 +201,19 @@ class State:
         self.Z -= np.outer(u, r / d) + np.outer(g, ((s * g) @ self.R - gg * r / d) / d)
         self.R -= np.outer(g, r / d)
         self.T -= np.outer(u, W_v / d) + np.outer(g, ((s * g) @ self.W - gg * W_v / d) / d)
-        self.T = np.column_stack([self.T, (u - g * gg / d) / d])
-        self.W = np.column_stack([self.W - np.outer(g, W_v / d), g / d])
+        self.T = np.asfortranarray(np.column_stack([self.T, (u - g * gg / d) / d]))
+        self.W = np.asfortranarray(np.column_stack([self.W - np.outer(g, W_v / d), g / d]))
         self._stand([*self.markers, int(v)], np.hstack([self.KC[:, :m], column, self.KC[:, m:]]))
 
     def _stand(self, markers: list[int], KC: Float[np.ndarray, "v _"]) -> None:
-        self.markers, self.KC = markers, KC
+        self.markers, self.KC = markers, np.asfortranarray(KC)
         self.B = self.shell.inverted(np.array(markers, dtype=int), KC)
 
     def copy(self) -> "State":
         """One that can be changed without this one."""
         twin = copy(self)
-        for name in ("R", "Z", "W", "T", "gamma", "nu", "gamma_beside", "nu_beside"):
-            setattr(twin, name, getattr(self, name).copy())
+        for name in ("R", "Z", "W", "T", "KC", "gamma", "nu", "gamma_beside", "nu_beside"):
+            setattr(twin, name, getattr(self, name).copy(order="K"))
         return twin
 
     def two_scores(self, a: Int[np.ndarray, " p"], b: Int[np.ndarray, " q"]) -> Float[np.ndarray, "p q"]:
@@ -225,9 +229,38 @@ class State:
         return np.where(can, two_marker_scores(self.error, G, N, RR, RZ), np.inf)
 
     def swap(self, j: int, v: int) -> None:
-        """Marker number j moved to vertex v; it becomes the last."""
-        self.drop(j)
-        self.add(v)
+        """Marker number j moved to vertex v: `drop` and `add` in one pass over each array."""
+        s, p = self.s, self.partner
+        q, c, rho = self._without(j)
+        w, t, b = self.W[:, j].copy(), self.T[:, j].copy(), self.B - np.outer(self.B[j], self.B[j]) / q
+        a, ww = (s * w) @ self.R, float((s * w) @ w)
+        # g = G_H[:, v] and u = G_H S g without marker j, of which b knows nothing
+        column = self.shell.columns(np.array([v]))[:, 0]
+        g = column - self.KC @ (b @ self.KC[v])
+        u = self.shell.solve(s * g) - self.KC @ (b @ (self.KC.T @ (s * g)))
+        d, gg, gw = g[v], float((s * g) @ g), float((s * g) @ w)
+        r, W_v = self.R[v] + w[v] * rho, self.W[v] - w[v] * c
+        to_R = ((s * g) @ self.R + gw * rho - gg * r / d) / d
+        to_W = ((s * g) @ self.W - gw * c - gg * W_v / d) / d
+        self.gamma += w**2 / q - g**2 / d
+        self.gamma_beside += w * w[p] / q - g * g[p] / d
+        self.nu += 2 * t * w / q + w**2 * ww / q**2 - 2 * g * u / d + gg * g**2 / d**2
+        self.nu_beside += (t * w[p] + t[p] * w) / q + w * w[p] * ww / q**2
+        self.nu_beside += -(g * u[p] + g[p] * u) / d + gg * g * g[p] / d**2
+        four = np.stack([t, w, u, g], axis=1)
+        self.Z += four @ np.stack([rho, (a + ww * rho) / q, -r / d, -to_R])
+        self.R += four[:, [1, 3]] @ np.stack([rho, -r / d])
+        _add_product(self.T, four, np.stack([-c, ((s * w) @ self.W - ww * c) / q, -W_v / d, -to_W]))
+        _add_product(self.W, four[:, [1, 3]], np.stack([-c, -W_v / d]))
+        self.T[:, j], self.W[:, j], self.KC[:, j] = (u - g * gg / d) / d, g / d, column
+        self.markers = [*self.markers[:j], int(v), *self.markers[j + 1 :]]
+        self.B = self.shell.inverted(np.array(self.markers), self.KC)
+
+
+def _add_product(A: Float[np.ndarray, "v m"], U: Float[np.ndarray, "v n"], V: Float[np.ndarray, "n m"]) -> None:
+    """A += U V in place; the columns of A lie together."""
+    (gemm,) = get_blas_funcs(("gemm",), (A,))
+    gemm(1.0, U, V, beta=1.0, c=A, overwrite_c=1)
 
 
 def _rows(A: Float[np.ndarray, "v n"], B: Float[np.ndarray, "v n"]) -> Float[np.ndarray, " v"]:

@@ -65,6 +65,10 @@ class Subjects:
         for state in self.states:
             state.drop(j)
 
+    def swap(self, j: int, v: int) -> None:
+        for state in self.states:
+            state.swap(j, v)
+
     def add_scores(self) -> Float[np.ndarray, " v"]:
         return np.sum([state.add_scores() for state in self.states], axis=0)
 
