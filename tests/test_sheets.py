@@ -10,6 +10,8 @@ from PIL import Image
 
 from capture_plan.errors import PlanError
 from capture_plan.expressions.record import Expression, Packing
+from capture_plan.expressions.session import session
+from capture_plan.expressions.session_settings import SessionSettings
 from capture_plan.layout.record import Landmark, Layout, Worth
 from capture_plan.plan.record import FORMAT_VERSION, Plan, RigReference
 from capture_plan.plan.settings import Settings
