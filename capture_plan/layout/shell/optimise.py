@@ -262,7 +262,8 @@ def optimise(
     """`count` markers, the kept ones among them, none of which alone could be moved for the better.
 
     `spacing` is `near_table` of the skin at the least distance between two markers, `mirror` the mirror image of each
-    vertex where the layout is to be symmetric. `joint` moves neighbouring markers in twos at last.
+    vertex where the layout is to be symmetric, and `with_mirror_image` the motion for that. `joint` moves neighbouring
+    markers in twos at last.
 
     Raises:
         InfeasibleError: there is no room for so many.
