@@ -13,12 +13,11 @@ from scipy.sparse import csr_array
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.limits import Limit
 from capture_plan.layout.record import MotionFit
+from capture_plan.layout.shell.motion import TAIL_MM
 from capture_plan.layout.shell.optimise import Result, optimise
 from capture_plan.layout.take import Skin, Take, skin_of
 from capture_plan.layout.task import Task
 from capture_plan.rig import Rig
-
-TAIL_MM = 0.02  # takes of speech leave 0.1 to 0.2 mm: what is left out adds a hundredth of that in squares
 
 
 def sites_for(task: Task, take: Take) -> Int[np.ndarray, " n"]:
@@ -73,7 +72,6 @@ def place(
         kept=skin.places(sites.members(pinned)).tolist(),
         spacing=near_of(face.near(settings.spacing_mm), skin.at, settings.spacing_mm) if settings.spacing_mm else None,
         mirror=mirror_of(face.mirror, skin.at) if settings.symmetric else None,
-        tail_mm=TAIL_MM,
     )
     return in_sites(task, skin.at[list(result.order)], result)
 
