@@ -24,7 +24,17 @@ from capture_plan.progress import track
 from capture_plan.rig import sample_rig
 
 NOTEBOOKS = sorted(notebooks_folder().glob("*.py"))
-NAMES = ["compact_landmarks", "compare_layouts", "expressions", "landmarks", "rig", "session", "sheets", "visibility"]
+NAMES = [
+    "compact_landmarks",
+    "compare_layouts",
+    "expressions",
+    "landmarks",
+    "rig",
+    "session",
+    "sheets",
+    "thin_shell",
+    "visibility",
+]
 
 
 @pytest.fixture(scope="module")
@@ -80,6 +90,12 @@ def test_notebooks_are_clean_under_marimos_own_check():
 )
 def test_a_notebook_runs_alone_on_the_sample(name):
     assert run(name)["rig"].fingerprint == sample_rig().fingerprint
+
+
+def test_the_notebook_of_thin_shells_evaluates_the_take_that_it_is_given():
+    defined = run("thin_shell", counts=(6, 10))
+    assert defined["found"].counts == (6, 10)
+    assert defined["found"].take == defined["sequence"].name
 
 
 def test_the_sheets_notebook_draws_every_page(short_plan):

@@ -12,6 +12,13 @@ from capture_plan.figures.heads import Sitter, sit
 from capture_plan.figures.layouts import Captioned, layouts_figure
 from capture_plan.figures.maps import HeadMap, maps_figure
 from capture_plan.figures.paper import discarded, models, named_layouts, occlusion, replacements, seeds, suited, teaser
+from capture_plan.figures.shell import (
+    error_against_markers,
+    error_maps,
+    error_on_unseen_frames,
+    error_over_iterations,
+    nested_layouts,
+)
 from capture_plan.figures.style import png, svg, write_figure
 
 __all__ = [
@@ -22,12 +29,17 @@ __all__ = [
     "blendshape_bars",
     "discarded",
     "error_against_budget",
+    "error_against_markers",
     "error_against_noise",
+    "error_maps",
+    "error_on_unseen_frames",
+    "error_over_iterations",
     "incidence",
     "layouts_figure",
     "maps_figure",
     "models",
     "named_layouts",
+    "nested_layouts",
     "number_against_epsilon",
     "occlusion",
     "png",
