@@ -91,7 +91,7 @@ def dissect(
 
 
 def inverted(A: Float[np.ndarray, "n n"]) -> Float[np.ndarray, "n n"]:
-    """A^-1 of a positive definite matrix, by Cholesky, a third of the work of solving for the unit matrix; A is used up.
+    """A^-1 of a positive definite matrix by Cholesky, in a third of the time of solving; A is used up.
 
     Raises:
         RigError: A is not positive definite, as happens where angles of triangles are lost in rounding.

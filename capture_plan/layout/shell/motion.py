@@ -19,15 +19,17 @@ from scipy.linalg import eigh, get_blas_funcs
 from capture_plan.errors import RigError
 
 TAIL_MM = 0.1  # rows that are left out; a final error of 0.4 mm, measured on all rows, changes by less than 1 %
+ROUNDING = 1e-14  # share of the squared motion: rows below it are rounding of the others
 BLOCK = 1024  # vertices whose rows are held once more
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """`rows` are Y in millimetres, `weights` are s."""
+    """`rows` are Y in millimetres, `weights` are s; `in_threes` while the rows are x, y, z, x, y, z and so on."""
 
     rows: Float[np.ndarray, "v r"]
-    weights: Float[np.ndarray, " v"]
+    weights: Float[np.ndarray, " _"]
+    in_threes: bool = False
 
     def __post_init__(self) -> None:
         if len(self.weights) != len(self.rows):
@@ -41,7 +43,7 @@ class Motion:
 
     def at(self, vertices: Int[np.ndarray, " n"]) -> "Motion":
         """The motion of some vertices."""
-        return Motion(self.rows[vertices], self.weights[vertices])
+        return replace(self, rows=self.rows[vertices], weights=self.weights[vertices])
 
     def compressed(self, tail_mm: float = TAIL_MM) -> "Motion":
         """Fewest rows that leave out at most `tail_mm` of RMSE."""
@@ -53,8 +55,8 @@ class Motion:
             scaled = self.rows[some] * np.sqrt(self.weights[some, None])
             gram = syrk(1.0, scaled.T, beta=1.0, c=gram, lower=1, overwrite_c=1)
         power, U = eigh(gram, lower=True)
-        left_out = np.cumsum(np.maximum(power, 0)) <= tail_mm**2 * self.weights.sum()
-        return replace(self, rows=self.rows @ U[:, ~left_out][:, ::-1])
+        left_out = np.cumsum(np.maximum(power, 0)) <= tail_mm**2 * self.weights.sum() + ROUNDING * power.sum()
+        return replace(self, rows=self.rows @ U[:, ~left_out][:, ::-1], in_threes=False)
 
     def squared_error(self, W: Float[np.ndarray, "v m"], markers: Int[np.ndarray, " m"]) -> float:
         """E."""
@@ -77,7 +79,7 @@ def motion_of(displacements: Float[np.ndarray, "t v 3"]) -> Motion:
         raise RigError("a motion without frames: give at least one")
     rows = displacements.transpose(1, 0, 2).reshape(v, 3 * t).astype(float)
     rows /= np.sqrt(t)
-    return Motion(rows, np.ones(v))
+    return Motion(rows, np.ones(v), in_threes=True)
 
 
 def motion_from_rig(weights: Float[np.ndarray, "t k"], deltas: Float[np.ndarray, "k v 3"]) -> Motion:
@@ -87,7 +89,7 @@ def motion_from_rig(weights: Float[np.ndarray, "t k"], deltas: Float[np.ndarray,
     power, U = eigh(weights.T.astype(float) @ weights / t)
     root = U * np.sqrt(np.maximum(power, 0))
     rows = np.einsum("kvx,kr->vrx", deltas, root[:, ::-1], optimize=True)
-    return Motion(rows.reshape(rows.shape[0], 3 * k), np.ones(deltas.shape[1]))
+    return Motion(rows.reshape(rows.shape[0], 3 * k), np.ones(deltas.shape[1]), in_threes=True)
 
 
 def together(sessions: Sequence[Motion]) -> Motion:
@@ -96,4 +98,15 @@ def together(sessions: Sequence[Motion]) -> Motion:
     if len(sizes) != 1:
         raise RigError(f"sessions with {sorted(sizes)} vertices: give motions of one mesh")
     rows = np.hstack([one.rows for one in sessions]) / np.sqrt(len(sessions))
-    return Motion(rows, sessions[0].weights)
+    return replace(sessions[0], rows=rows, in_threes=all(one.in_threes for one in sessions))
+
+
+def with_mirror_image(motion: Motion, mirror: Int[np.ndarray, " v"]) -> Motion:
+    """Every frame and its mirror image in a plane across x (Le et al. 2013, section 4.6), so that no side rules.
+
+    X_t',i = S(X_t,m(i)): the displacement of the mirrored vertex, its x turned round. The motion is not compressed yet.
+    """
+    if not motion.in_threes:
+        raise RigError("a compressed motion has no x, y, z to mirror: mirror first, then compress")
+    turned = motion.rows[mirror] * np.tile([-1.0, 1.0, 1.0], motion.rows.shape[1] // 3)
+    return together([motion, replace(motion, rows=turned)])

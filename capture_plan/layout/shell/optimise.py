@@ -31,6 +31,7 @@ from capture_plan.layout.shell.subjects import Subject, Subjects
 from capture_plan.progress import track
 
 GAIN = 1e-10  # share of the error: a smaller gain is rounding
+NOTHING = 1e-18  # share of the squared motion: 1e-9 of its size is as good as no error
 SWEEPS = 100  # a sweep without a gain ends the search; five to ten are usual
 
 
@@ -82,6 +83,7 @@ class Search:
         small = [(shell, motion.compressed(tail_mm)) for shell, motion in subjects]
         self.state = Subjects(small, sites.mirror)
         self.pinned, self.swaps = len(kept), 0
+        self.power = sum(float(np.square(motion.rows).sum(axis=1) @ motion.weights) for _, motion in small)
         self.state.refresh(kept)
         self.greedy_mm = self.state.rmse_mm
 
@@ -118,6 +120,12 @@ class Search:
         E = state.error
         return two if two[1] and (E - two[0]) / 2 >= E - one[0] else one
 
+    @property
+    def _to_beat(self) -> float:
+        """The error below which a move has gained; none has where there is no error."""
+        E = self.state.error
+        return E * (1 - GAIN) if NOTHING * self.power < E else -np.inf
+
     def settle(self) -> None:
         """Sweeps over the markers, each moved to its best place, until one sweep gains nothing."""
         move = self._move if self.sites.mirror is None else self._move_site
@@ -134,7 +142,7 @@ class Search:
         at = np.flatnonzero(self.sites.beside(others))
         scores = self.state.swap_scores(j, at)
         best = int(scores.argmin()) if len(at) else -1
-        if best < 0 or not scores[best] < self.state.error * (1 - GAIN):
+        if best < 0 or not scores[best] < self._to_beat:
             return False
         self.state.swap(j, int(at[best]))
         return True
@@ -156,12 +164,11 @@ class Search:
             score, to = _least(twin.add_scores(), free & (mirror == np.arange(len(mirror))))
         else:
             score, to = _least_pair(twin.add_pair_scores(), free & free[mirror] & self.sites.apart, mirror)
-        if not score < self.state.error * (1 - GAIN):
+        if not score < self._to_beat:
             return False
         for v in to:
             twin.add(v)
-        self.state = twin
-        return True
+        return self._take(twin)
 
     def settle_two(self) -> None:
         """Neighbouring markers in pairs, until none gains; then single moves again, until neither gains."""
@@ -188,12 +195,17 @@ class Search:
         if self.sites.near is not None:
             scores[self.sites.near[a][:, b].toarray() > 0] = np.inf
         u, v = np.unravel_index(scores.argmin(), scores.shape)
-        if not scores[u, v] < self.state.error * (1 - GAIN):
+        if not scores[u, v] < self._to_beat:
             return False
         twin.add(int(a[u]))
         twin.add(int(b[v]))
-        self.state = twin
-        return True
+        return self._take(twin)
+
+    def _take(self, twin: Subjects) -> bool:
+        """Two vertices that move almost as one have a score full of rounding: the error itself decides."""
+        gained = twin.error < self._to_beat
+        self.state = twin if gained else self.state
+        return gained
 
     def result(self) -> Result:
         """The layout as it stands, its error on all that was given."""
@@ -262,7 +274,8 @@ def optimise(
     """`count` markers, the kept ones among them, none of which alone could be moved for the better.
 
     `spacing` is `near_table` of the skin at the least distance between two markers, `mirror` the mirror image of each
-    vertex where the layout is to be symmetric. `joint` moves neighbouring markers in twos at last.
+    vertex where the layout is to be symmetric, and `with_mirror_image` the motion for that. `joint` moves neighbouring
+    markers in twos at last.
 
     Raises:
         InfeasibleError: there is no room for so many.
