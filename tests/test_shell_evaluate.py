@@ -21,8 +21,16 @@ from capture_plan.layout.shell.evaluate import (
 )
 from capture_plan.layout.shell.evaluation import evaluate_take
 from capture_plan.layout.shell.page import motion_text
-from capture_plan.layout.shell.take import face_take, unperformed, with_reflection
-from capture_plan.layout.shell.validate import FOLDS, OnFirst, descents, five_fold, leave_one_out, simulation_recovery
+from capture_plan.layout.shell.take import face_take, unperformed
+from capture_plan.layout.shell.validate import (
+    FOLDS,
+    OnFirst,
+    descents,
+    five_fold,
+    leave_one_out,
+    on_first,
+    simulation_recovery,
+)
 from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
 from capture_plan.rig.sample.motion import random_weights, sample_motion
@@ -73,16 +81,6 @@ def test_a_take_of_meshes_is_the_take_of_the_weights_that_posed_them(take):
     )
 
 
-def test_a_reflected_motion_and_its_reflection_are_the_same_movement(take):
-    mirror = take.mirror
-    involution = np.flatnonzero(mirror[mirror] == np.arange(len(mirror)))
-    both = with_reflection(take.motion, mirror)
-    length = np.square(both.rows).sum(axis=1)
-    assert np.allclose(length[involution], length[mirror[involution]])
-    single = np.square(take.motion.rows).sum(axis=1)
-    assert np.allclose(length, (single + single[mirror]) / 2)
-
-
 def test_ours_is_the_best_of_what_is_chosen_without_its_search(take):
     errors = {
         name: np.mean([motion_error(take.shell, take.motion, H) for H in METHODS[name](take, take.motion, 12)])
@@ -120,6 +118,12 @@ def test_a_few_simulated_markers_are_found_again(take, seed):
     assert found.apart_mm == 0
 
 
+def test_moving_neighbours_in_twos_finds_what_single_moves_miss(take):
+    seed = next(n for n in range(20) if simulation_recovery(take.shell, 12, n).hit < 12)
+    alone, in_twos = (simulation_recovery(take.shell, 12, seed, joint=joint) for joint in (False, True))
+    assert in_twos.rmse_mm < alone.rmse_mm
+
+
 def test_a_simulation_that_is_missed_is_not_called_found(take):
     missed = [found for seed in range(4) if (found := simulation_recovery(take.shell, 40, seed)).hit < 40]
     assert all(found.rmse_mm > 1e-6 and found.apart_mm > 0 for found in missed)
@@ -155,6 +159,10 @@ def test_a_subject_beside_itself_loses_little_by_being_left_out(take):
         assert row.others_mm == pytest.approx(row.own_mm)
     with pytest.raises(RigError, match="1 subjects"):
         leave_one_out((own,), 10)
+
+
+def test_a_head_laid_onto_itself_stays_where_it_is(take):
+    assert np.mean(on_first(take, take).map == np.arange(len(take.at))) > 0.99
 
 
 def test_another_take_of_the_same_face_is_rebuilt_worse_than_ones_own(take):

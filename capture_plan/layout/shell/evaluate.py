@@ -22,11 +22,11 @@ from capture_plan.layout.face import Face
 from capture_plan.layout.observe import blind_spots
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.shell.model import Shell
-from capture_plan.layout.shell.motion import Motion
+from capture_plan.layout.shell.motion import Motion, with_mirror_image
 from capture_plan.layout.shell.optimise import nested, optimise
 from capture_plan.layout.shell.paper import optimise_as_published
 from capture_plan.layout.shell.skinning import Skinning, shapes, skinning
-from capture_plan.layout.shell.take import Take, with_reflection
+from capture_plan.layout.shell.take import Take
 from capture_plan.progress import track
 
 OURS, MIRRORED, RIG = "ours: exact swaps", "ours, symmetric", "from the rig: least error"
@@ -76,7 +76,7 @@ def ours(take: Take, motion: Motion, count: int) -> tuple[np.ndarray, ...]:
 
 def ours_mirrored(take: Take, motion: Motion, count: int) -> tuple[np.ndarray, ...]:
     """The same in mirrored pairs, of the motion and its reflection."""
-    both = with_reflection(motion, take.mirror)
+    both = with_mirror_image(motion, take.mirror)
     found = optimise(take.shell, both, count, candidates=take.candidates, mirror=take.mirror)
     return (np.array(found.markers),)
 

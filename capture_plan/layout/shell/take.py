@@ -3,7 +3,6 @@
 Data     x_v, triangles, skin; X[t, v] the frames, millimetres
 Part     triangles of skin with a vertex that somewhere in the take is `STILL_MM` from its rest; the largest piece
 Held     points of its rim, which is still (`boundary.py`); markers stand on what moves
-Mirror   for symmetric layouts the motion and its reflection, Y' [v] = S Y[m(v)], each with half the say
 """
 
 from dataclasses import dataclass, replace
@@ -15,7 +14,7 @@ from jaxtyping import Bool, Int
 from capture_plan.errors import RigError
 from capture_plan.layout.shell.boundary import STILL_MM, find_boundary
 from capture_plan.layout.shell.model import Shell
-from capture_plan.layout.shell.motion import Motion, motion_from_rig, motion_of, together
+from capture_plan.layout.shell.motion import Motion, motion_from_rig, motion_of
 from capture_plan.layout.shell.skinning import Sizes
 from capture_plan.mesh import pieces
 from capture_plan.mesh.mirror import mirror_map
@@ -98,12 +97,6 @@ def motion_over(sequence: Sequence, at: Int[np.ndarray, " n"], frames: Int[np.nd
     if isinstance(posed, PosedFrames):
         return motion_from_rig(posed.weights[frames], posed.rig.deltas[:, at])
     return motion_of(np.stack([sequence.frame(int(t))[at] - sequence.neutral[at] for t in frames]))
-
-
-def with_reflection(motion: Motion, mirror: Int[np.ndarray, " v"]) -> Motion:
-    """The motion and its reflection in a plane x = c. Rows that were compressed cannot be reflected."""
-    rows = motion.rows[mirror].reshape(len(mirror), -1, 3) * [-1, 1, 1]
-    return together([motion, replace(motion, rows=rows.reshape(motion.rows.shape))])
 
 
 def unperformed(sequence: Sequence) -> tuple[str, ...]:

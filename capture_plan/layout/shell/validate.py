@@ -16,9 +16,11 @@ import numpy as np
 from jaxtyping import Float, Int
 from msgspec import Struct
 from scipy.optimize import linear_sum_assignment
+from scipy.spatial import KDTree
 from scipy.spatial.distance import cdist
 
 from capture_plan.errors import RigError
+from capture_plan.layout.correspond import correspond
 from capture_plan.layout.shell.evaluate import METHODS, OURS, motion_error
 from capture_plan.layout.shell.model import Shell
 from capture_plan.layout.shell.motion import Motion, together
@@ -75,6 +77,19 @@ class OnFirst:
 
     take: Take
     map: Int[np.ndarray, " v"]
+
+
+def on_first(first: Take, other: Take) -> OnFirst:
+    """A subject on a mesh of its own: the first's head laid onto it, each vertex to the nearest of the subject's shell.
+
+    Raises:
+        RigError: the two heads cannot be laid onto each other.
+    """
+    at, places = correspond(first.rig, other.rig).head
+    tree, laid = KDTree(other.shell.vertices), KDTree(first.rig.neutral[at])
+    # skin that is no part of the laid surface goes where the nearest that is goes
+    there = places[laid.query(first.shell.vertices)[1]]
+    return OnFirst(other, np.asarray(tree.query(there)[1]))
 
 
 def simulation_recovery(shell: Shell, count: int, seed: int, *, joint: bool = False) -> Recovery:
