@@ -2,7 +2,8 @@
 
 A generated head of 25,000 vertices, still at the back, 384 frames of soft movements, boundary on, one process. The
 published algorithm needs a new factorisation, or the update of one, for each of its moves; its cost is the number of
-moves that its own run makes times the seconds of one, measured here.
+moves that its own run makes times the seconds of one, measured here. On one core a real face of 26,534 vertices took
+32 s and 1.4 GB for 80 markers, 135 times less than that.
 """
 
 import resource
