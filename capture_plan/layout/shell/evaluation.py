@@ -100,7 +100,7 @@ def evaluate_take(take: Take, face: Face, counts: Several[int]) -> Evaluation:
         scored=by_method(take, face, counts),
         rims=rims,
         recoveries=tuple(
-            simulation_recovery(take.shell, count, seed) for count in counts for seed in range(SIMULATIONS)
+            simulation_recovery(take.shell, count, seed, joint=True) for count in counts for seed in range(SIMULATIONS)
         ),
         folds=tuple(five_fold(take, count, method=method) for count in counts for method in FOLDED),
         skinning=tuple(skinned(take, count) for count in counts),
