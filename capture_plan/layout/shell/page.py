@@ -128,7 +128,7 @@ def claims(found: Evaluation) -> list[str]:
             "on unseen frames, ours beats the others (Fig. 13)",
             all(folded[OURS, n] <= min(mm for (_, k), mm in folded.items() if k == n) for n in m),
         ),
-        _claim("simulated layouts are found again, to the last marker (Fig. 9: nearly)", min(exact) == 1),
+        _claim("simulated layouts are found again, to the last marker (Fig. 9: nearly)", bool(min(exact) == 1)),
         _claim(
             "corrected markers beat key points (Table 4)",
             all(one.corrected_mm < one.key_points_mm < one.markers_mm for one in found.skinning),
