@@ -33,6 +33,7 @@ NAMES = [
     "rig",
     "session",
     "sheets",
+    "thin_shell",
     "visibility",
 ]
 
@@ -90,6 +91,12 @@ def test_notebooks_are_clean_under_marimos_own_check():
 )
 def test_a_notebook_runs_alone_on_the_sample(name):
     assert run(name)["rig"].fingerprint == sample_rig().fingerprint
+
+
+def test_the_notebook_of_thin_shells_evaluates_the_take_that_it_is_given():
+    defined = run("thin_shell", counts=(6, 10))
+    assert defined["found"].counts == (6, 10)
+    assert defined["found"].take == defined["sequence"].name
 
 
 def test_the_sheets_notebook_draws_every_page(short_plan):

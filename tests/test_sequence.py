@@ -14,7 +14,7 @@ from capture_plan.errors import RigError
 from capture_plan.rig import sample_rig
 from capture_plan.rig.sequence import read_sequence
 from capture_plan.rig.sequence.animation import Channel, sample
-from capture_plan.rig.sequence.frames import StoredFrames
+from capture_plan.rig.sequence.frames import PosedFrames, StoredFrames
 from capture_plan.rig.sequence.rigid import HeldFrames, kabsch, still_vertices, stillness
 
 
@@ -300,3 +300,9 @@ def test_a_file_of_another_mesh_among_the_frames_is_named(tmp_path):
     trimesh.creation.box().export(folder / "head.0002.ply")
     with pytest.raises(RigError, match=r"head\.0002\.ply has 8 vertices"):
         frames_of(read_sequence(folder, rig=sample_rig()))
+
+
+def test_frames_in_which_nothing_moves_are_the_neutral():
+    rig = sample_rig()
+    still = PosedFrames(rig, np.zeros((3, len(rig.names))))
+    assert np.array_equal(still.block(0, 3), np.broadcast_to(rig.neutral, (3, *rig.neutral.shape)))

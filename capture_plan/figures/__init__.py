@@ -19,6 +19,13 @@ from capture_plan.figures.packing import (
     shown_by_terms,
 )
 from capture_plan.figures.paper import discarded, models, named_layouts, occlusion, replacements, seeds, suited, teaser
+from capture_plan.figures.shell import (
+    error_against_markers,
+    error_maps,
+    error_on_unseen_frames,
+    error_over_iterations,
+    nested_layouts,
+)
 from capture_plan.figures.style import png, svg, write_figure
 
 __all__ = [
@@ -29,14 +36,19 @@ __all__ = [
     "blendshape_bars",
     "discarded",
     "error_against_budget",
+    "error_against_markers",
     "error_against_noise",
     "error_by_scans",
+    "error_maps",
+    "error_on_unseen_frames",
+    "error_over_iterations",
     "expressions_figure",
     "incidence",
     "layouts_figure",
     "maps_figure",
     "models",
     "named_layouts",
+    "nested_layouts",
     "number_against_epsilon",
     "number_against_mu",
     "occlusion",

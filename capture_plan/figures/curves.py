@@ -19,7 +19,7 @@ def number_against_epsilon(rows: Sequence[EpsilonRow]) -> Figure:
     """M of the fewest (with its proven bound) and of the paper's sum; an epsilon with uncovered blendshapes is said."""
     x = [row.epsilon for row in rows]
     with house():
-        figure, axes = _axes("epsilon", "landmarks M")
+        figure, axes = curve_axes("epsilon", "landmarks M")
         paper = [len(row.paper_vertices) for row in rows]
         axes.plot(x, paper, "s-", color=OTHERS[0], ms=4, label="the paper's sum (eq. 5a)")
         proven = all(row.proven_optimal for row in rows)
@@ -42,7 +42,7 @@ def error_against_budget(
 ) -> Figure:
     """Error (mm) of the skin by number of landmarks; `levels` are layouts with a number of their own: dashed lines."""
     with house():
-        figure, axes = _axes("landmarks M", f"error of the skin at {noise_mm:g} mm noise, mm (rms)")
+        figure, axes = curve_axes("landmarks M", f"error of the skin at {noise_mm:g} mm noise, mm (rms)")
         _methods(axes, curves, ours)
         end = max(max(x) for x, _ in curves.values())
         for name, level in levels.items():
@@ -58,13 +58,16 @@ def error_against_budget(
 def error_against_noise(curves: Mapping[str, Curve], *, ours: str, landmarks: int) -> Figure:
     """Error (mm) of the skin by the noise of a landmark coordinate, for layouts of about as many landmarks."""
     with house():
-        figure, axes = _axes("noise of a landmark coordinate, mm", f"error of the skin with M = {landmarks}, mm (rms)")
+        figure, axes = curve_axes(
+            "noise of a landmark coordinate, mm", f"error of the skin with M = {landmarks}, mm (rms)"
+        )
         _methods(axes, curves, ours)
         axes.set_ylim(bottom=0)
     return figure
 
 
-def _axes(x: str, y: str) -> tuple[Figure, Axes]:
+def curve_axes(x: str, y: str) -> tuple[Figure, Axes]:
+    """An empty diagram with room for its legend on the right."""
     figure = blank(WIDTH_IN * 0.72, HEIGHT_IN)
     figure.set_layout_engine("constrained")
     axes = figure.add_subplot()

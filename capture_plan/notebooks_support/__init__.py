@@ -45,6 +45,16 @@ from capture_plan.notebooks_support.packing import (
 )
 from capture_plan.notebooks_support.paper import downloads, page_gallery, sheet_download, sheet_pages
 from capture_plan.notebooks_support.pictures import blendshape_knob, figure_view, incidence_figure, rigs_beside
+from capture_plan.notebooks_support.shell import (
+    chosen_take,
+    layouts_inside_the_next,
+    maps_of_counts,
+    maps_of_methods,
+    marker_counts_knob,
+    said,
+    skinning_table,
+    views_table,
+)
 from capture_plan.report.page import openness
 
 __all__ = [
@@ -56,6 +66,7 @@ __all__ = [
     "budget_curves",
     "camera_knob",
     "chosen_rig",
+    "chosen_take",
     "comparing_knobs",
     "comparing_settings",
     "comparison_table",
@@ -73,6 +84,10 @@ __all__ = [
     "landmarks_head",
     "layout_head",
     "layout_view",
+    "layouts_inside_the_next",
+    "maps_of_counts",
+    "maps_of_methods",
+    "marker_counts_knob",
     "noise_curves",
     "openness",
     "packing_head",
@@ -86,9 +101,12 @@ __all__ = [
     "plan_view",
     "rig_reference",
     "rigs_beside",
+    "said",
     "session_settings",
     "sheet_download",
     "sheet_pages",
+    "skinning_table",
+    "views_table",
     "visibility_head",
     "visibility_view",
     "wanted",

@@ -1,11 +1,8 @@
 """What a take does to a face: the thin shell of the part that moves, and its motion.
 
 Data     x_v, triangles, skin; X[t, v] the frames, millimetres
-Part     triangles of skin with a vertex that somewhere in the take is `MOVING_MM` from its rest; the largest piece
-Held     vertices of the part that never get so far: the rim of the movement (Le et al. 2013, section 4.6). A border of
-         the mesh is held where it is still alone: lips and lids are borders too
-Markers  on all others
-Mirror   for symmetric layouts the motion and its reflection, Y' [v] = S Y[m(v)], each with half the say
+Part     triangles of skin with a vertex that somewhere in the take is `STILL_MM` from its rest; the largest piece
+Held     points of its rim, which is still (`boundary.py`); markers stand on what moves
 """
 
 from dataclasses import dataclass, replace
@@ -15,8 +12,9 @@ import numpy as np
 from jaxtyping import Bool, Int
 
 from capture_plan.errors import RigError
+from capture_plan.layout.shell.boundary import STILL_MM, find_boundary
 from capture_plan.layout.shell.model import Shell
-from capture_plan.layout.shell.motion import Motion, motion_from_rig, motion_of, together
+from capture_plan.layout.shell.motion import Motion, motion_from_rig, motion_of
 from capture_plan.layout.shell.skinning import Sizes
 from capture_plan.mesh import pieces
 from capture_plan.mesh.mirror import mirror_map
@@ -24,24 +22,22 @@ from capture_plan.rig import Rig
 from capture_plan.rig.sequence import Sequence
 from capture_plan.rig.sequence.frames import PosedFrames
 
-MOVING_MM = 0.5  # less is the noise of dense capture; where nothing moves there is nothing to see
 UNUSED = 0.1  # a blendshape whose weight never exceeds it was not performed
 
 
 @dataclass(frozen=True, eq=False)
 class Take:
-    """`at` are the rig's vertices of the shell, ascending; `motion` is of all frames, not compressed."""
+    """`at` are the rig's vertices of the shell, ascending; `motion` is of all frames, not compressed.
+
+    `candidates` are the vertices of the shell that may carry a marker.
+    """
 
     rig: Rig
     sequence: Sequence
     at: Int[np.ndarray, " v"]
     shell: Shell
     motion: Motion
-
-    @property
-    def candidates(self) -> Bool[np.ndarray, " v"]:
-        """Vertices of the shell that may carry a marker."""
-        return ~self.shell.fixed
+    candidates: Bool[np.ndarray, " v"]
 
     @cached_property
     def loose(self) -> Shell:
@@ -81,15 +77,18 @@ def face_take(rig: Rig, sequence: Sequence) -> Take:
             f"{sequence.name} has {len(sequence.neutral):,} vertices, the rig {rig.name} has {len(rig.neutral):,}: "
             "read the take with this rig"
         )
-    moved = rig.skin & (sequence.motion() >= MOVING_MM)
+    furthest = sequence.motion()
+    moved = rig.skin & (furthest >= STILL_MM)
     triangles = rig.triangles[rig.skin[rig.triangles].all(axis=1) & moved[rig.triangles].any(axis=1)]
     if not len(triangles):
-        raise RigError(f"{sequence.name} moves no skin by {MOVING_MM:g} mm: give a take in which the face moves")
+        raise RigError(f"{sequence.name} moves no skin by {STILL_MM:g} mm: give a take in which the face moves")
     piece = pieces(triangles, len(rig.neutral))[triangles[:, 0]]
     triangles = triangles[piece == np.bincount(piece).argmax()]
     at, inside = np.unique(triangles, return_inverse=True)
-    shell = Shell(sequence.neutral[at], inside.reshape(-1, 3), ~moved[at])
-    return Take(rig, sequence, at, shell, motion_over(sequence, at, np.arange(len(sequence))))
+    vertices, triangles = sequence.neutral[at], inside.reshape(-1, 3)
+    rim = find_boundary(vertices, triangles, furthest[at])
+    shell = Shell(vertices, triangles, rim.fixed)
+    return Take(rig, sequence, at, shell, motion_over(sequence, at, np.arange(len(sequence))), rim.moving)
 
 
 def motion_over(sequence: Sequence, at: Int[np.ndarray, " n"], frames: Int[np.ndarray, " t"]) -> Motion:
@@ -98,12 +97,6 @@ def motion_over(sequence: Sequence, at: Int[np.ndarray, " n"], frames: Int[np.nd
     if isinstance(posed, PosedFrames):
         return motion_from_rig(posed.weights[frames], posed.rig.deltas[:, at])
     return motion_of(np.stack([sequence.frame(int(t))[at] - sequence.neutral[at] for t in frames]))
-
-
-def with_reflection(motion: Motion, mirror: Int[np.ndarray, " v"]) -> Motion:
-    """The motion and its reflection in a plane x = c. Rows that were compressed cannot be reflected."""
-    rows = motion.rows[mirror].reshape(len(mirror), -1, 3) * [-1, 1, 1]
-    return together([motion, replace(motion, rows=rows.reshape(motion.rows.shape))])
 
 
 def unperformed(sequence: Sequence) -> tuple[str, ...]:

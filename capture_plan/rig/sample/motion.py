@@ -1,4 +1,4 @@
-"""A take of the sample head, made up: every blendshape rises and falls once, in a random order, a few at a time.
+"""A take of any rig, made up: every blendshape rises and falls once, in a random order, a few at a time.
 
 Data    start_k, length_k   frames; peak_k weight: drawn from a seed
 Model   w[t, k] = peak_k sin^2(pi (t - start_k) / length_k) while it lasts, else 0
@@ -20,12 +20,20 @@ LEAST_PEAK = 0.5
 
 
 def sample_motion(seed: int = 0, *, frames: int = FRAMES) -> Sequence:
-    """`frames` frames of the sample head; the same seed gives the same take."""
-    rig = sample_rig()
-    weights = random_weights(rig, seed, frames)
-    note = "made up from a seed: no person moved like this"
+    """A take of the sample head; the same seed gives the same take."""
+    return made_up_take(sample_rig(), seed, frames=frames)
+
+
+def made_up_take(rig: Rig, seed: int = 0, *, frames: int = FRAMES) -> Sequence:
+    """`frames` frames of any rig with blendshapes, where nobody has been recorded yet."""
     return Sequence(
-        f"made-up take {seed}", rig.neutral, rig.triangles, PosedFrames(rig, weights), FPS, rig, None, (note,)
+        name=f"made-up take {seed}",
+        neutral=rig.neutral,
+        triangles=rig.triangles,
+        frames=PosedFrames(rig, random_weights(rig, seed, frames)),
+        fps=FPS,
+        rig=rig,
+        notes=("the take is made up from a seed: no person moved like this",),
     )
 
 

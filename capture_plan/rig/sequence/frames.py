@@ -54,7 +54,7 @@ class PosedFrames:
         """v0 + sum_k w[t, k] d[k], by the blendshapes that move in these frames."""
         w = self.weights[start:stop]
         moving = np.flatnonzero(w.any(axis=0))
-        d = self.rig.deltas[moving].reshape(len(moving), -1)
+        d = self.rig.deltas[moving].reshape(len(moving), self.rig.neutral.size)
         moved = w[:, moving].astype(np.float32) @ d  # float32: the deltas are no finer
         return self.rig.neutral + moved.reshape(len(w), -1, 3)
 

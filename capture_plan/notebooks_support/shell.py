@@ -1,0 +1,101 @@
+"""Layouts for dense motion in a notebook: the take, how many markers, and what the numbers say of the claims."""
+
+from collections.abc import Callable
+from typing import Any
+
+import marimo as mo
+
+from capture_plan.figures import Figure, Sitter, error_maps, nested_layouts
+from capture_plan.layout.shell import evaluate as methods
+from capture_plan.layout.shell.evaluate import Scored
+from capture_plan.layout.shell.evaluation import COUNTS, Evaluation
+from capture_plan.layout.shell.take import Take
+from capture_plan.notebooks_support.figures import show_table
+from capture_plan.notebooks_support.frame import plain, working
+from capture_plan.report.words import millimetres
+from capture_plan.rig import Rig
+from capture_plan.rig.sample.motion import made_up_take
+from capture_plan.rig.sequence import Sequence, read_sequence
+
+PAPERS_COUNTS = (40, 60, 80, 100)  # Le et al. 2013, section 5
+MAPPED = {
+    "Ours": methods.OURS,
+    "As published": methods.PAPER,
+    "MSLS-meshes": "MSLS-meshes (our reading)",
+    "LS-meshes": "LS-meshes",
+}
+
+
+def chosen_take(rig: Rig) -> Sequence:
+    """The take given as `-- --take PATH`, else one that is made up."""
+    path = mo.cli_args().get("take")
+    with working():
+        return read_sequence(str(path), rig=rig) if path else made_up_take(rig)
+
+
+def marker_counts_knob() -> Any:
+    """How many markers are compared."""
+    choices = {", ".join(map(str, counts)): counts for counts in (COUNTS, PAPERS_COUNTS)}
+    return mo.ui.dropdown(choices, next(iter(choices)), label="Markers")
+
+
+def maps_of_methods(sitter: Sitter, take: Take, found: Evaluation) -> Figure:
+    """Where the layouts of most markers err."""
+    layouts = {title: _layout(found, name, found.counts[-1]) for title, name in MAPPED.items()}
+    return error_maps(sitter, take, layouts)
+
+
+def maps_of_counts(sitter: Sitter, take: Take, found: Evaluation) -> Figure:
+    """Where ours err, by number of markers."""
+    return error_maps(sitter, take, {f"M = {m}": _layout(found, methods.OURS, m) for m in found.counts})
+
+
+def layouts_inside_the_next(sitter: Sitter, found: Evaluation) -> Figure:
+    """Each layout inherits the markers of the one before."""
+    return nested_layouts(sitter, [_layout(found, methods.NESTED, m) for m in found.counts])
+
+
+def views_table(found: Evaluation) -> mo.Html:
+    """The layouts of most markers, as seen by the motion and by the rig."""
+    m = found.counts[-1]
+    rows = sorted((one for one in found.scored if one.markers == m), key=lambda one: one.rmse_mm)
+    return show_table(
+        [
+            {
+                "Layout": one.method,
+                "Error of the take": millimetres(one.rmse_mm),
+                "Told apart": f"{one.rank} of {found.full_rank}",
+                "Not seen": len(one.unseen),
+            }
+            for one in rows
+        ],
+        numbers=("Error of the take", "Told apart", "Not seen"),
+    )
+
+
+def skinning_table(found: Evaluation) -> mo.Html:
+    """The take stored as markers: errors, and how many times smaller it is."""
+    return show_table(
+        [
+            {
+                "Markers": one.markers,
+                "Markers alone": f"{one.markers_mm:.3f} mm, {one.markers_ratio:.1f} times smaller",
+                f"Fitted corrections ({found.skinning[0].rank} to {found.skinning[-1].rank})": (
+                    f"{one.corrected_mm:.3f} mm, {one.corrected_ratio:.1f} times"
+                ),
+                "Fitted key points": f"{one.key_points_mm:.3f} mm, {one.key_points_ratio:.1f} times",
+            }
+            for one in found.skinning
+        ],
+        numbers=("Markers",),
+    )
+
+
+def said(found: Evaluation, *parts: Callable[[Evaluation], list[str]]) -> mo.Html:
+    """Sentences about the numbers, as a list."""
+    lines = [line for part in parts for line in part(found)]
+    return mo.md("\n".join(f"- {plain(line)}" for line in lines))
+
+
+def _layout(found: Evaluation, method: str, markers: int) -> Scored:
+    return next(one for one in found.scored if (one.method, one.markers) == (method, markers))

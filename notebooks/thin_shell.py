@@ -1,0 +1,224 @@
+import marimo
+
+__generated_with = "0.25.2"
+app = marimo.App(width="medium", app_title="Markers for dense motion", css_file="notebook.css")
+
+with app.setup:
+    import marimo as mo
+
+    from capture_plan import figures
+    from capture_plan import notebooks_support as parts
+    from capture_plan.layout.face import see_face
+    from capture_plan.layout.shell import page
+    from capture_plan.layout.shell.evaluation import evaluate_take
+    from capture_plan.layout.shell.take import face_take
+    from capture_plan.rig.audit import audit
+
+
+@app.cell(hide_code=True)
+def title(rig, sequence):
+    mo.md(f"""
+    # Markers for dense motion: {parts.plain(rig.name)}, {parts.plain(sequence.name)}
+
+    Le, Zhu and Deng (2013) lay out markers for a recorded performance: skin bends between them like a thin shell, and
+    the best places are those from which the shell comes nearest to every frame. Here is their evaluation on this
+    take, their algorithm as published beside ours, which scores every move of a marker exactly.
+    """)
+    return
+
+
+@app.cell
+def rig_of_the_session():
+    rig = parts.chosen_rig()
+    sitter = figures.sit(rig)
+    return rig, sitter
+
+
+@app.cell
+def take_of_the_session(rig):
+    sequence = parts.chosen_take(rig)
+    with parts.working():
+        take = face_take(rig, sequence)
+        face = see_face(rig, audit(rig).used)
+    return face, sequence, take
+
+
+@app.cell
+def how_many():
+    knob = parts.marker_counts_knob()
+    knob
+    return (knob,)
+
+
+@app.cell
+def numbers_of_markers(knob):
+    counts = knob.value
+    return (counts,)
+
+
+@app.cell
+def evaluated(counts, face, take):
+    with parts.working():
+        found = evaluate_take(take, face, counts)
+    return (found,)
+
+
+@app.cell(hide_code=True)
+def about_the_claims():
+    mo.md("""
+    ## What holds on this take
+
+    The paper's observations, each held against the numbers below, and what this take cannot teach.
+    """)
+    return
+
+
+@app.cell
+def claims(found):
+    parts.said(found, page.claims, page.balance, lambda found: list(found.notes))
+    return
+
+
+@app.cell(hide_code=True)
+def about_the_errors():
+    mo.md("""
+    ## Error against the number of markers
+
+    All layouts bend the same shell, held at the same rim; only the places differ. Crosses are layouts that people use.
+    """)
+    return
+
+
+@app.cell
+def errors(found):
+    parts.figure_view(
+        figures.error_against_markers(found),
+        "Error over all frames and vertices, root mean square, markers measured without noise.",
+        name="error-against-markers",
+    )
+    return
+
+
+@app.cell
+def maps_of_methods(found, sitter, take):
+    parts.figure_view(
+        parts.maps_of_methods(sitter, take, found),
+        f"Where the skin is missed with {found.counts[-1]} markers.",
+        name="maps-of-methods",
+    )
+    return
+
+
+@app.cell
+def maps_of_counts(found, sitter, take):
+    parts.figure_view(
+        parts.maps_of_counts(sitter, take, found),
+        "Where the skin is missed by our layouts, by number of markers.",
+        name="maps-of-counts",
+    )
+    return
+
+
+@app.cell(hide_code=True)
+def about_both_views():
+    mo.md("""
+    ## The same layouts, asked about the rig
+
+    A layout for one take may be blind to blendshapes that the take shows little of; a layout for the rig rebuilds the
+    take less well. The table has both.
+    """)
+    return
+
+
+@app.cell
+def both_views(found):
+    parts.views_table(found)
+    return
+
+
+@app.cell(hide_code=True)
+def about_the_variants():
+    mo.md("""
+    ## Held or loose, and layouts that grow
+
+    Where the motion ends the shell is held still. Red markers are inherited from the smaller layout, blue ones are new.
+    """)
+    return
+
+
+@app.cell
+def held_or_loose(found):
+    parts.said(found, page.variants)
+    return
+
+
+@app.cell
+def growing(found, sitter):
+    parts.figure_view(
+        parts.layouts_inside_the_next(sitter, found), "Every layout is a part of the next.", name="nested-layouts"
+    )
+    return
+
+
+@app.cell(hide_code=True)
+def about_the_published_algorithm():
+    mo.md("""
+    ## The published algorithm, iteration by iteration
+
+    It starts at random and may go uphill; the paper keeps the best of ten starts.
+    """)
+    return
+
+
+@app.cell
+def iterations(found):
+    parts.figure_view(
+        figures.error_over_iterations(found), "Error after each iteration, from five starts.", name="iterations"
+    )
+    return
+
+
+@app.cell(hide_code=True)
+def about_frames_that_were_not_seen():
+    mo.md("""
+    ## Frames that the layout was not chosen from
+
+    The take in five parts, each rebuilt by a layout from the other four. Below, simulated layouts that are looked for
+    again: our figures, not those of the paper, whose layouts and displacements nobody has.
+    """)
+    return
+
+
+@app.cell
+def folds(found):
+    parts.figure_view(
+        figures.error_on_unseen_frames(found), "Mean and standard deviation over the five parts.", name="unseen-frames"
+    )
+    return
+
+
+@app.cell
+def recoveries(found):
+    parts.said(found, page.recoveries)
+    return
+
+
+@app.cell(hide_code=True)
+def about_skinning():
+    mo.md("""
+    ## The take stored as markers
+
+    With nothing held, as in the paper's Table 4. Corrections and key points are fitted to the very take that they are
+    measured on: they say how small a take can be stored, not how well markers predict it.
+    """)
+    return
+
+
+@app.cell
+def stored(found):
+    parts.skinning_table(found)
+    return
+
+
+if __name__ == "__main__":
+    app.run()
