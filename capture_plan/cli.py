@@ -380,6 +380,31 @@ def compare(
 
 
 @app.command()
+def motion(
+    rig: RigPath,
+    take: Annotated[Path | None, typer.Option(help="Recorded take on the rig [a made-up take of the sample].")] = None,
+    markers: Annotated[list[int] | None, typer.Option(min=1, help="Markers; may be given several times.")] = None,
+    unit_mm: UnitMm = None,
+    up: Up = None,
+    facing: Facing = None,
+    skin: Skin = None,
+    names: Names = None,
+) -> None:
+    """Evaluate marker layouts on a take of RIG as Le et al. 2013 do: methods, folds, recovery, compression."""
+    from capture_plan.errors import RigError
+    from capture_plan.layout.shell.evaluation import COUNTS, evaluate_all
+    from capture_plan.layout.shell.page import motion_text
+    from capture_plan.rig.sample.motion import sample_motion
+    from capture_plan.rig.sequence import read_sequence
+
+    found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
+    if take is None and rig != "sample":
+        raise RigError(f"{rig}: name a recorded take of it with --take; only the sample has a made-up one")
+    sequence = read_sequence(take, rig=found) if take else sample_motion()
+    say([motion_text(evaluate_all(found, sequence, counts=markers or COUNTS))])
+
+
+@app.command()
 def notebook(
     rig: RigPath = "sample",
     edit: Annotated[bool, typer.Option("--edit", help="Open it for editing instead of as an app.")] = False,
