@@ -54,17 +54,18 @@ def _rig_path() -> str:
 
 def _bars(stack: ExitStack) -> Reporter:
     """A reporter that shows each piece of work as a bar of the running cell."""
-    bars: dict[str, Any] = {}
-    shown: dict[str, int] = {}
+    bars: dict[tuple[str, int], Any] = {}
+    shown: dict[tuple[str, int], int] = {}
 
     def report(label: str, done: int, total: int) -> None:
         if total < 2:
             return
-        if label not in bars:
+        work = label, total
+        if work not in bars:
             bar = mo.status.progress_bar(total=total, title=label, show_rate=False, show_eta=False, remove_on_exit=True)
-            bars[label], shown[label] = stack.enter_context(bar), 0
-        if done > shown[label]:
-            bars[label].update(increment=done - shown[label])
-            shown[label] = done
+            bars[work], shown[work] = stack.enter_context(bar), 0
+        if done > shown[work]:
+            bars[work].update(increment=done - shown[work])
+            shown[work] = done
 
     return report
