@@ -10,7 +10,7 @@ import pytest
 from solids import square
 
 from capture_plan.errors import RigError
-from capture_plan.layout.correspond import correspond, transfer, transfer_places
+from capture_plan.layout.correspond import correspond, transfer
 from capture_plan.layout.empirical import EMPIRICAL, empirical_layout, place_layout
 from capture_plan.rig import Rig, sample_rig
 
@@ -76,17 +76,6 @@ def test_numbers_of_vertices_do_not_matter():
         source_index=rig.source_index[order],
     )
     assert np.array_equal(order[transfer(rig, SIXTY_EIGHT, shuffled).vertices], SIXTY_EIGHT)
-
-
-def test_corners_of_triangles_are_carried_like_vertices_and_inner_places_lie_between():
-    """On the cheek, where the skin is flat enough for the nearest vertex to be a corner."""
-    rig = sample_rig()
-    cheek = next(point.vertex for point in empirical_layout("mpeg4").points if point.name == "5.1")
-    triangle = np.flatnonzero((rig.triangles == cheek).any(axis=1))[:1]
-    by_corner = transfer_places(rig, triangle, np.array([[0.0, 1.0, 0.0]]), rig)
-    assert by_corner.vertices[0] == rig.triangles[triangle[0], 1]
-    inside = transfer_places(rig, triangle, np.array([[0.2, 0.3, 0.5]]), rig)
-    assert inside.vertices[0] in rig.triangles[triangle[0]]
 
 
 def test_one_fit_serves_all_layouts():

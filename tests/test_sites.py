@@ -4,22 +4,12 @@ import numpy as np
 import pytest
 
 from capture_plan.layout.quality import importance_weights, mean_quality, total_quality
-from capture_plan.layout.sites import mirrored_sites, moving, relative_displacement, single_sites
+from capture_plan.layout.sites import mirrored_sites, moving, single_sites
 
 NEUTRAL = np.array([[-5.0, 0, 0], [5, 0, 0], [0, 3, 0], [-1, 0, 0], [1, 0, 0]])
 MIRROR = np.array([1, 0, 2, 4, 3])
 REACH = np.array([[1.0, 0.2, 0.1, 0.0, 0.3], [0.2, 0.9, 1.0, 0.5, 0.0]])
 SEEN = np.array([0.9, 0.7, 1.0, 0.5, 0.6])
-
-
-def test_every_blendshape_reaches_one_somewhere_and_a_still_one_nowhere():
-    r = relative_displacement(np.array([[2.0, 4, 0], [0, 0, 0]]))
-    np.testing.assert_array_equal(r, [[0.5, 1, 0], [0, 0, 0]])
-
-
-def test_relative_displacement_does_not_depend_on_the_unit():
-    d = np.random.default_rng(0).random((3, 7))
-    np.testing.assert_allclose(relative_displacement(1000 * d), relative_displacement(d))
 
 
 def test_still_vertices_move_less_than_a_hundredth_of_the_largest():

@@ -70,13 +70,6 @@ def colliding_pairs(
     )
 
 
-def built_in(rig: Rig, used: tuple[str, ...]) -> dict[str, tuple[Collision, ...]]:
-    """What each `used` blendshape, performed alone, pushes through what: a fault of the rig that its picture shows."""
-    scene = _scene(rig)
-    found = {name: scene.found(scene.performed({name: 1.0}), []) for name in used}
-    return {name: collisions for name, collisions in found.items() if collisions}
-
-
 def depth_behind(
     points: Float[np.ndarray, "n 3"],
     surface: Float[np.ndarray, "m 3"],

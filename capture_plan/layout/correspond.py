@@ -136,17 +136,6 @@ def transfer(source: Rig, vertices: Int[np.ndarray, " m"], target: Rig) -> Carri
     return correspond(source, target).carry(weights)
 
 
-def transfer_places(
-    source: Rig, triangles: Int[np.ndarray, " m"], barycentric: Float[np.ndarray, "m 3"], target: Rig
-) -> Carried:
-    """The same by triangles of the source and the weights of their corners."""
-    m = len(triangles)
-    row, corner = np.repeat(np.arange(m), 3), source.triangles[triangles].ravel()
-    weights = csr_array((barycentric.ravel(), (row, corner)), shape=(m, len(source.neutral)))
-    weights.eliminate_zeros()
-    return correspond(source, target).carry(weights)
-
-
 def surface_of(
     rig: Rig, unit: float
 ) -> tuple[Float[np.ndarray, "s 3"], Float[np.ndarray, "s 3"], Bool[np.ndarray, " s"]]:

@@ -37,12 +37,6 @@ class Sites:
         return self.reach >= epsilon
 
 
-def relative_displacement(displacement: Float[np.ndarray, "k v"]) -> Float[np.ndarray, "k v"]:
-    """r[k, v] = |d_kv| / max_v |d_kv|, so that strong and subtle blendshapes count alike (eq. 2); 0 in a still row."""
-    largest = displacement.max(axis=1, keepdims=True)
-    return displacement / np.where(largest > 0, largest, 1)
-
-
 def moving(displacement: Float[np.ndarray, "k v"]) -> Bool[np.ndarray, " v"]:
     """Vertices that some blendshape moves by more than `STILL` of the largest displacement."""
     return displacement.max(axis=0) > STILL * displacement.max()

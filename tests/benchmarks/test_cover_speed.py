@@ -8,7 +8,7 @@ import pytest
 
 from capture_plan.layout.multicover import best_cover
 from capture_plan.layout.settings import LayoutSettings
-from capture_plan.layout.sites import relative_displacement, single_sites
+from capture_plan.layout.sites import single_sites
 
 PAPER_S = 0.63
 
@@ -19,8 +19,8 @@ def generated_face(k, v, seed=0):
     place, centre, width = rng.uniform(-1, 1, (v, 2)), rng.uniform(-0.9, 0.9, (k, 2)), rng.uniform(0.05, 0.35, (k, 1))
     distance2 = ((place[None] - centre[:, None]) ** 2).sum(axis=2)
     ripple = 1 + 0.3 * np.sin(6 * place[None, :, 0] * rng.uniform(0.5, 2, (k, 1)) + rng.uniform(0, 6, (k, 1)))
-    reach = relative_displacement(np.exp(-distance2 / (2 * width**2)) * ripple)
-    reach = reach.astype(np.float32)  # as rigs keep their deltas
+    reach = np.exp(-distance2 / (2 * width**2)) * ripple
+    reach = (reach / reach.max(axis=1, keepdims=True)).astype(np.float32)  # as rigs keep their deltas
     return single_sites(reach, rng.uniform(0.5, 1, v), np.ones(v, dtype=bool))
 
 

@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 from capture_plan.layout.limits import Limit
 from capture_plan.layout.multicover import best_cover
 from capture_plan.layout.settings import LayoutSettings
-from capture_plan.layout.sites import relative_displacement, single_sites
+from capture_plan.layout.sites import single_sites
 from capture_plan.layout.spacing import Spacing
 from capture_plan.mesh import near_table, surface_graph
 
@@ -29,7 +29,8 @@ def generated_head(k, seed=0):
     centre, width = vertices[rng.integers(len(vertices), size=k)], rng.uniform(4, 30, (k, 1))
     distance2 = ((vertices[None] - centre[:, None]) ** 2).sum(axis=2)
     ripple = 1 + 0.3 * np.sin(vertices[None, :, 0] * rng.uniform(0.05, 0.2, (k, 1)) + rng.uniform(0, 6, (k, 1)))
-    reach = relative_displacement(np.exp(-distance2 / (2 * width**2)) * ripple).astype(np.float32)
+    reach = np.exp(-distance2 / (2 * width**2)) * ripple
+    reach = (reach / reach.max(axis=1, keepdims=True)).astype(np.float32)
     sites = single_sites(reach, rng.uniform(0.5, 1, len(vertices)), np.ones(len(vertices), dtype=bool))
     return vertices, inside.reshape(-1, 3), sites
 
