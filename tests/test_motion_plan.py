@@ -1,6 +1,7 @@
 """Plans for a recorded take: wishes kept, claims that hold, lies that do not, files that move with the plan."""
 
 import shutil
+from dataclasses import replace as replace_record
 
 import numpy as np
 import pytest
@@ -12,9 +13,9 @@ from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import see_face
 from capture_plan.layout.from_take import layout_from_take
 from capture_plan.layout.settings import LayoutSettings
-from capture_plan.layout.shell.boundary import STILL_MM
-from capture_plan.layout.shell.motion import Motion
-from capture_plan.layout.take import EXACT_MM, Take, rows_of, skin_of, take_of
+from capture_plan.layout.shell.evaluate import METHODS, OURS, score
+from capture_plan.layout.shell.recording import EXACT_MM, record
+from capture_plan.layout.shell.take import face_take, take_of
 from capture_plan.mesh import geodesic_distance
 from capture_plan.plan.check import check_plan
 from capture_plan.plan.files import change_settings, read_plan, refer_to, rig_of, settings_seen_from, write_plan
@@ -61,9 +62,17 @@ def played(rig, w):
     return Sequence("played", rig.neutral, rig.triangles, PosedFrames(rig, w), 30.0, rig)
 
 
+def taken(rig, *sessions):
+    return take_of(rig, tuple(record(rig, played(rig, w)) for w in sessions))
+
+
+def moving(take):
+    return take.at[take.candidates]
+
+
 @pytest.fixture(scope="module")
 def take(rig, used):
-    return take_of(rig, used, [played(rig, recorded(rig))])
+    return taken(rig, recorded(rig))
 
 
 @pytest.fixture(scope="module")
@@ -93,45 +102,49 @@ def test_posed_frames_and_the_weights_behind_them_are_the_same_take(rig, used, t
     w = recorded(rig)
     frames = np.stack([rig.pose(row) for row in w])
     meshes = Sequence("meshes", rig.neutral, rig.triangles, StoredFrames(frames), 30.0, rig)
-    other = take_of(rig, used, [meshes])
-    assert other.missing == take.missing
+    other = take_of(rig, (record(rig, meshes),))
+    assert other.missing(used) == take.missing(used)
+    assert np.array_equal(other.at, take.at)
     for seed in range(3):
-        markers = np.random.default_rng(seed).choice(np.flatnonzero(take.furthest > 2), 9, replace=False)
-        a, b = (fit_of(rig, one, markers, ordered=False).rmse_mm for one in (take, other))
+        markers = np.random.default_rng(seed).choice(moving(take), 9, replace=False)
+        a, b = (fit_of(one, used, markers, ordered=False).rmse_mm for one in (take, other))
         assert a == pytest.approx(b, abs=1e-4)
 
 
-def test_rows_hold_every_frame(rig):
+def test_shapes_hold_every_frame(rig):
     w = recorded(rig, 3)
     at = np.flatnonzero(rig.skin)
     x = np.einsum("tk,kvx->vtx", w, rig.deltas[:, at]).reshape(len(at), -1)
-    Y = rows_of(played(rig, w), at).rows
+    frames = np.stack([rig.pose(row) for row in w])
+    meshes = Sequence("meshes", rig.neutral, rig.triangles, StoredFrames(frames), 30.0, rig)
+    every, all_ = np.arange(len(w)), np.arange(len(at))
+    Y = record(rig, meshes).over(every, all_).rows
     power = np.square(x).sum() / len(w)
+    assert np.square(record(rig, played(rig, w)).over(every, all_).rows).sum() == pytest.approx(power, rel=1e-6)
     assert np.square(Y).sum() == pytest.approx(power, abs=EXACT_MM**2 * len(at))
 
 
 def test_a_session_of_the_same_take_twice_changes_nothing(rig, used, take):
-    twice = take_of(rig, used, [played(rig, recorded(rig))] * 2)
-    markers = np.flatnonzero(take.furthest > 2)[::150]
+    twice = taken(rig, recorded(rig), recorded(rig))
+    markers = moving(take)[::150]
     assert twice.frames == 2 * take.frames
-    once = fit_of(rig, take, markers, ordered=False).rmse_mm
-    assert fit_of(rig, twice, markers, ordered=False).rmse_mm == pytest.approx(once, abs=1e-4)
+    once = fit_of(take, used, markers, ordered=False).rmse_mm
+    assert fit_of(twice, used, markers, ordered=False).rmse_mm == pytest.approx(once, abs=1e-4)
 
 
 def test_sessions_have_the_same_say_however_long(rig, used):
     short, long = recorded(rig, 1, 10), recorded(rig, 2, 90)
-    both = take_of(rig, used, [played(rig, w) for w in (short, long)])
-    markers = np.flatnonzero(both.furthest > 2)[::150]
-    alone = [take_of(rig, used, [played(rig, w)]) for w in (short, long)]
-    same = [Take(one.at, one.rows, both.furthest, one.frames, ()) for one in alone]
-    a, b = (fit_of(rig, one, markers, ordered=False).rmse_mm for one in same)
-    together = fit_of(rig, both, markers, ordered=False).rmse_mm
+    both = taken(rig, short, long)
+    markers = moving(both)[::150]
+    alone = [replace_record(both, motion=both.over(part)) for part in (np.arange(10), np.arange(10, 100))]
+    a, b = (fit_of(one, used, markers, ordered=False).rmse_mm for one in alone)
+    together = fit_of(both, used, markers, ordered=False).rmse_mm
     assert together == pytest.approx(np.sqrt((a**2 + b**2) / 2), abs=1e-4)
 
 
 def test_what_the_take_does_not_show_is_named(rig, used, take):
-    assert set(take.missing) >= {name for name in used if name.startswith("brow")}
-    assert "jawOpen" not in take.missing
+    assert set(take.missing(used)) >= {name for name in used if name.startswith("brow")}
+    assert "jawOpen" not in take.missing(used)
 
 
 def test_the_layout_is_symmetric_apart_and_of_the_number(face, layout):
@@ -160,7 +173,7 @@ def test_no_rig_designed_layout_of_the_number_loses_less_of_the_take(face, take,
 
 def test_pins_forbidden_caps_and_head_markers_are_kept(face, rig, take, layout):
     middle = vertices_of(layout)[face.mirror[vertices_of(layout)] != vertices_of(layout)]
-    away = np.flatnonzero(face.allowed(BY_MOTION) & (take.furthest > 1) & (rig.neutral[:, 0] > 25))
+    away = np.intersect1d(moving(take), np.flatnonzero(face.allowed(BY_MOTION) & (rig.neutral[:, 0] > 25)))
     pin = int(away[np.random.default_rng(0).integers(len(away))])
     asked = LayoutSettings(
         method="motion",
@@ -180,13 +193,32 @@ def test_pins_forbidden_caps_and_head_markers_are_kept(face, rig, take, layout):
     assert len(vertices) == NUMBER
 
 
-def test_an_error_solved_directly_is_that_of_the_shell(rig, take):
+def test_an_error_solved_directly_is_that_of_the_shell(take):
     rng = np.random.default_rng(5)
     for count in (1, 6):
-        markers = rng.choice(np.flatnonzero(take.furthest > STILL_MM), count, replace=False)
-        skin = skin_of(rig, take, markers)
-        places = skin.places(markers)
-        assert direct_error(skin, places) == pytest.approx(skin.errors(places, [count])[0], abs=1e-6)
+        markers = rng.choice(moving(take), count, replace=False)
+        assert direct_error(take, markers) == pytest.approx(take.errors(markers, [count])[0], abs=1e-6)
+
+
+def test_a_plan_and_an_evaluation_state_the_same_error_of_the_same_vertices(session, face, rig):
+    """What `plan --sequence` says of its landmarks and what `motion --take` says of them."""
+    plan, file = read_plan(session), session.parents[1] / "takes" / "speech.npz"
+    take = face_take(rig, read_sequence(file, rig=rig))
+    told = score(take, face, "planned", [take.places(vertices_of(plan.layout))])
+    assert told.rmse_mm == pytest.approx(plan.layout.motion.rmse_mm, abs=1e-5)
+    (markers,) = METHODS[OURS](take, take.motion, 9)
+    fit = fit_of(take, face.used, take.at[markers], ordered=False)
+    assert score(take, face, OURS, [markers]).rmse_mm == pytest.approx(fit.rmse_mm, abs=1e-5)
+
+
+def test_a_marker_where_nothing_moves_tells_nothing(rig, used, take):
+    inside = moving(take)[::120]
+    outside = np.setdiff1d(np.flatnonzero(rig.skin), take.at)[:3]
+    held = take.at[take.shell.fixed][:2]
+    more = np.concatenate([inside, outside, held])
+    a, b = (fit_of(take, used, some, ordered=False).rmse_mm for some in (inside, more))
+    assert a == b
+    assert direct_error(take, more) == pytest.approx(b, abs=1e-5)
 
 
 def test_without_a_take_the_method_is_refused(face):
@@ -194,10 +226,9 @@ def test_without_a_take_the_method_is_refused(face):
         design_layout(face, BY_MOTION)
 
 
-def test_a_take_that_stands_still_is_refused(face, take):
-    still = Take(take.at, Motion(0 * take.rows.rows, take.rows.weights), 0 * take.furthest, 1, ())
-    with pytest.raises(InfeasibleError, match="moves no skin"):
-        design_layout(face, BY_MOTION, take=still)
+def test_a_take_that_stands_still_is_refused(rig):
+    with pytest.raises(RigError, match="moves no skin"):
+        taken(rig, 0 * recorded(rig))
 
 
 def test_the_method_needs_a_number():

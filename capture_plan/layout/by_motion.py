@@ -1,9 +1,12 @@
 """Landmarks for a recorded take, under the wishes of the settings (Le et al. 2013).
 
 Data       a take, the sites that wishes leave open, pins, spacing, mirrored pairs, M
-Model      min RMSE of the thin shell that M landmarks bend (`take`), by `shell.optimise`
+Model      min RMSE of the thin shell that M landmarks bend (`shell.take`), by `shell.optimise`
+Mirror     a symmetric layout is chosen for every frame and its mirror image (section 4.6), on the skin that either
+           moves; what is stated of it is the error of the take as recorded
 Caps       a region with too many keeps its most telling landmarks and is closed to others; then all are placed anew
-The order of the answer begins with the landmark, or pair, that tells most of the take.
+The order of the answer begins with the landmark, or pair, that tells most of the take; pins where it does not bend the
+shell come last.
 """
 
 import numpy as np
@@ -13,11 +16,11 @@ from scipy.sparse import csr_array
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.limits import Limit
 from capture_plan.layout.record import MotionFit
+from capture_plan.layout.shell.importance import order_of, summary_of
 from capture_plan.layout.shell.motion import TAIL_MM
-from capture_plan.layout.shell.optimise import Result, optimise
-from capture_plan.layout.take import Skin, Take, skin_of
+from capture_plan.layout.shell.optimise import optimise
+from capture_plan.layout.shell.take import Take
 from capture_plan.layout.task import Task
-from capture_plan.rig import Rig
 
 
 def sites_for(task: Task, take: Take) -> Int[np.ndarray, " n"]:
@@ -27,11 +30,11 @@ def sites_for(task: Task, take: Take) -> Int[np.ndarray, " n"]:
         InfeasibleError: there is no room for so many under the wishes.
     """
     pinned = pinned_sites(task)
-    skin = skin_of(task.face.rig, take, task.sites.members(pinned))
+    seen = take.mirrored(task.face.mirror) if task.settings.symmetric else take
     open_ = np.isin(np.arange(len(task.sites.size)), task.open_)
     caps = [limit for limit in task.limits if limit.most]
     while True:
-        chosen = place(task, skin, pinned, open_)
+        chosen = most_telling(task, take, place(task, seen, pinned, open_), pinned)
         over = [limit for limit in caps if limit.shortfall(chosen) and limit.amount[chosen].sum() > (limit.most or 0)]
         if not over:
             break
@@ -56,31 +59,41 @@ def kept_under(limit: Limit, chosen: Int[np.ndarray, " n"]) -> Bool[np.ndarray, 
 
 
 def place(
-    task: Task, skin: Skin, pinned: Int[np.ndarray, " p"], open_: Bool[np.ndarray, " s"]
-) -> Int[np.ndarray, " n"]:
-    """The optimiser's answer as sites."""
-    face, settings, sites = task.face, task.settings, task.sites
+    task: Task, take: Take, pinned: Int[np.ndarray, " p"], open_: Bool[np.ndarray, " s"]
+) -> Int[np.ndarray, " m"]:
+    """The optimiser's answer as vertices of the rig, with all pins."""
+    face, settings, pins = task.face, task.settings, task.sites.members(pinned)
     count = settings.number or settings.budget
     assert count is not None, "settings of this method carry a number"
     may = np.zeros(len(face.rig.neutral), dtype=bool)
-    may[sites.vertices[open_]] = True
+    may[task.sites.vertices[open_]] = True
+    kept, near = take.places(pins), None
+    if settings.spacing_mm:
+        table = face.near(settings.spacing_mm)
+        near = near_of(table, take.at, settings.spacing_mm)
+        may[table[pins].indices[table[pins].data < settings.spacing_mm]] = False
     result = optimise(
-        skin.shell,
-        skin.motion,
-        count,
-        candidates=skin.marks(may),
-        kept=skin.places(sites.members(pinned)).tolist(),
-        spacing=near_of(face.near(settings.spacing_mm), skin.at, settings.spacing_mm) if settings.spacing_mm else None,
-        mirror=mirror_of(face.mirror, skin.at) if settings.symmetric else None,
+        take.shell,
+        take.motion,
+        count - len(pins) + len(kept),
+        candidates=may[take.at] & take.candidates,
+        kept=kept.tolist(),
+        spacing=near,
+        mirror=mirror_of(face.mirror, take.at) if settings.symmetric else None,
     )
-    return in_sites(task, skin.at[list(result.order)], result)
+    return np.union1d(take.at[list(result.markers)], pins)
 
 
-def in_sites(task: Task, order: Int[np.ndarray, " m"], result: Result) -> Int[np.ndarray, " n"]:
-    """The sites of vertices, in their order."""
+def most_telling(
+    task: Task, take: Take, vertices: Int[np.ndarray, " m"], pinned: Int[np.ndarray, " p"]
+) -> Int[np.ndarray, " n"]:
+    """The sites of vertices, the first to be spared last and pinned ones first; last those that bend nothing."""
+    bending = take.places(vertices)
+    part, pins = summary_of(take.shell, take.motion, bending), task.sites.members(pinned)
+    order, _ = order_of([part], np.isin(take.at[bending], pins))
     site_of = {int(v): s for s, pair in enumerate(task.sites.vertices.tolist()) for v in pair}
-    assert len(order) == len(result.markers), "the order names every marker"
-    return np.array(list(dict.fromkeys(site_of[v] for v in order.tolist())), dtype=int)
+    told = [*take.at[bending[order]].tolist(), *vertices.tolist()]
+    return np.array(list(dict.fromkeys(site_of[v] for v in told)), dtype=int)
 
 
 def near_of(near: csr_array, at: Int[np.ndarray, " n"], radius_mm: float) -> csr_array:
@@ -101,24 +114,22 @@ def mirror_of(mirror: Int[np.ndarray, " v"], at: Int[np.ndarray, " n"]) -> Int[n
     return image
 
 
-def fit_of(rig: Rig, take: Take, vertices: Int[np.ndarray, " m"], *, ordered: bool) -> MotionFit:
-    """What a take loses when only landmarks at `vertices` are recorded; with the first 1, 2, ... where they are
-    `ordered`."""
-    skin = skin_of(rig, take, vertices)
-    markers = skin.places(vertices)
-    counts = range(1, len(markers) + 1) if ordered else (len(markers),)
-    errors = skin.errors(markers, counts)
+def fit_of(take: Take, used: tuple[str, ...], vertices: Int[np.ndarray, " m"], *, ordered: bool) -> MotionFit:
+    """What a take of `used` blendshapes loses when only landmarks at `vertices` are recorded; with the first 1, 2, ...
+    where they are `ordered`."""
+    counts = range(1, len(vertices) + 1) if ordered else (len(vertices),)
+    errors = take.errors(vertices, counts)
     return MotionFit(
         frames=take.frames,
-        vertices=int((skin.motion.weights > 0).sum()),
-        rank=skin.motion.compressed(TAIL_MM).rows.shape[1],
+        vertices=int((take.motion.weights > 0).sum()),
+        rank=take.motion.compressed(TAIL_MM).rows.shape[1],
         tail_mm=TAIL_MM,
         rmse_mm=round(errors[-1], 5),
         curve_mm=rounded(np.array(errors)) if ordered else (),
-        boundary=int(skin.shell.fixed.sum()),
-        stretching=skin.shell.stretching,
-        bending=skin.shell.bending,
-        missing=take.missing,
+        boundary=int(take.shell.fixed.sum()),
+        stretching=take.shell.stretching,
+        bending=take.shell.bending,
+        missing=take.missing(used),
     )
 
 

@@ -22,8 +22,8 @@ from capture_plan.layout.naming import name_head_markers, name_landmarks
 from capture_plan.layout.record import Bound, ErrorBound, HeadPose, Layout, MotionFit, Program, Worth
 from capture_plan.layout.relaxation import error_bound
 from capture_plan.layout.settings import ORDERED, LayoutSettings
+from capture_plan.layout.shell.take import Take
 from capture_plan.layout.sites import Sites
-from capture_plan.layout.take import Take
 from capture_plan.layout.task import NOTHING, Task, task_of
 from capture_plan.layout.worth import Observation, error_against_budget
 from capture_plan.rig import Rig
@@ -99,7 +99,7 @@ def head_pose(face: Face, head: Int[np.ndarray, " h"], noise_mm: float) -> HeadP
 
 def motion_fit(face: Face, take: Take, vertices: Int[np.ndarray, " m"], told: Int[np.ndarray, " n"]) -> MotionFit:
     """What the take loses by landmarks, in the order that they were told in where there is one."""
-    return fit_of(face.rig, take, told if len(told) else vertices, ordered=len(told) > 0)
+    return fit_of(take, face.used, told if len(told) else vertices, ordered=len(told) > 0)
 
 
 def bound_of(task: Task, former: Layout | None) -> ErrorBound:

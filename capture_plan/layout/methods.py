@@ -23,8 +23,8 @@ from capture_plan.layout.record import Layout
 from capture_plan.layout.repair import repair
 from capture_plan.layout.search import Search
 from capture_plan.layout.settings import Method, Weights
+from capture_plan.layout.shell.take import Take
 from capture_plan.layout.spacing import Spacing
-from capture_plan.layout.take import Take
 from capture_plan.layout.task import NOTHING, Task
 
 

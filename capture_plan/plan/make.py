@@ -39,7 +39,7 @@ def make_plan(
     if not report.used:
         raise RigError(f"{rig.name}: no blendshape moves the face skin: export deltas that do, or name the skin")
     cameras = read_cameras_of(rig, settings, folder)
-    take = read_take_of(rig, report.used, settings, folder, reference.names if reference else None)
+    take = read_take_of(rig, settings, folder, reference.names if reference else None)
     face, wishes = see_face(rig, report.used, cameras), with_zones_found(settings, folder).landmarks
     layout = design_layout(face, wishes, take=take)
     packing = pack(

@@ -11,7 +11,7 @@ from jaxtyping import Int
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
-from capture_plan.layout.take import Skin, skin_of
+from capture_plan.layout.shell.take import Take
 from capture_plan.plan.claims import Claim, claim
 from capture_plan.plan.places import read_take_of
 from capture_plan.plan.record import Plan
@@ -24,15 +24,13 @@ SAME_MM = 1e-4
 def motion_claims(plan: Plan, rig: Rig, folder: Path) -> list[Claim]:
     """The error of the take, with all landmarks and with the first of them, and what the take does not show."""
     fit, layout = plan.layout.motion, plan.layout
-    take = read_take_of(rig, plan.audit.used, plan.settings, folder, plan.rig.names)
+    take = read_take_of(rig, plan.settings, folder, plan.rig.names)
     if fit is None or take is None:
         return [] if fit is None and take is None else [claim("the take is measured", False, "no take, or no error")]
     vertex_of = {m.name: m.vertex for m in layout.landmarks}
     names = layout.order if fit.curve_mm else tuple(vertex_of)
     vertices = np.array([vertex_of[name] for name in names if name in vertex_of], dtype=int)
-    skin = skin_of(rig, take, vertices)
-    markers = skin.places(vertices)
-    found = direct_error(skin, markers)
+    found, missing = direct_error(take, vertices), take.missing(plan.audit.used)
     claims = [
         claim(
             f"of {fit.frames:,} frames the landmarks leave {fit.rmse_mm:.3f} mm",
@@ -41,20 +39,20 @@ def motion_claims(plan: Plan, rig: Rig, folder: Path) -> list[Claim]:
         ),
         claim(
             "blendshapes that the take does not show are listed",
-            set(fit.missing) == set(take.missing),
-            f"{len(take.missing)} of {len(plan.audit.used)}",
+            set(fit.missing) == set(missing),
+            f"{len(missing)} of {len(plan.audit.used)}",
         ),
     ]
-    return [*claims, *curve_claims(skin, markers, fit.curve_mm, fit.rmse_mm)] if fit.curve_mm else claims
+    return [*claims, *curve_claims(take, vertices, fit.curve_mm, fit.rmse_mm)] if fit.curve_mm else claims
 
 
 def curve_claims(
-    skin: Skin, markers: Int[np.ndarray, " m"], curve_mm: tuple[float, ...], rmse_mm: float
+    take: Take, vertices: Int[np.ndarray, " m"], curve_mm: tuple[float, ...], rmse_mm: float
 ) -> list[Claim]:
     """The curve is the error of the first landmarks, at a quarter, a half, three quarters and the end of it."""
-    counts = [*quarters(len(markers)), len(markers)]
-    whole = len(curve_mm) == len(markers)
-    off = max(abs(direct_error(skin, markers[:m]) - curve_mm[m - 1]) for m in counts) if whole else np.inf
+    counts = [*quarters(len(vertices)), len(vertices)]
+    whole = len(curve_mm) == len(vertices)
+    off = max(abs(direct_error(take, vertices[:m]) - curve_mm[m - 1]) for m in counts) if whole else np.inf
     least = min(curve_mm)
     return [
         claim(
@@ -70,17 +68,18 @@ def curve_claims(
     ]
 
 
-def direct_error(skin: Skin, markers: Int[np.ndarray, " m"]) -> float:
-    """RMSE, millimetres."""
-    A, Y = skin.shell.stiffness, skin.motion.rows
-    placed = ~skin.shell.fixed
+def direct_error(take: Take, vertices: Int[np.ndarray, " m"]) -> float:
+    """RMSE with landmarks at some of the rig's vertices, millimetres."""
+    A, Y, markers = take.shell.stiffness, take.motion.rows, np.flatnonzero(np.isin(take.at, vertices))
+    markers = markers[~take.shell.fixed[markers]]
+    placed = ~take.shell.fixed
     placed[markers] = False
-    U = np.flatnonzero(placed)
+    U = np.flatnonzero(placed) if take.holds(markers) else np.array([], dtype=int)
     D = np.zeros_like(Y)
     D[markers] = Y[markers]
     right = -(A[U][:, markers] @ Y[markers])
     solver = splu(csc_array(A[U][:, U]), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
     for column in range(Y.shape[1]):
         D[U, column] = solver.solve(right[:, column])
-    s = skin.motion.weights
+    s = take.motion.weights
     return float(np.sqrt(np.square(Y - D).sum(axis=1) @ s / s.sum()))
