@@ -5,7 +5,14 @@ import pytest
 
 from capture_plan.layout.shell.model import Shell
 from capture_plan.layout.shell.motion import Motion
-from capture_plan.layout.shell.scores import add_pair_scores, add_scores, drop_score, open_vertices, swap_scores
+from capture_plan.layout.shell.scores import (
+    add_pair_scores,
+    add_scores,
+    drop_score,
+    open_vertices,
+    swap_scores,
+    two_scores,
+)
 from capture_plan.layout.shell.state import State
 from capture_plan.layout.shell.updates import add, drop, swap
 from tests.solids import sphere, together
@@ -106,6 +113,16 @@ def test_scores_of_pairs_are_errors_with_both(state):
     for v in np.random.default_rng(4).choice(pairs, 6, replace=False).tolist():
         both = [*state.markers, v, int(state.partner[v])]
         assert scores[v] == pytest.approx(exact_error(state, both), rel=CLOSE)
+
+
+def test_scores_of_any_two_are_errors_with_both(state):
+    a, b = np.split(np.array(some(state)), 2)
+    scores = two_scores(state, a, b)
+    for i, u in enumerate(a.tolist()):
+        for j, v in enumerate(b.tolist()):
+            assert scores[i, j] == pytest.approx(exact_error(state, [*state.markers, u, v]), rel=CLOSE)
+    assert np.isinf(np.diag(two_scores(state, a, a))).all()
+    assert np.isinf(two_scores(state, a, np.array(state.markers))).all()
 
 
 def test_adding_gives_the_state_of_the_longer_layout(state):
