@@ -116,6 +116,24 @@ def test_entries_of_the_inverse_hold_however_the_mesh_is_cut(part):
     assert abs(gsg - GSG[tuple(pairs.T)]).max() < 1e-9 * GSG.max()
 
 
+def test_entries_that_are_remembered_are_those_of_the_question():
+    """Of the weights and pairs asked for, however many others were asked for between."""
+    shell, rng = shell_of(True), np.random.default_rng(0)
+    v = len(shell.vertices)
+    asked = [(rng.uniform(0, 2, v), rng.integers(0, v, (50, 2))) for _ in range(3)]
+    questions = [(s, pairs) for s, _ in asked for _, pairs in asked]
+    for s, pairs in [*questions, *questions[::-1]]:
+        new = Shell(shell.vertices, shell.triangles, shell.fixed).entries(s, pairs)
+        assert all(np.array_equal(x, y) for x, y in zip(shell.entries(s, pairs), new, strict=True))
+
+
+def test_a_second_search_on_a_shell_does_not_invert_it_again():
+    shell = shell_of(True)
+    pairs = np.stack([np.arange(len(shell.vertices))] * 2, axis=1)
+    first = shell.entries(np.ones(len(pairs)), pairs)
+    assert shell.entries(np.ones(len(pairs)), pairs.copy())[0] is first[0]
+
+
 def test_a_triangle_without_area_changes_nothing():
     shell = shell_of(True)
     a, b = shell.triangles[5, :2]

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from capture_plan.layout.shell import optimise
-from capture_plan.layout.shell.importance import spare_order
+from capture_plan.layout.shell.importance import spare_order, summary
 from capture_plan.layout.shell.paper import Descent, optimise_as_published, paper_move_seconds
-from capture_plan.layout.shell.state import State
 from tests.test_shell_model import some_markers
 from tests.test_shell_optimise import smooth_motion
 from tests.test_shell_state import SHELLS, shell_of
@@ -66,7 +65,7 @@ def test_a_factorisation_for_each_move_takes_time():
 
 def test_sparing_by_the_small_matrices_is_sparing_by_the_weights(shell):
     motion, H = smooth_motion(shell), some_markers(shell, 9)
-    order, errors = spare_order([State(shell, motion, H.tolist())], np.zeros(len(H), dtype=bool))
+    order, errors = spare_order([summary(shell, motion, H)], np.zeros(len(H), dtype=bool))
     for m in range(4, len(H) + 1):
         first = H[order[:m]]
         assert errors[m - 1] == pytest.approx(motion.squared_error(shell.weights(first), first), rel=1e-9)

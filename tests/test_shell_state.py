@@ -5,7 +5,16 @@ import pytest
 
 from capture_plan.layout.shell.model import Shell
 from capture_plan.layout.shell.motion import Motion
+from capture_plan.layout.shell.scores import (
+    add_pair_scores,
+    add_scores,
+    drop_score,
+    open_vertices,
+    swap_scores,
+    two_scores,
+)
 from capture_plan.layout.shell.state import State
+from capture_plan.layout.shell.updates import add, drop, swap
 from tests.solids import sphere, together
 
 CLOSE = 1e-9
@@ -58,7 +67,7 @@ def exact_error(state, markers):
 
 
 def some(state, count=6):
-    return np.random.default_rng(3).choice(np.flatnonzero(state.open), count, replace=False).tolist()
+    return np.random.default_rng(3).choice(np.flatnonzero(open_vertices(state)), count, replace=False).tolist()
 
 
 def assert_same(state, other):
@@ -76,7 +85,7 @@ def test_the_error_is_that_of_the_weights(state):
 
 
 def test_scores_of_adding_are_errors_with_one_more_marker(state):
-    scores = state.add_scores()
+    scores = add_scores(state)
     for v in some(state):
         assert scores[v] == pytest.approx(exact_error(state, [*state.markers, v]), rel=CLOSE)
     assert np.isinf(scores[state.markers]).all()
@@ -86,50 +95,60 @@ def test_scores_of_adding_are_errors_with_one_more_marker(state):
 def test_scores_of_dropping_are_errors_with_one_less(state):
     for j in range(len(state.markers)):
         left = state.markers[:j] + state.markers[j + 1 :]
-        assert state.drop_score(j) == pytest.approx(exact_error(state, left), rel=CLOSE)
+        assert drop_score(state, j) == pytest.approx(exact_error(state, left), rel=CLOSE)
 
 
 def test_scores_of_swapping_are_errors_after_the_swap(state):
     at = np.array(some(state))
     for j in range(len(state.markers)):
         left = state.markers[:j] + state.markers[j + 1 :]
-        for v, score in zip(at.tolist(), state.swap_scores(j, at), strict=True):
+        for v, score in zip(at.tolist(), swap_scores(state, j, at), strict=True):
             assert score == pytest.approx(exact_error(state, [*left, v]), rel=CLOSE)
-    assert np.isinf(state.swap_scores(0, np.array(state.markers))).all()
+    assert np.isinf(swap_scores(state, 0, np.array(state.markers))).all()
 
 
 def test_scores_of_pairs_are_errors_with_both(state):
-    scores = state.add_pair_scores()
+    scores = add_pair_scores(state)
     pairs = np.flatnonzero(np.isfinite(scores))
     for v in np.random.default_rng(4).choice(pairs, 6, replace=False).tolist():
         both = [*state.markers, v, int(state.partner[v])]
         assert scores[v] == pytest.approx(exact_error(state, both), rel=CLOSE)
 
 
+def test_scores_of_any_two_are_errors_with_both(state):
+    a, b = np.split(np.array(some(state)), 2)
+    scores = two_scores(state, a, b)
+    for i, u in enumerate(a.tolist()):
+        for j, v in enumerate(b.tolist()):
+            assert scores[i, j] == pytest.approx(exact_error(state, [*state.markers, u, v]), rel=CLOSE)
+    assert np.isinf(np.diag(two_scores(state, a, a))).all()
+    assert np.isinf(two_scores(state, a, np.array(state.markers))).all()
+
+
 def test_adding_gives_the_state_of_the_longer_layout(state):
     v = some(state)[0]
-    state.add(v)
+    add(state, v)
     assert_same(state, anew(state, state.markers))
     assert v in state.markers
 
 
 def test_dropping_gives_the_state_of_the_shorter_layout(state):
     gone = state.markers[2]
-    state.drop(2)
+    drop(state, 2)
     assert_same(state, anew(state, state.markers))
     assert gone not in state.markers
 
 
 def test_dropping_what_was_added_changes_nothing(state):
     before = anew(state, state.markers)
-    state.add(some(state)[1])
-    state.drop(len(state.markers) - 1)
+    add(state, some(state)[1])
+    drop(state, len(state.markers) - 1)
     assert_same(state, before)
 
 
 def test_many_swaps_leave_the_state_right(state):
     for v in some(state, 12):
-        state.swap(0, v)
+        swap(state, 0, v)
     assert_same(state, anew(state, state.markers))
 
 
@@ -138,10 +157,10 @@ def test_the_first_markers_are_scored_as_exactly_as_later_ones():
     v = len(shell.vertices)
     state = State(shell, Motion(rng.normal(0, 1, (v, 4)), np.ones(v)))
     held, loose = (rng.choice(np.flatnonzero((shell.piece == c) & ~shell.fixed), 4) for c in (-1, 0))
-    scores = state.add_scores()
-    state.add(int(loose[0]))
+    scores = add_scores(state)
+    add(state, int(loose[0]))
     assert state.error == pytest.approx(scores[loose[0]], rel=CLOSE)
-    scores = state.add_scores()
+    scores = add_scores(state)
     for h in [*held, *loose[1:]]:
         assert scores[h] == pytest.approx(exact_error(state, [*state.markers, int(h)]), rel=CLOSE)
 
@@ -152,6 +171,6 @@ def test_the_last_marker_of_a_floating_piece_stays():
     loose = int(np.flatnonzero(shell.piece == 0)[5])
     held = np.flatnonzero(~shell.fixed & (shell.piece < 0))[[3, 30]].tolist()
     state = State(shell, Motion(rng.normal(0, 1, (v, 4)), np.ones(v)), [loose, *held])
-    assert np.isinf(state.drop_score(0))
-    assert np.isinf(state.swap_scores(0, np.arange(v))).all()
-    assert np.isfinite(state.drop_score(1))
+    assert np.isinf(drop_score(state, 0))
+    assert np.isinf(swap_scores(state, 0, np.arange(v))).all()
+    assert np.isfinite(drop_score(state, 1))

@@ -16,7 +16,7 @@ from scipy.sparse import csr_array
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.limits import Limit
 from capture_plan.layout.record import MotionFit
-from capture_plan.layout.shell.importance import order_of, summary_of
+from capture_plan.layout.shell.importance import spare_order, summary
 from capture_plan.layout.shell.motion import TAIL_MM
 from capture_plan.layout.shell.optimise import optimise
 from capture_plan.layout.shell.take import Take
@@ -89,8 +89,8 @@ def most_telling(
 ) -> Int[np.ndarray, " n"]:
     """The sites of vertices, the first to be spared last and pinned ones first; last those that bend nothing."""
     bending = take.places(vertices)
-    part, pins = summary_of(take.shell, take.motion, bending), task.sites.members(pinned)
-    order, _ = order_of([part], np.isin(take.at[bending], pins))
+    part, pins = summary(take.shell, take.motion, bending), task.sites.members(pinned)
+    order, _ = spare_order([part], np.isin(take.at[bending], pins))
     site_of = {int(v): s for s, pair in enumerate(task.sites.vertices.tolist()) for v in pair}
     told = [*take.at[bending[order]].tolist(), *vertices.tolist()]
     return np.array(list(dict.fromkeys(site_of[v] for v in told)), dtype=int)

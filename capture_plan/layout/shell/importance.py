@@ -1,11 +1,12 @@
 """In which order the markers of a layout can be spared.
 
-Data      of each subject E, B, Y_H, P = W'S R (m r), Q = W'S W (m m)
+Data      of each subject E, B, Y_H, P = W'S R (m r), Q = W'S W (m m), over all of its motion
 Drop j    c = B_j / B_jj, rho = c Y_H, a = P_j:  E + 2 a.rho + Q_jj |rho|^2
           P' = P - c a' + (Q_j - c Q_jj) rho',  Q' = Q - c Q_j' - Q_j c' + c c' Q_jj,  B' = B - B_j B_j' / B_jj
 Method    the marker whose loss costs least goes, again and again; no vertex of the shell is touched
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,6 @@ from jaxtyping import Bool, Float, Int
 
 from capture_plan.layout.shell.model import Shell
 from capture_plan.layout.shell.motion import Motion
-from capture_plan.layout.shell.state import State
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,11 +27,17 @@ class Summary:
     Q: Float[np.ndarray, "m m"]
     piece: Int[np.ndarray, " m"]
 
+    def costs(self) -> Float[np.ndarray, " m"]:
+        """E without each marker; infinite for the last of a floating piece."""
+        m, alone = len(self.Y), (self.piece[:, None] == self.piece).sum(axis=1) == 1
+        last = alone & (self.piece >= 0)
+        rho = (self.B[:m, :m] / np.where(last, 1, np.diag(self.B)[:m])[:, None]) @ self.Y
+        E = self.E + 2 * (self.P * rho).sum(axis=1) + np.diag(self.Q) * np.square(rho).sum(axis=1)
+        return np.where(last, np.inf, E)
+
     def without(self, j: int) -> "Summary":
-        """Marker number j dropped; its error is infinite for the last of a floating piece."""
+        """Marker number j dropped, which is not the last of a floating piece."""
         m, keep = len(self.Y), np.arange(len(self.Y)) != j
-        if self.piece[j] >= 0 and (self.piece == self.piece[j]).sum() == 1:
-            return Summary(np.inf, self.B, self.Y, self.P, self.Q, self.piece)
         b, q, Q_j, Q_jj = self.B[j], self.B[j, j], self.Q[j], self.Q[j, j]
         c, a = b[:m] / q, self.P[j]
         rho = c @ self.Y
@@ -42,46 +48,35 @@ class Summary:
         return Summary(E, B, self.Y[keep], P[keep], Q[np.ix_(keep, keep)], self.piece[keep])
 
 
-def summary(state: State) -> Summary:
-    """P and Q of a state."""
-    SW = state.s[:, None] * state.W
-    H = state.markers
-    return Summary(state.error, state.B, state.motion.rows[H], SW.T @ state.R, SW.T @ state.W, state.shell.piece[H])
-
-
-def summary_of(shell: Shell, motion: Motion, markers: Int[np.ndarray, " m"]) -> Summary:
-    """The same of markers that no search placed.
+def summary(shell: Shell, motion: Motion, markers: Int[np.ndarray, " m"]) -> Summary:
+    """E, P and Q of a layout.
 
     Raises:
         InfeasibleError: a floating piece has no marker, or a marker is fixed or doubled.
     """
-    W, Y = shell.weights(markers), motion.rows[markers]
-    R, SW = motion.rows - W @ Y, motion.weights[:, None] * W
-    E = float(motion.weights @ np.square(R).sum(axis=1))
-    return Summary(E, shell.bordered(markers)[1], Y, SW.T @ R, SW.T @ W, shell.piece[markers])
+    W, B, Y_H = shell.weights(markers), shell.bordered(markers)[1], motion.rows[markers]
+    E, P, Q = 0.0, np.zeros(Y_H.shape), np.zeros((len(markers),) * 2)
+    for some in motion.blocks():
+        R, SW = motion.rows[some] - W[some] @ Y_H, motion.weights[some, None] * W[some]
+        E += float(np.einsum("vr,vr,v->", R, R, motion.weights[some]))
+        P += SW.T @ R
+        Q += SW.T @ W[some]
+    return Summary(E, B, Y_H, P, Q, shell.piece[markers])
 
 
 def spare_order(
-    states: list[State], pinned: Bool[np.ndarray, " m"]
-) -> tuple[Int[np.ndarray, " m"], Float[np.ndarray, " m"]]:
-    """`order_of` the states of several subjects."""
-    return order_of([summary(state) for state in states], pinned)
-
-
-def order_of(
-    parts: list[Summary], pinned: Bool[np.ndarray, " m"]
+    parts: Sequence[Summary], pinned: Bool[np.ndarray, " m"]
 ) -> tuple[Int[np.ndarray, " m"], Float[np.ndarray, " m"]]:
     """Places of the markers, the first to be spared last and pinned ones first; E of each prefix, infinite for none."""
     left = np.arange(len(pinned))
     order, errors = [], [sum(part.E for part in parts)]
     while len(left) > 1:
-        tries = [[part.without(j) for part in parts] for j in range(len(left))]
-        costs = np.array([sum(part.E for part in one) for one in tries])
         may = ~pinned[left] if not pinned[left].all() else np.ones(len(left), dtype=bool)
-        j = int(np.where(may, costs, np.inf).argmin()) if np.isfinite(costs[may]).any() else int(may.argmax())
+        costs = np.where(may, np.sum([part.costs() for part in parts], axis=0), np.inf)
+        j = int(costs.argmin())
         if not np.isfinite(costs[j]):
             break
-        parts = tries[j]
+        parts = [part.without(j) for part in parts]
         order.append(left[j])
         errors.append(float(costs[j]))
         left = np.delete(left, j)

@@ -56,7 +56,7 @@ def inverse_entries(
     G, F = _separator(rows, c, parts, s)
     centres = (
         Centre(lambda i, j: G[np.ix_(i, j)], lambda i, j: G[i, j]),
-        Centre(lambda i, j: G[i] @ F[:, j], lambda i, j: np.einsum("pc,cp->p", G[i], F[:, j])),
+        Centre(lambda i, j: G[i] @ F[:, j], lambda i, j: _entries_of_product(G, F, i, j)),
     )
     part_of, place = np.full(len(s), -1), np.empty(len(s), dtype=int)
     place[c] = np.arange(len(c))
@@ -127,6 +127,14 @@ def _separator(
     for one in parts:
         F[one.tied] += (one.P.T @ (s[one.at, None] * one.P)) @ G[one.tied]
     return G, F
+
+
+def _entries_of_product(
+    G: Float[np.ndarray, "c c"], F: Float[np.ndarray, "c c"], i: Int[np.ndarray, " p"], j: Int[np.ndarray, " p"]
+) -> Float[np.ndarray, " p"]:
+    """(G F)[i, j], some at a time: the rows and columns of all pairs would be two more matrices."""
+    some = np.array_split(np.arange(len(i)), 1 + len(i) // PART)
+    return np.concatenate([np.einsum("pc,cp->p", G[i[at]], F[:, j[at]]) for at in some])
 
 
 def _grouped(keys: Int[np.ndarray, "p 2"]) -> Iterator[tuple[tuple[int, int], Int[np.ndarray, " _"]]]:

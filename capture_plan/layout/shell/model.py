@@ -29,6 +29,7 @@ from capture_plan.mesh import pieces
 
 STRETCHING, BENDING = 1.0, 10.0  # kS and kB of Le et al. 2013, section 5, in millimetres
 CACHE_BYTES = 2**28  # columns of G that are remembered: 1,300 of a face of 25,000 vertices
+ANSWERS = 4  # sets of entries that are remembered: 0.9 MB each
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,13 +107,32 @@ class Shell:
     def entries(
         self, s: Float[np.ndarray, " v"], pairs: Int[np.ndarray, "p 2"]
     ) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:
-        """G[u, v] and sum_n s_n G[u, n] G[n, v] of each pair; 0 where a vertex does not move."""
+        """G[u, v] and sum_n s_n G[u, n] G[n, v] of each pair; 0 where a vertex does not move.
+
+        The last few answers are remembered: searches on one shell ask for the same.
+        """
+        known, key = self._answered, (s.tobytes(), pairs.tobytes())
+        if key not in known:
+            known[key] = self._entries(s, pairs)
+        known.move_to_end(key)
+        if len(known) > ANSWERS:
+            known.popitem(last=False)
+        return known[key]
+
+    @cached_property
+    def _answered(self) -> "OrderedDict[tuple[bytes, bytes], tuple[np.ndarray, np.ndarray]]":
+        return OrderedDict()
+
+    def _entries(
+        self, s: Float[np.ndarray, " v"], pairs: Int[np.ndarray, "p 2"]
+    ) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:
         place = np.full(len(self.vertices), -1)
         place[self.free] = np.arange(len(self.free))
         inside = (place[pairs] >= 0).all(axis=1)
         g, gsg = np.zeros(len(pairs)), np.zeros(len(pairs))
         A = csc_array(self.stiffness[self.free][:, self.free])
         g[inside], gsg[inside] = inverse_entries(A, self.vertices[self.free], s[self.free], place[pairs[inside]])
+        g.flags.writeable = gsg.flags.writeable = False
         return g, gsg
 
     @cached_property

@@ -9,8 +9,9 @@ Sessions   Y = [Y_1, Y_2, ...] / sqrt(their number): each counts 1 / F_d per fra
 Compressed Y U_r with U_r the leading eigenvectors of Y' S Y; what is lost is at most `tail_mm` of RMSE
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -45,24 +46,31 @@ class Motion:
         """The motion of some vertices."""
         return replace(self, rows=self.rows[vertices], weights=self.weights[vertices])
 
-    def compressed(self, tail_mm: float = TAIL_MM) -> "Motion":
-        """Fewest rows that leave out at most `tail_mm` of RMSE."""
-        # Y' S Y, of which syrk fills one half
+    def blocks(self) -> Iterator[slice]:
+        """All vertices, some at a time."""
+        return (slice(start, start + BLOCK) for start in range(0, len(self.rows), BLOCK))
+
+    @cached_property
+    def spectrum(self) -> tuple[Float[np.ndarray, " r"], Float[np.ndarray, "r r"]]:
+        """Eigenvalues of Y' S Y, the least first, and U."""
+        # syrk fills one half
         gram = np.zeros((self.rows.shape[1],) * 2, order="F")
         (syrk,) = get_blas_funcs(("syrk",), (gram,))
-        for start in range(0, len(self.rows), BLOCK):
-            some = slice(start, start + BLOCK)
+        for some in self.blocks():
             scaled = self.rows[some] * np.sqrt(self.weights[some, None])
             gram = syrk(1.0, scaled.T, beta=1.0, c=gram, lower=1, overwrite_c=1)
-        power, U = eigh(gram, lower=True)
+        return eigh(gram, lower=True, overwrite_a=True)
+
+    def compressed(self, tail_mm: float = TAIL_MM) -> "Motion":
+        """Fewest rows that leave out at most `tail_mm` of RMSE."""
+        power, U = self.spectrum
         left_out = np.cumsum(np.maximum(power, 0)) <= tail_mm**2 * self.weights.sum() + ROUNDING * power.sum()
         return replace(self, rows=self.rows @ U[:, ~left_out][:, ::-1], in_threes=False)
 
     def squared_error(self, W: Float[np.ndarray, "v m"], markers: Int[np.ndarray, " m"]) -> float:
         """E."""
         total = 0.0
-        for start in range(0, len(self.rows), BLOCK):
-            some = slice(start, start + BLOCK)
+        for some in self.blocks():
             R = self.rows[some] - W[some] @ self.rows[markers]
             total += float(np.einsum("vr,vr,v->", R, R, self.weights[some]))
         return total

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from capture_plan.errors import RigError
+from capture_plan.layout.shell import scores, updates
 from capture_plan.layout.shell.model import Shell
 from capture_plan.layout.shell.motion import Motion
 from capture_plan.layout.shell.state import State
@@ -59,27 +60,27 @@ class Subjects:
 
     def add(self, v: int) -> None:
         for state in self.states:
-            state.add(v)
+            updates.add(state, v)
 
     def drop(self, j: int) -> None:
         for state in self.states:
-            state.drop(j)
+            updates.drop(state, j)
 
     def swap(self, j: int, v: int) -> None:
         for state in self.states:
-            state.swap(j, v)
+            updates.swap(state, j, v)
 
     def add_scores(self) -> Float[np.ndarray, " v"]:
-        return np.sum([state.add_scores() for state in self.states], axis=0)
+        return np.sum([scores.add_scores(state) for state in self.states], axis=0)
 
     def add_pair_scores(self) -> Float[np.ndarray, " v"]:
-        return np.sum([state.add_pair_scores() for state in self.states], axis=0)
+        return np.sum([scores.add_pair_scores(state) for state in self.states], axis=0)
 
     def drop_score(self, j: int) -> float:
-        return sum(state.drop_score(j) for state in self.states)
+        return sum(scores.drop_score(state, j) for state in self.states)
 
     def swap_scores(self, j: int, at: Int[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-        return np.sum([state.swap_scores(j, at) for state in self.states], axis=0)
+        return np.sum([scores.swap_scores(state, j, at) for state in self.states], axis=0)
 
     def two_scores(self, a: Int[np.ndarray, " p"], b: Int[np.ndarray, " q"]) -> Float[np.ndarray, "p q"]:
-        return np.sum([state.two_scores(a, b) for state in self.states], axis=0)
+        return np.sum([scores.two_scores(state, a, b) for state in self.states], axis=0)
