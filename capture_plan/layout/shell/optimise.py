@@ -173,6 +173,8 @@ class Search:
     def settle_two(self) -> None:
         """Neighbouring markers in pairs, until none gains; then single moves again, until neither gains."""
         for _ in range(SWEEPS):
+            if self._to_beat == -np.inf:
+                return
             movable = self.state.markers[self.pinned :]
             places = self.given[0][0].vertices[movable]
             pairs = [(movable[i], movable[j]) for i, j in near_pairs(places)]
