@@ -76,19 +76,22 @@ def variants(found: Evaluation) -> list[str]:
     return lines
 
 
+def about_people(found: Evaluation) -> list[str]:
+    """Who they are, and how layouts were chosen from several."""
+    return [line for line in (found.about_subjects, ABOUT_SHELLS) if line] if found.subjects else [NO_SUBJECTS]
+
+
 def subjects(found: Evaluation) -> list[str]:
     """Layouts from other people (section 6.2)."""
     if found.subjects is None:
-        return [NO_SUBJECTS]
-    lines = [
-        f"each person under a layout from the others, under an own one, and under one from all, mm: {ABOUT_SHELLS}"
-    ]
-    lines += [found.about_subjects] if found.about_subjects else []
+        return about_people(found)
+    lines = ["each person under a layout from the others, under an own one, and under one from all, mm"]
+    lines += about_people(found)
     for one in found.subjects.left_out:
         gone = f", {one.fewer} markers of the others' have no place" if one.fewer else ""
         lines.append(
             f"M = {one.markers}, {one.subject}: {one.others_mm:.3f} from the others, {one.own_mm:.3f} own, "
-            f"{one.all_mm:.3f} from all{gone}"
+            f"{one.all_mm:.3f} from all, {one.random_mm:.3f} random{gone}"
         )
     return lines
 
