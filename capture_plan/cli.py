@@ -384,6 +384,9 @@ def motion(
     rig: RigPath,
     take: Annotated[Path | None, typer.Option(help="Recorded take on the rig [a made-up take of the sample].")] = None,
     markers: Annotated[list[int] | None, typer.Option(min=1, help="Markers; may be given several times.")] = None,
+    subject: Annotated[
+        list[str] | None, typer.Option(help="Rig of another person who performs the take; several allowed.")
+    ] = None,
     unit_mm: UnitMm = None,
     up: Up = None,
     facing: Facing = None,
@@ -392,8 +395,9 @@ def motion(
 ) -> None:
     """Evaluate marker layouts on a take of RIG as Le et al. 2013 do: methods, folds, recovery, compression."""
     from capture_plan.errors import RigError
-    from capture_plan.layout.shell.evaluation import COUNTS, evaluate_all
+    from capture_plan.layout.shell.evaluation import evaluate_all
     from capture_plan.layout.shell.page import motion_text
+    from capture_plan.layout.shell.people import made_up, people_of
     from capture_plan.rig.sample.motion import sample_motion
     from capture_plan.rig.sequence import read_sequence
 
@@ -401,7 +405,8 @@ def motion(
     if take is None and rig != "sample":
         raise RigError(f"{rig}: name a recorded take of it with --take; only the sample has a made-up one")
     sequence = read_sequence(take, rig=found) if take else sample_motion()
-    say([motion_text(evaluate_all(found, sequence, counts=markers or COUNTS))])
+    people = people_of(subject, take) if subject else made_up(found) if rig == "sample" else None
+    say([motion_text(evaluate_all(found, sequence, counts=markers or (), people=people))])
 
 
 @app.command()

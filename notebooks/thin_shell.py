@@ -9,7 +9,7 @@ with app.setup:
     from capture_plan import figures
     from capture_plan import notebooks_support as parts
     from capture_plan.layout.face import see_face
-    from capture_plan.layout.shell import page
+    from capture_plan.layout.shell import page, paper_claims
     from capture_plan.layout.shell.evaluation import evaluate_take
     from capture_plan.layout.shell.take import face_take
     from capture_plan.rig.audit import audit
@@ -44,8 +44,14 @@ def take_of_the_session(rig):
 
 
 @app.cell
-def how_many():
-    knob = parts.marker_counts_knob()
+def people_of_the_session(rig):
+    people = parts.other_people(rig)
+    return (people,)
+
+
+@app.cell
+def how_many(take):
+    knob = parts.marker_counts_knob(take)
     knob
     return (knob,)
 
@@ -57,9 +63,9 @@ def numbers_of_markers(knob):
 
 
 @app.cell
-def evaluated(counts, face, take):
+def evaluated(counts, face, people, take):
     with parts.working():
-        found = evaluate_take(take, face, counts)
+        found = evaluate_take(take, face, counts, people)
     return (found,)
 
 
@@ -75,7 +81,7 @@ def about_the_claims():
 
 @app.cell
 def claims(found):
-    parts.said(found, page.claims, page.balance, lambda found: list(found.notes))
+    parts.said(found, paper_claims.claims, page.balance, lambda found: list(found.notes))
     return
 
 
@@ -84,7 +90,8 @@ def about_the_errors():
     mo.md("""
     ## Error against the number of markers
 
-    All layouts bend the same shell, held at the same rim; only the places differ. Crosses are layouts that people use.
+    All layouts bend the same shell, held at the same rim; only the places differ. Single signs are layouts that people
+    use, as many of their points as lie where the take moves.
     """)
     return
 
@@ -93,7 +100,7 @@ def about_the_errors():
 def errors(found):
     parts.figure_view(
         figures.error_against_markers(found),
-        "Error over all frames and vertices, root mean square, markers measured without noise.",
+        "Error over all frames and vertices, root mean square, markers measured without noise (Fig. 12).",
         name="error-against-markers",
     )
     return
@@ -103,7 +110,7 @@ def errors(found):
 def maps_of_methods(found, sitter, take):
     parts.figure_view(
         parts.maps_of_methods(sitter, take, found),
-        f"Where the skin is missed with {found.counts[-1]} markers.",
+        f"Where the skin is missed with {found.counts[-1]} markers, one scale for all (the paper's Fig. 11).",
         name="maps-of-methods",
     )
     return
@@ -113,7 +120,7 @@ def maps_of_methods(found, sitter, take):
 def maps_of_counts(found, sitter, take):
     parts.figure_view(
         parts.maps_of_counts(sitter, take, found),
-        "Where the skin is missed by our layouts, by number of markers.",
+        "Where the skin is missed by our layouts, by number of markers, one scale for all (Fig. 6).",
         name="maps-of-counts",
     )
     return
@@ -139,15 +146,26 @@ def both_views(found):
 @app.cell(hide_code=True)
 def about_the_variants():
     mo.md("""
-    ## Held or loose, and layouts that grow
+    ## What constraints cost
 
-    Where the motion ends the shell is held still. Red markers are inherited from the smaller layout, blue ones are new.
+    Where the motion ends the skin is held still, or nothing is. Markers stand in mirrored pairs, or anywhere. Each
+    layout is a part of the next, or stands for itself.
     """)
     return
 
 
 @app.cell
-def held_or_loose(found):
+def constraints(found, sitter, take):
+    parts.figure_view(
+        figures.constraints(sitter, take, found),
+        "Without and with the rim held, and in pairs; held points blue, markers red (Figs. 4 and 5).",
+        name="constraints",
+    )
+    return
+
+
+@app.cell
+def variants(found):
     parts.said(found, page.variants)
     return
 
@@ -155,15 +173,60 @@ def held_or_loose(found):
 @app.cell
 def growing(found, sitter):
     parts.figure_view(
-        parts.layouts_inside_the_next(sitter, found), "Every layout is a part of the next.", name="nested-layouts"
+        parts.layouts_inside_the_next(sitter, found),
+        "Each layout a part of the next, inherited markers red, new ones blue; below, layouts of their own (Fig. 7).",
+        name="nested-layouts",
     )
+    return
+
+
+@app.cell(hide_code=True)
+def about_other_people():
+    mo.md("""
+    ## From person to person
+
+    A layout from some people, put onto another one. Open this notebook with `-- --rig PATH --take PATH --subject PATH`,
+    the last as often as you like: recorded weights drive every rig with ARKit's names.
+    """)
+    return
+
+
+@app.cell
+def people_curves(found):
+    parts.figure_view(
+        figures.error_between_people(found),
+        "Each person under a layout from the others (Fig. 10).",
+        name="people",
+    ) if found.subjects else None
+    return
+
+
+@app.cell
+def people_numbers(found):
+    parts.people_table(found) if found.subjects else None
+    return
+
+
+@app.cell
+def about_people(found):
+    parts.said(found, page.about_people)
+    return
+
+
+@app.cell
+def from_all_people(found, sitter):
+    parts.figure_view(
+        figures.shared_layouts(sitter, found),
+        "Layouts from all people together, on the first one (Fig. 8).",
+        name="layouts-from-all",
+    ) if found.subjects else None
     return
 
 
 @app.cell(hide_code=True)
 def about_the_published_algorithm():
     mo.md("""
-    ## The published algorithm, iteration by iteration
+    ## The published algorithm, move by move
 
     It starts at random and may go uphill; the paper keeps the best of ten starts.
     """)
@@ -173,7 +236,19 @@ def about_the_published_algorithm():
 @app.cell
 def iterations(found):
     parts.figure_view(
-        figures.error_over_iterations(found), "Error after each iteration, from five starts.", name="iterations"
+        figures.error_over_iterations(found),
+        "Error after every move of a marker, five starts (Fig. 3).",
+        name="descent",
+    )
+    return
+
+
+@app.cell
+def iterations_on_the_head(found, sitter):
+    parts.figure_view(
+        figures.layouts_over_iterations(sitter, found),
+        "The first start: markers before an iteration green, after it red (Fig. 3).",
+        name="iterations",
     )
     return
 
@@ -183,8 +258,7 @@ def about_frames_that_were_not_seen():
     mo.md("""
     ## Frames that the layout was not chosen from
 
-    The take in five parts, each rebuilt by a layout from the other four. Below, simulated layouts that are looked for
-    again: our figures, not those of the paper, whose layouts and displacements nobody has.
+    The take in five parts, each rebuilt by a layout from the other four.
     """)
     return
 
@@ -192,7 +266,30 @@ def about_frames_that_were_not_seen():
 @app.cell
 def folds(found):
     parts.figure_view(
-        figures.error_on_unseen_frames(found), "Mean and standard deviation over the five parts.", name="unseen-frames"
+        figures.error_on_unseen_frames(found),
+        "Mean and standard deviation over the five parts (Fig. 13).",
+        name="unseen-frames",
+    )
+    return
+
+
+@app.cell(hide_code=True)
+def about_simulations():
+    mo.md("""
+    ## Layouts that are known, looked for again
+
+    Markers at random, each moved at random by up to 10 mm; the skin follows, and the search sees the skin alone. These
+    are our figures, not those of the paper, whose layouts and displacements nobody has.
+    """)
+    return
+
+
+@app.cell
+def recovered(found, sitter, take):
+    parts.figure_view(
+        figures.recovered_layouts(sitter, take, found),
+        "Simulated markers red, found ones green on top (Fig. 9); last by the published algorithm.",
+        name="recovered",
     )
     return
 

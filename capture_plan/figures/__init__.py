@@ -21,10 +21,17 @@ from capture_plan.figures.packing import (
 from capture_plan.figures.paper import discarded, models, named_layouts, occlusion, replacements, seeds, suited, teaser
 from capture_plan.figures.shell import (
     error_against_markers,
-    error_maps,
+    error_between_people,
     error_on_unseen_frames,
     error_over_iterations,
+)
+from capture_plan.figures.shell_heads import (
+    constraints,
+    error_maps,
+    layouts_over_iterations,
     nested_layouts,
+    recovered_layouts,
+    shared_layouts,
 )
 from capture_plan.figures.style import png, svg, write_figure
 
@@ -34,10 +41,12 @@ __all__ = [
     "HeadMap",
     "Sitter",
     "blendshape_bars",
+    "constraints",
     "discarded",
     "error_against_budget",
     "error_against_markers",
     "error_against_noise",
+    "error_between_people",
     "error_by_scans",
     "error_maps",
     "error_on_unseen_frames",
@@ -45,6 +54,7 @@ __all__ = [
     "expressions_figure",
     "incidence",
     "layouts_figure",
+    "layouts_over_iterations",
     "maps_figure",
     "models",
     "named_layouts",
@@ -53,9 +63,11 @@ __all__ = [
     "number_against_mu",
     "occlusion",
     "png",
+    "recovered_layouts",
     "replacements",
     "roles_figure",
     "seeds",
+    "shared_layouts",
     "shown_by_terms",
     "sit",
     "suited",

@@ -51,6 +51,24 @@ def maps_figure(maps: Sequence[HeadMap], *, columns: int = 2) -> Figure:
     return figure
 
 
+def shared_maps_figure(maps: Sequence[HeadMap], *, columns: int = 2) -> Figure:
+    """Maps that all have the scale of the first one, which stands once below them."""
+    rows = -(-len(maps) // columns)
+    wide = (WIDTH_IN - (columns - 1) * GAP_IN) / columns
+    width = wide / 2
+    tall = TITLE_IN + width / ASPECT
+    with house():
+        figure = blank(min(columns, len(maps)) * (wide + GAP_IN) - GAP_IN, rows * tall + BAR_IN)
+        for i, one in enumerate(maps):
+            row, column = divmod(i, columns)
+            left, top = column * (wide + GAP_IN), row * tall
+            caption(figure, left, top + 0.05, one.title, size=TITLE_PT, bold=True)
+            _two_views(figure, one, left, top + TITLE_IN, width)
+        across = figure.get_size_inches()[0]
+        _scale(figure, maps[0], 0.25 * across, rows * tall + 0.1, 0.5 * across)
+    return figure
+
+
 def _two_views(figure: Figure, one: HeadMap, left: float, top: float, width: float) -> None:
     norm, colours = Normalize(*one.limits, clip=True), colormaps[one.colours]
     posed = one.sitter.painted(one.values, lambda values: colours(norm(values))[:, :3])

@@ -21,6 +21,11 @@ def chosen_rig() -> Rig:
         return sample_rig() if path == SAMPLE else read_rig(path)
 
 
+def is_sample() -> bool:
+    """Whether the session is about the sample head."""
+    return _rig_path() == SAMPLE
+
+
 def rig_reference(rig: Rig) -> RigReference:
     """How a plan of this session remembers its rig: by its full path, since nobody knows where a download ends up."""
     path = _rig_path()

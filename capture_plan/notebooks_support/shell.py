@@ -1,6 +1,7 @@
-"""Layouts for dense motion in a notebook: the take, how many markers, and what the numbers say of the claims."""
+"""Layouts for dense motion in a notebook: the take, other people, how many markers, and what the numbers say."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import marimo as mo
@@ -8,16 +9,16 @@ import marimo as mo
 from capture_plan.figures import Figure, Sitter, error_maps, nested_layouts
 from capture_plan.layout.shell import evaluate as methods
 from capture_plan.layout.shell.evaluate import Scored
-from capture_plan.layout.shell.evaluation import COUNTS, Evaluation
+from capture_plan.layout.shell.evaluation import COUNTS, PAPERS_COUNTS, Evaluation, People, counts_for
+from capture_plan.layout.shell.people import made_up, people_of
 from capture_plan.layout.shell.take import Take
 from capture_plan.notebooks_support.figures import show_table
-from capture_plan.notebooks_support.frame import plain, working
+from capture_plan.notebooks_support.frame import is_sample, plain, working
 from capture_plan.report.words import millimetres
 from capture_plan.rig import Rig
 from capture_plan.rig.sample.motion import made_up_take
 from capture_plan.rig.sequence import Sequence, read_sequence
 
-PAPERS_COUNTS = (40, 60, 80, 100)  # Le et al. 2013, section 5
 MAPPED = {
     "Ours": methods.OURS,
     "As published": methods.PAPER,
@@ -33,10 +34,19 @@ def chosen_take(rig: Rig) -> Sequence:
         return read_sequence(str(path), rig=rig) if path else made_up_take(rig)
 
 
-def marker_counts_knob() -> Any:
-    """How many markers are compared."""
+def other_people(rig: Rig) -> People | None:
+    """The people given as `-- --subject PATH`, several allowed, who perform the take; made-up ones for the sample."""
+    rigs, take = [str(path) for path in mo.cli_args().get_all("subject")], mo.cli_args().get("take")
+    with working():
+        if rigs:
+            return people_of(rigs, Path(str(take)) if take else None)
+        return made_up(rig) if is_sample() else None
+
+
+def marker_counts_knob(take: Take) -> Any:
+    """How many markers are compared: at first the paper's numbers where the mesh is dense enough."""
     choices = {", ".join(map(str, counts)): counts for counts in (COUNTS, PAPERS_COUNTS)}
-    return mo.ui.dropdown(choices, next(iter(choices)), label="Markers")
+    return mo.ui.dropdown(choices, ", ".join(map(str, counts_for(take))), label="Markers")
 
 
 def maps_of_methods(sitter: Sitter, take: Take, found: Evaluation) -> Figure:
@@ -51,8 +61,34 @@ def maps_of_counts(sitter: Sitter, take: Take, found: Evaluation) -> Figure:
 
 
 def layouts_inside_the_next(sitter: Sitter, found: Evaluation) -> Figure:
-    """Each layout inherits the markers of the one before."""
-    return nested_layouts(sitter, [_layout(found, methods.NESTED, m) for m in found.counts])
+    """Each layout inherits the markers of the one before; free ones below."""
+    nested, free = ([_layout(found, name, m) for m in found.counts] for name in (methods.NESTED, methods.OURS))
+    return nested_layouts(sitter, nested, free)
+
+
+def people_table(found: Evaluation) -> mo.Html:
+    """Each person with most markers."""
+    assert found.subjects is not None, "there are other people"
+    m = found.counts[-1]
+    columns = ("From the others", "Own", "From all", "Random")
+    return show_table(
+        [
+            {
+                "Person": one.subject,
+                "Markers": m - one.fewer,
+                **dict(
+                    zip(
+                        columns,
+                        map(millimetres, (one.others_mm, one.own_mm, one.all_mm, one.random_mm)),
+                        strict=True,
+                    )
+                ),
+            }
+            for one in found.subjects.left_out
+            if one.markers == m
+        ],
+        numbers=("Markers", *columns),
+    )
 
 
 def views_table(found: Evaluation) -> mo.Html:
@@ -98,4 +134,6 @@ def said(found: Evaluation, *parts: Callable[[Evaluation], list[str]]) -> mo.Htm
 
 
 def _layout(found: Evaluation, method: str, markers: int) -> Scored:
-    return next(one for one in found.scored if (one.method, one.markers) == (method, markers))
+    layout = found.layout(method, markers)
+    assert layout is not None, "these methods have a layout of every number"
+    return layout
