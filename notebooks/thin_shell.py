@@ -90,8 +90,8 @@ def about_the_errors():
     mo.md("""
     ## Error against the number of markers
 
-    All layouts bend the same shell, held at the same rim; only the places differ. Single signs are layouts that people
-    use, as many of their points as lie where the take moves.
+    All layouts bend the same shell, held at the same rim; only the places differ. Letters are layouts that people use,
+    as many of their points as lie where the take moves.
     """)
     return
 

@@ -8,10 +8,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from capture_plan.figures.curves import MARKS, curve_axes
-from capture_plan.figures.style import OTHERS, OURS, house
+from capture_plan.figures.style import OTHERS, OURS, SMALL_PT, house
 from capture_plan.layout.shell import evaluate as methods
 from capture_plan.layout.shell.evaluation import Evaluation
-from capture_plan.sheets.style import INK, SOFT
+from capture_plan.sheets.style import SOFT
 
 CUT = 1.4  # of the worst error after one iteration: the top of Fig. 3
 WIDE = 1.25  # of a usual diagram: names of methods are long
@@ -30,8 +30,9 @@ def error_against_markers(found: Evaluation) -> Figure:
         others = [one for one in found.scored if one.method not in (*names, methods.NESTED)]
         for n, one in enumerate(sorted(others, key=lambda one: one.markers)):
             label = f"{one.method}, {one.markers} of them here" if one.left_out else one.method
-            letter = f"${chr(ord('A') + n)}$"
-            axes.plot(one.markers, one.rmse_mm, ls="", marker=letter, color=INK, ms=6, mew=0.4, label=label)
+            letter = chr(ord("A") + n)
+            axes.text(one.markers, one.rmse_mm, letter, ha="center", va="center", size=SMALL_PT, weight="bold")
+            axes.plot(one.markers, one.rmse_mm, ls="", label=f"{letter}: {label}")
         figure.set_figwidth(WIDE * figure.get_figwidth())
         _numbers(axes, found.counts)
         axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1))

@@ -20,9 +20,9 @@ from capture_plan.sheets.view import FRONT
 TOP_SHARE = 0.99  # of the vertices whose error the scale of a map reaches
 RED, GREEN, BLUE = OTHERS[0], OTHERS[1], OURS
 ERROR = "error of each vertex, mm (rms over the frames)"
-SMALL, SMALLEST = 0.4, 0.15  # of the area of a dot: the second leaves the dot below to be seen
+SMALL, SMALLEST = 0.4, 0.25  # of the area of a dot: the second leaves the dot below to be seen
 SHOWN_ITERATIONS = 5  # Fig. 3
-Dots = tuple[Int[np.ndarray, " m"], str, float]  # vertices, colour, share of the usual area
+Dots = tuple[Int[np.ndarray, " _"], str, float]  # vertices, colour, share of the usual area
 
 
 @dataclass(frozen=True, eq=False)
