@@ -187,7 +187,7 @@ def test_a_page_says_what_the_numbers_say(face):
     assert "the take lacks 1 of the rig" in text
     assert "cheekPuff" in text
     assert "no other people" in text
-    worse = msgspec.structs.replace(found, rims=(msgspec.structs.replace(found.rims[0], held_mm=99.0),))
+    worse = msgspec.structs.replace(found, rims=(msgspec.structs.replace(found.rims[0], held_mm=99.0), *found.rims[1:]))
     assert "does not hold here: holding the rim" in motion_text(worse)
 
 
