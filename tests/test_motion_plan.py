@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from capture_plan.errors import InfeasibleError, RigError
+from capture_plan.errors import InfeasibleError
 from capture_plan.layout.by_motion import fit_of
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import see_face
-from capture_plan.layout.from_take import layout_from_take
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.shell.boundary import STILL_MM
 from capture_plan.layout.shell.motion import Motion
@@ -25,7 +24,7 @@ from capture_plan.plan.summary import summary
 from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
 from capture_plan.rig.regions import REGIONS
-from capture_plan.rig.sequence import Sequence, read_sequence
+from capture_plan.rig.sequence import Sequence
 from capture_plan.rig.sequence.frames import PosedFrames, StoredFrames
 
 NUMBER = 16
@@ -258,31 +257,3 @@ def test_another_take_behind_the_plan_is_caught(session, tmp_path, rig):
     folder = shutil.copytree(session.parents[1], tmp_path / "day")
     np.savez(folder / "takes" / "speech.npz", weights=recorded(rig, 9), names=np.array(rig.names), fps=30.0)
     assert any("frames" in what for what in broken(folder / "plans" / "plan.json"))
-
-
-@pytest.fixture(scope="module")
-def scan(rig, tmp_path_factory):
-    """A take of meshes that says nothing of a rig."""
-    file = tmp_path_factory.mktemp("scan") / "scan.npz"
-    skin = rig.triangles[rig.skin[rig.triangles].all(axis=1)]
-    used, faces = np.unique(skin, return_inverse=True)
-    frames = np.stack([rig.pose(w)[used] for w in recorded(rig, 4, 24)])
-    np.savez(file, frames=frames, faces=faces.reshape(-1, 3), neutral=rig.neutral[used], units=np.array("mm"))
-    return file
-
-
-@pytest.mark.parametrize("triangles", [50_000, 3_000])
-def test_a_take_without_a_rig_gets_a_layout_on_its_own_vertices(scan, triangles):
-    sequence = read_sequence(scan, unit_mm=1.0, up="+y", facing="+z")
-    layout = layout_from_take(sequence, LayoutSettings(method="motion", number=12), triangles=triangles)
-    assert len(layout.landmarks) == 12
-    for m in layout.landmarks:
-        assert sequence.neutral[m.source_vertex] == pytest.approx(m.position, abs=1e-3)
-        assert m.region
-    assert 0 < layout.motion.rmse_mm < 3
-    assert layout.motion.frames == 24
-
-
-def test_a_take_with_a_rig_is_sent_to_the_plan(rig):
-    with pytest.raises(RigError, match="blendshapes of its own"):
-        layout_from_take(played(rig, recorded(rig)), BY_MOTION, triangles=1000)

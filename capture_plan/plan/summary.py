@@ -1,7 +1,8 @@
 """A plan in a few sentences, for the terminal, the title page and the first screen of a notebook."""
 
-from capture_plan.layout.record import MotionFit, Worth
+from capture_plan.layout.record import Layout, MotionFit, Worth
 from capture_plan.plan.record import Plan
+from capture_plan.rig import Rig
 from capture_plan.visibility import FEWEST_PIXELS
 
 
@@ -57,6 +58,17 @@ def bound_words(plan: Plan) -> list[str]:
 def motion_words(plan: Plan) -> list[str]:
     """What a recorded take loses by the landmarks, and what it says nothing of."""
     return fit_words(plan.layout.motion) if plan.layout.motion else []
+
+
+def take_summary(layout: Layout, rig: Rig) -> tuple[str, ...]:
+    """What a layout for a take alone is worth: its frames stand for blendshapes."""
+    worth = layout.worth
+    return (
+        f"{rig.name}: {worth.landmarks} markers on {int(rig.skin.sum()):,} skin vertices.",
+        *(fit_words(layout.motion) if layout.motion else ()),
+        f"With {len(rig.names)} frames of it in place of blendshapes, the markers have rank {worth.rank} of "
+        f"{worth.full_rank} and a predicted error of {worth.error_mm:.2f} mm under {worth.noise_mm:g} mm of noise.",
+    )
 
 
 def fit_words(fit: MotionFit) -> list[str]:
