@@ -122,6 +122,13 @@ def fit_of(rig: Rig, take: Take, vertices: Int[np.ndarray, " m"], *, ordered: bo
     )
 
 
+def error_of(rig: Rig, take: Take, vertices: Int[np.ndarray, " m"]) -> float:
+    """What a take loses when only landmarks at `vertices` are recorded, RMSE in millimetres."""
+    skin = skin_of(rig, take, vertices)
+    markers = skin.places(np.unique(vertices))
+    return round(skin.errors(markers, (len(markers),))[0], 5)
+
+
 def rounded(errors: Float[np.ndarray, " m"]) -> tuple[float, ...]:
     """As they stand in a plan, millimetres."""
     return tuple(np.round(errors, 5).tolist())

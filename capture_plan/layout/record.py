@@ -110,7 +110,7 @@ class MotionFit(Struct, frozen=True, forbid_unknown_fields=True):
     `curve_mm` is the same with the first 1, 2, ... landmarks of `Layout.order`. `boundary` vertices of still skin hold
     the shell, of `stretching` and `bending` stiffness (millimetres). The search saw the take by its `rank` strongest
     rows, which leave out `tail_mm` of root mean square distance. `missing` blendshapes are not in the take, so that
-    nothing here speaks of them.
+    nothing here speaks of them. `references_mm` is what the take loses by the layouts of `Layout.references`.
     """
 
     frames: int
@@ -123,6 +123,7 @@ class MotionFit(Struct, frozen=True, forbid_unknown_fields=True):
     stretching: float
     bending: float
     missing: tuple[str, ...]
+    references_mm: dict[str, float] = {}
 
 
 class Layout(Struct, frozen=True, forbid_unknown_fields=True):

@@ -11,19 +11,22 @@ from jaxtyping import Int
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
-from capture_plan.layout.take import Skin, skin_of
+from capture_plan.layout.design import known_layouts
+from capture_plan.layout.face import Face
+from capture_plan.layout.record import MotionFit
+from capture_plan.layout.take import Skin, Take, skin_of
 from capture_plan.plan.claims import Claim, claim
 from capture_plan.plan.places import read_take_of
 from capture_plan.plan.record import Plan
 from capture_plan.plan.summary import quarters
-from capture_plan.rig import Rig
 
 SAME_MM = 1e-4
 
 
-def motion_claims(plan: Plan, rig: Rig, folder: Path) -> list[Claim]:
-    """The error of the take, with all landmarks and with the first of them, and what the take does not show."""
-    fit, layout = plan.layout.motion, plan.layout
+def motion_claims(plan: Plan, face: Face, folder: Path) -> list[Claim]:
+    """The error of the take, with all landmarks, with the first of them, and with other layouts; and what the take
+    does not show."""
+    fit, layout, rig = plan.layout.motion, plan.layout, face.rig
     take = read_take_of(rig, plan.audit.used, plan.settings, folder, plan.rig.names)
     if fit is None or take is None:
         return [] if fit is None and take is None else [claim("the take is measured", False, "no take, or no error")]
@@ -44,8 +47,23 @@ def motion_claims(plan: Plan, rig: Rig, folder: Path) -> list[Claim]:
             set(fit.missing) == set(take.missing),
             f"{len(take.missing)} of {len(plan.audit.used)}",
         ),
+        reference_claim(plan, face, take, fit),
     ]
     return [*claims, *curve_claims(skin, markers, fit.curve_mm, fit.rmse_mm)] if fit.curve_mm else claims
+
+
+def reference_claim(plan: Plan, face: Face, take: Take, fit: MotionFit) -> Claim:
+    """Other layouts of the face lose of the take what is said."""
+    lost = {}
+    for name, vertices in known_layouts(face, plan.settings.landmarks).items():
+        skin = skin_of(face.rig, take, vertices)
+        lost[name] = direct_error(skin, skin.places(np.unique(vertices)))
+    return claim(
+        "other layouts lose of the take what is said",
+        lost.keys() == fit.references_mm.keys()
+        and all(abs(lost[name] - fit.references_mm[name]) < SAME_MM for name in lost),
+        ", ".join(f"{name} {error:.3f} mm" for name, error in lost.items()),
+    )
 
 
 def curve_claims(

@@ -19,7 +19,10 @@ def summary(plan: Plan) -> tuple[str, ...]:
         *head_words(plan),
         *view_words(plan),
         f"Proved: to see every blendshape at all takes at least {layout.minimum} landmarks.",
-        *(f"For comparison, {name}: {worth_words(worth)}." for name, worth in layout.references.items()),
+        *(
+            f"For comparison, {name}: {worth_words(worth)}{lost_words(layout.motion, name)}."
+            for name, worth in layout.references.items()
+        ),
         f"{len(packing.expressions)} expressions, {proof_words(packing.proven_optimal, packing.bound)}; "
         f"the first 5 cover {first_share(plan, 5):.0%} of the importance.",
         f"The session takes about {plan.session.minutes:.0f} minutes. {plan.session.stop}".strip(),
@@ -81,6 +84,11 @@ def fit_words(fit: MotionFit) -> list[str]:
     if fit.missing:
         lines.append(f"Not in the take, so that its error says nothing of them: {', '.join(fit.missing)}.")
     return lines
+
+
+def lost_words(fit: MotionFit | None, name: str) -> str:
+    """', 1.31 mm of the take', of a layout for comparison."""
+    return f", {fit.references_mm[name]:.2f} mm left of the take" if fit and name in fit.references_mm else ""
 
 
 def quarters(count: int) -> list[int]:
