@@ -1,7 +1,6 @@
 """Plans for a recorded take: wishes kept, claims that hold, lies that do not, files that move with the plan."""
 
 import shutil
-from dataclasses import replace as replace_record
 
 import numpy as np
 import pytest
@@ -13,9 +12,10 @@ from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import see_face
 from capture_plan.layout.from_take import layout_from_take
 from capture_plan.layout.settings import LayoutSettings
-from capture_plan.layout.shell.evaluate import METHODS, OURS, score
+from capture_plan.layout.shell.evaluate import METHODS, OURS, motion_error, score
 from capture_plan.layout.shell.recording import EXACT_MM, record
-from capture_plan.layout.shell.take import face_take, take_of
+from capture_plan.layout.shell.take import face_take
+from capture_plan.layout.shell.takes import takes_of
 from capture_plan.mesh import geodesic_distance
 from capture_plan.plan.check import check_plan
 from capture_plan.plan.files import change_settings, read_plan, refer_to, rig_of, settings_seen_from, write_plan
@@ -63,11 +63,11 @@ def played(rig, w):
 
 
 def taken(rig, *sessions):
-    return take_of(rig, tuple(record(rig, played(rig, w)) for w in sessions))
+    return takes_of(rig, [played(rig, w) for w in sessions])
 
 
-def moving(take):
-    return take.at[take.candidates]
+def moving(takes):
+    return takes.first.at[takes.first.candidates]
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +77,7 @@ def take(rig, used):
 
 @pytest.fixture(scope="module")
 def layout(face, take):
-    return design_layout(face, BY_MOTION, take=take)
+    return design_layout(face, BY_MOTION, takes=take)
 
 
 @pytest.fixture(scope="module")
@@ -102,9 +102,9 @@ def test_posed_frames_and_the_weights_behind_them_are_the_same_take(rig, used, t
     w = recorded(rig)
     frames = np.stack([rig.pose(row) for row in w])
     meshes = Sequence("meshes", rig.neutral, rig.triangles, StoredFrames(frames), 30.0, rig)
-    other = take_of(rig, (record(rig, meshes),))
+    other = takes_of(rig, [meshes])
     assert other.missing(used) == take.missing(used)
-    assert np.array_equal(other.at, take.at)
+    assert np.array_equal(other.first.at, take.first.at)
     for seed in range(3):
         markers = np.random.default_rng(seed).choice(moving(take), 9, replace=False)
         a, b = (fit_of(one, used, markers, ordered=False).rmse_mm for one in (take, other))
@@ -136,8 +136,9 @@ def test_sessions_have_the_same_say_however_long(rig, used):
     short, long = recorded(rig, 1, 10), recorded(rig, 2, 90)
     both = taken(rig, short, long)
     markers = moving(both)[::150]
-    alone = [replace_record(both, motion=both.over(part)) for part in (np.arange(10), np.arange(10, 100))]
-    a, b = (fit_of(one, used, markers, ordered=False).rmse_mm for one in alone)
+    H, one = both.first.places(markers), both.first
+    alone = [one.over(part) for part in (np.arange(10), np.arange(10, 100))]
+    a, b = (motion_error(one.shell, motion, H) for motion in alone)
     together = fit_of(both, used, markers, ordered=False).rmse_mm
     assert together == pytest.approx(np.sqrt((a**2 + b**2) / 2), abs=1e-4)
 
@@ -166,7 +167,7 @@ def test_both_views_are_stated_and_the_order_is_monotone(layout):
 
 
 def test_no_rig_designed_layout_of_the_number_loses_less_of_the_take(face, take, layout):
-    by_rig = design_layout(face, LayoutSettings(method="budget", number=NUMBER), take=take)
+    by_rig = design_layout(face, LayoutSettings(method="budget", number=NUMBER), takes=take)
     assert by_rig.motion.rmse_mm > layout.motion.rmse_mm
     assert by_rig.worth.error_mm < layout.worth.error_mm
 
@@ -184,7 +185,7 @@ def test_pins_forbidden_caps_and_head_markers_are_kept(face, rig, take, layout):
         head_markers=3,
         keep_out={},
     )
-    made = design_layout(face, asked, take=take)
+    made = design_layout(face, asked, takes=take)
     vertices = vertices_of(made)
     assert {pin, int(face.mirror[pin])} <= set(vertices.tolist())
     assert middle[0] not in vertices
@@ -207,14 +208,14 @@ def test_a_plan_and_an_evaluation_state_the_same_error_of_the_same_vertices(sess
     told = score(take, face, "planned", [take.places(vertices_of(plan.layout))])
     assert told.rmse_mm == pytest.approx(plan.layout.motion.rmse_mm, abs=1e-5)
     (markers,) = METHODS[OURS](take, take.motion, 9)
-    fit = fit_of(take, face.used, take.at[markers], ordered=False)
+    fit = fit_of(takes_of(rig, [take.sequence]), face.used, take.at[markers], ordered=False)
     assert score(take, face, OURS, [markers]).rmse_mm == pytest.approx(fit.rmse_mm, abs=1e-5)
 
 
 def test_a_marker_where_nothing_moves_tells_nothing(rig, used, take):
     inside = moving(take)[::120]
-    outside = np.setdiff1d(np.flatnonzero(rig.skin), take.at)[:3]
-    held = take.at[take.shell.fixed][:2]
+    outside = np.setdiff1d(np.flatnonzero(rig.skin), take.first.at)[:3]
+    held = take.first.at[take.first.shell.fixed][:2]
     more = np.concatenate([inside, outside, held])
     a, b = (fit_of(take, used, some, ordered=False).rmse_mm for some in (inside, more))
     assert a == b

@@ -22,7 +22,7 @@ from capture_plan.layout.naming import name_head_markers, name_landmarks
 from capture_plan.layout.record import Bound, ErrorBound, HeadPose, Layout, MotionFit, Program, Worth
 from capture_plan.layout.relaxation import error_bound
 from capture_plan.layout.settings import ORDERED, LayoutSettings
-from capture_plan.layout.shell.take import Take
+from capture_plan.layout.shell.takes import Takes
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.task import NOTHING, Task, task_of
 from capture_plan.layout.worth import Observation, error_against_budget
@@ -36,14 +36,14 @@ def design_layout(
     face: Face,
     settings: LayoutSettings,
     *,
-    take: Take | None = None,
+    takes: Takes | None = None,
     former: Layout | None = None,
     unlike: Sequence[Sequence[int]] = (),
 ) -> Layout:
     """The layout that `settings` ask for.
 
     A `former` layout is where a budget starts again from, so that little changes; every layout of `unlike`, given by
-    its vertices, is to be left in some places (`wishes.differences`). What a `take` loses by the layout is measured.
+    its vertices, is to be left in some places (`wishes.differences`). What `takes` lose by the layout is measured.
 
     Raises:
         InfeasibleError: no skin is seen well enough, the wishes clash, or the budget does not pay for a single site.
@@ -56,7 +56,7 @@ def design_layout(
     sites, observation = task.sites, task.observation
     references = sixty_eight(face, observation) | {SINGLE_COVER: single_cover_worth(face, settings, observation)}
     target_mm = references[SIXTY_EIGHT].error_mm if SIXTY_EIGHT in references else settings.noise_mm
-    method, rounds, added = choose(task, target_mm, former, take)
+    method, rounds, added = choose(task, target_mm, former, takes)
     covered = [] if method in ORDERED else rounds
     chosen = np.concatenate([*(cover.chosen for cover in covered), added])
     numbers = [n for n, cover in enumerate(covered) for _ in cover.chosen] + [None] * len(added)
@@ -88,7 +88,7 @@ def design_layout(
         order=tuple(name_at[vertex] for vertex in told.tolist()),
         curve_mm=tuple(np.round(error_against_budget(observation, told), 4).tolist()),
         error_bound=bound_of(task, former) if method == "budget" else None,
-        motion=motion_fit(face, take, order, told) if take else None,
+        motion=motion_fit(face, takes, order, told) if takes else None,
     )
 
 
@@ -97,9 +97,9 @@ def head_pose(face: Face, head: Int[np.ndarray, " h"], noise_mm: float) -> HeadP
     return pose_error(face.rig.neutral[head], face.rig.neutral[face.moving_skin], noise_mm)
 
 
-def motion_fit(face: Face, take: Take, vertices: Int[np.ndarray, " m"], told: Int[np.ndarray, " n"]) -> MotionFit:
-    """What the take loses by landmarks, in the order that they were told in where there is one."""
-    return fit_of(take, face.used, told if len(told) else vertices, ordered=len(told) > 0)
+def motion_fit(face: Face, takes: Takes, vertices: Int[np.ndarray, " m"], told: Int[np.ndarray, " n"]) -> MotionFit:
+    """What takes lose by landmarks, in the order that they were told in where there is one."""
+    return fit_of(takes, face.used, told if len(told) else vertices, ordered=len(told) > 0)
 
 
 def bound_of(task: Task, former: Layout | None) -> ErrorBound:

@@ -7,7 +7,7 @@ from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import see_face
 from capture_plan.layout.record import Layout
 from capture_plan.layout.settings import LayoutSettings
-from capture_plan.layout.shell.take import face_take
+from capture_plan.layout.shell.takes import takes_of
 from capture_plan.rig.sequence import Sequence
 from capture_plan.rig.sequence.stand_in import stand_in_rig
 
@@ -21,4 +21,4 @@ def layout_from_take(sequence: Sequence, settings: LayoutSettings, *, triangles:
         InfeasibleError: the settings cannot be kept.
     """
     rig, coarse = stand_in_rig(sequence, triangles=triangles)
-    return design_layout(see_face(rig, rig.names), settings, take=face_take(rig, coarse))
+    return design_layout(see_face(rig, rig.names), settings, takes=takes_of(rig, [coarse]))
