@@ -139,6 +139,12 @@ def plan(
     sequence: Annotated[
         list[str] | None, typer.Option(help="Recorded take: weights, or meshes of the rig; several allowed.")
     ] = None,
+    sequence_weight: Annotated[
+        list[float] | None, typer.Option(help="Say of a take, one for each --sequence [the same for all].")
+    ] = None,
+    vertex_weights: Annotated[
+        str | None, typer.Option(help="File of how much an error of a take counts, a number per vertex [1].")
+    ] = None,
     unit_mm: UnitMm = None,
     up: Up = None,
     facing: Facing = None,
@@ -158,7 +164,8 @@ def plan(
         | {"number": number, "pins": pin, "forbidden": forbid, "keep_out": zones(keep_out), "caps": counts(cap)}
         | {"min_views": min_views, "dot_mm": dot_mm, "head_markers": head_markers},
         {"method": expressions, "mu": mu, "paired": paired, "limit": limit, "rules": rules, "most_things": most_things},
-        {"cameras": cameras, "target": target, "sequences": sequence},
+        {"cameras": cameras, "target": target, "sequences": sequence}
+        | {"sequence_weights": sequence_weight, "vertex_weights": vertex_weights},
         {"minutes": minutes},
     )
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)

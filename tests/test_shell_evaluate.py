@@ -21,7 +21,7 @@ from capture_plan.layout.shell.evaluate import (
 )
 from capture_plan.layout.shell.evaluation import evaluate_take
 from capture_plan.layout.shell.page import motion_text
-from capture_plan.layout.shell.take import face_take, unperformed
+from capture_plan.layout.shell.take import face_take
 from capture_plan.layout.shell.validate import (
     FOLDS,
     OnFirst,
@@ -182,8 +182,10 @@ def test_blendshapes_that_a_take_lacks_are_named():
     weights[2, rig.names.index("jawOpen")] = 0.8
     weights[3, rig.names.index("cheekPuff")] = 0.05
     sequence = Sequence("jaw", rig.neutral, rig.triangles, PosedFrames(rig, weights), 30.0, rig)
-    assert set(unperformed(sequence)) == set(rig.names) - {"jawOpen"}
-    assert unperformed(replace(sequence, frames=StoredFrames(sequence.frames.block(0, 5)))) == ()
+    lacks = set(rig.names) - {"jawOpen"}
+    assert set(face_take(rig, sequence).missing(rig.names)) == lacks
+    as_meshes = replace(sequence, frames=StoredFrames(sequence.frames.block(0, 5)))
+    assert set(face_take(rig, as_meshes).missing(rig.names)) == lacks
 
 
 def test_a_page_says_what_the_numbers_say(face):

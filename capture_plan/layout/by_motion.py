@@ -1,9 +1,13 @@
 """Landmarks for a recorded take, under the wishes of the settings (Le et al. 2013).
 
-Data       a take, the sites that wishes leave open, pins, spacing, mirrored pairs, M
-Model      min RMSE of the thin shell that M landmarks bend (`take`), by `shell.optimise`
+Data       takes of one or several people, the sites that wishes leave open, pins, spacing, mirrored pairs, M
+Model      min RMSE of the thin shell that M landmarks bend (`shell.takes`), by `shell.optimise`
+Mirror     a symmetric layout is chosen for every frame and its mirror image (section 4.6), on the skin that either
+           moves; what is stated of it is the error of the take as recorded
 Caps       a region with too many keeps its most telling landmarks and is closed to others; then all are placed anew
-The order of the answer begins with the landmark, or pair, that tells most of the take.
+Unlike     as many landmarks as stand too near another layout lose their places, the least telling first; then likewise
+The order of the answer begins with the landmark, or pair, that tells most of the take; pins where it does not bend the
+shell come last.
 """
 
 import numpy as np
@@ -12,31 +16,35 @@ from scipy.sparse import csr_array
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.limits import Limit
-from capture_plan.layout.record import MotionFit
+from capture_plan.layout.record import MotionFit, SubjectFit
+from capture_plan.layout.shell.importance import order_of
 from capture_plan.layout.shell.motion import TAIL_MM
-from capture_plan.layout.shell.optimise import Result, optimise
-from capture_plan.layout.take import Skin, Take, skin_of
+from capture_plan.layout.shell.optimise import optimise_together
+from capture_plan.layout.shell.takes import Takes
 from capture_plan.layout.task import Task
-from capture_plan.rig import Rig
+from capture_plan.layout.wishes import touching
 
 
-def sites_for(task: Task, take: Take) -> Int[np.ndarray, " n"]:
+def sites_for(task: Task, takes: Takes) -> Int[np.ndarray, " n"]:
     """The sites of the landmarks that leave the least error of the take, the most telling first.
 
     Raises:
         InfeasibleError: there is no room for so many under the wishes.
     """
     pinned = pinned_sites(task)
-    skin = skin_of(task.face.rig, take, task.sites.members(pinned))
+    seen = takes.mirrored(task.face.mirror) if task.settings.symmetric else takes
     open_ = np.isin(np.arange(len(task.sites.size)), task.open_)
-    caps = [limit for limit in task.limits if limit.most]
+    caps, unlike = [limit for limit in task.limits if limit.most], [one for one in task.limits if one.most is None]
     while True:
-        chosen = place(task, skin, pinned, open_)
+        chosen = most_telling(task, takes, place(task, seen, pinned, open_), pinned)
         over = [limit for limit in caps if limit.shortfall(chosen) and limit.amount[chosen].sum() > (limit.most or 0)]
-        if not over:
+        closed = [beside_idle(task, limit, chosen, pinned) for limit in unlike if limit.shortfall(chosen)]
+        if not over and not np.any(closed):
             break
         for limit in over:
             open_ &= (limit.amount == 0) | kept_under(limit, chosen)
+        for sites in closed:
+            open_ &= ~sites
     for limit in task.limits:
         if limit.shortfall(chosen):
             raise InfeasibleError(f"{limit.name}: the take's layout cannot keep it: ask for less, or another method")
@@ -55,32 +63,53 @@ def kept_under(limit: Limit, chosen: Int[np.ndarray, " n"]) -> Bool[np.ndarray, 
     return np.isin(np.arange(len(limit.amount)), chosen[within])
 
 
+def beside_idle(
+    task: Task, limit: Limit, chosen: Int[np.ndarray, " n"], pinned: Int[np.ndarray, " p"]
+) -> Bool[np.ndarray, " s"]:
+    """Sites that count nothing for a wish, around the least telling landmarks that do not, as many as it lacks."""
+    idle = chosen[(limit.amount[chosen] == 0) & ~np.isin(chosen, pinned)][::-1]
+    enough = np.cumsum(task.sites.size[idle]) - task.sites.size[idle] < limit.shortfall(chosen)
+    spared, settings = task.sites.members(idle[enough]), task.settings
+    near = np.zeros(len(task.face.rig.neutral), dtype=bool)
+    near[task.face.near(max(settings.spacing_mm, settings.dot_mm))[spared].indices] = True
+    near[spared] = True
+    return touching(task.sites, near) & (limit.amount == 0)
+
+
 def place(
-    task: Task, skin: Skin, pinned: Int[np.ndarray, " p"], open_: Bool[np.ndarray, " s"]
-) -> Int[np.ndarray, " n"]:
-    """The optimiser's answer as sites."""
-    face, settings, sites = task.face, task.settings, task.sites
+    task: Task, takes: Takes, pinned: Int[np.ndarray, " p"], open_: Bool[np.ndarray, " s"]
+) -> Int[np.ndarray, " m"]:
+    """The optimiser's answer as vertices of the rig, with all pins."""
+    face, settings, pins, first = task.face, task.settings, task.sites.members(pinned), takes.first
     count = settings.number or settings.budget
     assert count is not None, "settings of this method carry a number"
     may = np.zeros(len(face.rig.neutral), dtype=bool)
-    may[sites.vertices[open_]] = True
-    result = optimise(
-        skin.shell,
-        skin.motion,
-        count,
-        candidates=skin.marks(may),
-        kept=skin.places(sites.members(pinned)).tolist(),
-        spacing=near_of(face.near(settings.spacing_mm), skin.at, settings.spacing_mm) if settings.spacing_mm else None,
-        mirror=mirror_of(face.mirror, skin.at) if settings.symmetric else None,
+    may[task.sites.vertices[open_]] = True
+    kept, near = first.places(pins), None
+    if settings.spacing_mm:
+        table = face.near(settings.spacing_mm)
+        near = near_of(table, first.at, settings.spacing_mm)
+        may[table[pins].indices[table[pins].data < settings.spacing_mm]] = False
+    result = optimise_together(
+        [(one.shell, one.motion) for one in takes.subjects],
+        count - len(pins) + len(kept),
+        candidates=may[first.at] & first.candidates,
+        kept=kept.tolist(),
+        spacing=near,
+        mirror=mirror_of(face.mirror, first.at) if settings.symmetric else None,
     )
-    return in_sites(task, skin.at[list(result.order)], result)
+    return np.union1d(first.at[list(result.markers)], pins)
 
 
-def in_sites(task: Task, order: Int[np.ndarray, " m"], result: Result) -> Int[np.ndarray, " n"]:
-    """The sites of vertices, in their order."""
+def most_telling(
+    task: Task, takes: Takes, vertices: Int[np.ndarray, " m"], pinned: Int[np.ndarray, " p"]
+) -> Int[np.ndarray, " n"]:
+    """The sites of vertices, the first to be spared last and pinned ones first; last those that bend nothing."""
+    at, bending = takes.first.at, takes.first.places(vertices)
+    order, _ = order_of(takes.summaries(bending), np.isin(at[bending], task.sites.members(pinned)))
     site_of = {int(v): s for s, pair in enumerate(task.sites.vertices.tolist()) for v in pair}
-    assert len(order) == len(result.markers), "the order names every marker"
-    return np.array(list(dict.fromkeys(site_of[v] for v in order.tolist())), dtype=int)
+    told = [*at[bending[order]].tolist(), *vertices.tolist()]
+    return np.array(list(dict.fromkeys(site_of[v] for v in told)), dtype=int)
 
 
 def near_of(near: csr_array, at: Int[np.ndarray, " n"], radius_mm: float) -> csr_array:
@@ -101,32 +130,40 @@ def mirror_of(mirror: Int[np.ndarray, " v"], at: Int[np.ndarray, " n"]) -> Int[n
     return image
 
 
-def fit_of(rig: Rig, take: Take, vertices: Int[np.ndarray, " m"], *, ordered: bool) -> MotionFit:
-    """What a take loses when only landmarks at `vertices` are recorded; with the first 1, 2, ... where they are
-    `ordered`."""
-    skin = skin_of(rig, take, vertices)
-    markers = skin.places(vertices)
-    counts = range(1, len(markers) + 1) if ordered else (len(markers),)
-    errors = skin.errors(markers, counts)
+def fit_of(takes: Takes, used: tuple[str, ...], vertices: Int[np.ndarray, " m"], *, ordered: bool) -> MotionFit:
+    """What takes of `used` blendshapes lose when only landmarks at `vertices` are recorded; with the first 1, 2, ...
+    where they are `ordered`."""
+    errors = takes.errors(vertices, range(1, len(vertices) + 1) if ordered else (len(vertices),))
+    shell, weights = takes.first.shell, takes.first.motion.weights
     return MotionFit(
-        frames=take.frames,
-        vertices=int((skin.motion.weights > 0).sum()),
-        rank=skin.motion.compressed(TAIL_MM).rows.shape[1],
+        frames=takes.frames,
+        vertices=int((weights > 0).sum()),
+        rank=max(one.motion.compressed(TAIL_MM).rows.shape[1] for one in takes.subjects),
         tail_mm=TAIL_MM,
         rmse_mm=round(errors[-1], 5),
         curve_mm=rounded(np.array(errors)) if ordered else (),
-        boundary=int(skin.shell.fixed.sum()),
-        stretching=skin.shell.stretching,
-        bending=skin.shell.bending,
-        missing=take.missing,
+        boundary=int(shell.fixed.sum()),
+        stretching=shell.stretching,
+        bending=shell.bending,
+        missing=takes.missing(used),
+        subjects=subject_fits(takes, vertices),
+        notes=takes.notes,
     )
 
 
-def error_of(rig: Rig, take: Take, vertices: Int[np.ndarray, " m"]) -> float:
-    """What a take loses when only landmarks at `vertices` are recorded, RMSE in millimetres."""
-    skin = skin_of(rig, take, vertices)
-    markers = skin.places(np.unique(vertices))
-    return round(skin.errors(markers, (len(markers),))[0], 5)
+def subject_fits(takes: Takes, vertices: Int[np.ndarray, " m"]) -> tuple[SubjectFit, ...]:
+    """The error of each person, where there are several."""
+    if len(takes.subjects) == 1:
+        return ()
+    H = takes.first.places(vertices)
+    return tuple(
+        SubjectFit(
+            sequences=tuple(recording.sequence.name for recording in one.recordings),
+            frames=one.frames,
+            rmse_mm=round(float(np.sqrt(one.squared_error(H) / one.motion.weights.sum())), 5),
+        )
+        for one in takes.subjects
+    )
 
 
 def rounded(errors: Float[np.ndarray, " m"]) -> tuple[float, ...]:

@@ -11,9 +11,9 @@ import numpy as np
 from jaxtyping import Int
 from msgspec.structs import replace
 
-from capture_plan.layout.by_motion import error_of, fit_of
+from capture_plan.layout.by_motion import fit_of
 from capture_plan.layout.cover import dual_prices
-from capture_plan.layout.face import Face
+from capture_plan.layout.face import SIXTY_EIGHT, Face
 from capture_plan.layout.head import pose_error
 from capture_plan.layout.head_choice import choose_head_markers
 from capture_plan.layout.methods import choose
@@ -22,28 +22,27 @@ from capture_plan.layout.naming import name_head_markers, name_landmarks
 from capture_plan.layout.record import Bound, ErrorBound, HeadPose, Layout, MotionFit, Program
 from capture_plan.layout.relaxation import error_bound
 from capture_plan.layout.settings import ORDERED, LayoutSettings
+from capture_plan.layout.shell.takes import Takes
 from capture_plan.layout.sites import Sites
-from capture_plan.layout.take import Take
 from capture_plan.layout.task import NOTHING, Task, task_of
 from capture_plan.layout.worth import error_against_budget
 from capture_plan.rig import Rig
 
 SINGLE_COVER = "single set cover"
-SIXTY_EIGHT = "68 points (iBUG)"
 
 
 def design_layout(
     face: Face,
     settings: LayoutSettings,
     *,
-    take: Take | None = None,
+    takes: Takes | None = None,
     former: Layout | None = None,
     unlike: Sequence[Sequence[int]] = (),
 ) -> Layout:
     """The layout that `settings` ask for.
 
     A `former` layout is where a budget starts again from, so that little changes; every layout of `unlike`, given by
-    its vertices, is to be left in some places (`wishes.differences`). What a `take` loses by the layout is measured.
+    its vertices, is to be left in some places (`wishes.differences`). What `takes` lose by the layout is measured.
 
     Raises:
         InfeasibleError: no skin is seen well enough, the wishes clash, or the budget does not pay for a single site.
@@ -57,7 +56,7 @@ def design_layout(
     known = known_layouts(face, settings)
     references = {name: observation.worth(vertices) for name, vertices in known.items()}
     target_mm = references[SIXTY_EIGHT].error_mm if SIXTY_EIGHT in references else settings.noise_mm
-    method, rounds, added = choose(task, target_mm, former, take)
+    method, rounds, added = choose(task, target_mm, former, takes)
     covered = [] if method in ORDERED else rounds
     chosen = np.concatenate([*(cover.chosen for cover in covered), added])
     numbers = [n for n, cover in enumerate(covered) for _ in cover.chosen] + [None] * len(added)
@@ -89,7 +88,7 @@ def design_layout(
         order=tuple(name_at[vertex] for vertex in told.tolist()),
         curve_mm=tuple(np.round(error_against_budget(observation, told), 4).tolist()),
         error_bound=bound_of(task, former) if method == "budget" else None,
-        motion=motion_fit(face, take, order, told, known) if take else None,
+        motion=motion_fit(face, takes, order, told, known) if takes else None,
     )
 
 
@@ -100,14 +99,14 @@ def head_pose(face: Face, head: Int[np.ndarray, " h"], noise_mm: float) -> HeadP
 
 def motion_fit(
     face: Face,
-    take: Take,
+    takes: Takes,
     vertices: Int[np.ndarray, " m"],
     told: Int[np.ndarray, " n"],
     known: dict[str, Int[np.ndarray, " _"]],
 ) -> MotionFit:
-    """What the take loses by landmarks, in the order that they were told in if any, and by known layouts."""
-    fit = fit_of(face.rig, take, told if len(told) else vertices, ordered=len(told) > 0)
-    return replace(fit, references_mm={name: error_of(face.rig, take, at) for name, at in known.items()})
+    """What takes lose by landmarks, in the order that they were told in if any, and by known layouts."""
+    fit = fit_of(takes, face.used, told if len(told) else vertices, ordered=len(told) > 0)
+    return replace(fit, references_mm={name: round(takes.error(np.unique(at)), 5) for name, at in known.items()})
 
 
 def bound_of(task: Task, former: Layout | None) -> ErrorBound:

@@ -24,6 +24,8 @@ from capture_plan.rig.zones import ZONES, Ground, check_zone
 from capture_plan.visibility import Camera, camera_visibility, global_visibility
 from capture_plan.visibility.views import Views, camera_views
 
+SIXTY_EIGHT = "68 points (iBUG)"
+
 
 @dataclass(frozen=True, eq=False)
 class Face:

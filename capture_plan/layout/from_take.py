@@ -14,7 +14,7 @@ from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import see_face
 from capture_plan.layout.record import Landmark, Layout
 from capture_plan.layout.settings import LayoutSettings
-from capture_plan.layout.take import take_of
+from capture_plan.layout.shell.takes import takes_of
 from capture_plan.rig import Rig
 from capture_plan.rig.sequence import Sequence
 from capture_plan.rig.sequence.stand_in import stand_in_rig
@@ -33,7 +33,7 @@ def layout_from_take(
         InfeasibleError: the settings cannot be kept.
     """
     rig, coarse = stand_in_rig(sequence, triangles=triangles, skin=skin)
-    return design_layout(see_face(rig, rig.names), settings, take=take_of(rig, (), [coarse])), rig
+    return design_layout(see_face(rig, rig.names), settings, takes=takes_of(rig, [coarse])), rig
 
 
 def on_scan(layout: Layout, sequence: Sequence) -> Layout:

@@ -1,5 +1,6 @@
 """An inspection as a page for the terminal: short sections, every number with its unit."""
 
+from capture_plan.layout.alternatives import Alternative
 from capture_plan.layout.observe import CONFUSABLE_DEG, WEAK, Mix, Reason, Separator
 from capture_plan.layout.robust import GROWTH, REACH_MM, Loss, Tolerance
 from capture_plan.plan.inspect import Inspection, MarkerReport, TakeReport
@@ -178,17 +179,22 @@ def other_lines(found: Inspection) -> list[str]:
     """What a person could have instead."""
     good = [one for one in found.others if one.as_good]
     lines = [
-        f"{one.landmarks} markers, predicted error {one.error_mm:.3f} mm: without {', '.join(one.leaves)}, "
-        f"instead on {', '.join(one.takes)}."
+        f"{one.landmarks} markers, predicted error {one.error_mm:.3f} mm{left_words(one)}: "
+        f"without {', '.join(one.leaves)}, instead on {', '.join(one.takes)}."
         for one in good
     ]
     worse = [one for one in found.others if not one.as_good]
     if worse:
         lines.append(
             f"The next that leaves a fifth of the places is {worse[0].worse:.1%} worse "
-            f"({worse[0].landmarks} markers, {worse[0].error_mm:.3f} mm)."
+            f"({worse[0].landmarks} markers, {worse[0].error_mm:.3f} mm{left_words(worse[0])})."
         )
     return lines or ["None: no other layout keeps all wishes."]
+
+
+def left_words(one: Alternative) -> str:
+    """', 1.31 mm left of the take', where there is one."""
+    return "" if one.lost_mm is None else f", {one.lost_mm:.3f} mm left of the take"
 
 
 def alike_lines(found: Inspection) -> list[str]:

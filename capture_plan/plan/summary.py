@@ -83,7 +83,8 @@ def fit_words(fit: MotionFit) -> list[str]:
     ]
     if fit.missing:
         lines.append(f"Not in the take, so that its error says nothing of them: {', '.join(fit.missing)}.")
-    return lines
+    lines += [f"Of {', '.join(one.sequences)} alone, {one.rmse_mm:.2f} mm." for one in fit.subjects]
+    return [*lines, *(f"Note: {note}." for note in fit.notes)]
 
 
 def lost_words(fit: MotionFit | None, name: str) -> str:

@@ -20,7 +20,7 @@ from capture_plan.layout.shell.evaluate import (
     skinned,
 )
 from capture_plan.layout.shell.skinning import Skinning
-from capture_plan.layout.shell.take import Take, face_take, unperformed
+from capture_plan.layout.shell.take import Take, face_take
 from capture_plan.layout.shell.validate import Folds, Recovery, descents, five_fold, simulation_recovery
 from capture_plan.progress import track
 from capture_plan.rig import Rig
@@ -105,6 +105,6 @@ def evaluate_take(take: Take, face: Face, counts: Several[int]) -> Evaluation:
         folds=tuple(five_fold(take, count, method=method) for count in counts for method in FOLDED),
         skinning=tuple(skinned(take, count) for count in counts),
         descents_mm=tuple(tuple(row) for row in descents(take, counts[0]).tolist()),
-        unperformed=unperformed(take.sequence),
+        unperformed=take.missing(face.used),
         notes=take.sequence.notes,
     )

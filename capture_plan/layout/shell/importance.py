@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from capture_plan.layout.shell.model import Shell
+from capture_plan.layout.shell.motion import Motion
 from capture_plan.layout.shell.state import State
 
 
@@ -47,11 +49,30 @@ def summary(state: State) -> Summary:
     return Summary(state.error, state.B, state.motion.rows[H], SW.T @ state.R, SW.T @ state.W, state.shell.piece[H])
 
 
+def summary_of(shell: Shell, motion: Motion, markers: Int[np.ndarray, " m"]) -> Summary:
+    """The same of markers that no search placed.
+
+    Raises:
+        InfeasibleError: a floating piece has no marker, or a marker is fixed or doubled.
+    """
+    W, Y = shell.weights(markers), motion.rows[markers]
+    R, SW = motion.rows - W @ Y, motion.weights[:, None] * W
+    E = float(motion.weights @ np.square(R).sum(axis=1))
+    return Summary(E, shell.bordered(markers)[1], Y, SW.T @ R, SW.T @ W, shell.piece[markers])
+
+
 def spare_order(
     states: list[State], pinned: Bool[np.ndarray, " m"]
 ) -> tuple[Int[np.ndarray, " m"], Float[np.ndarray, " m"]]:
+    """`order_of` the states of several subjects."""
+    return order_of([summary(state) for state in states], pinned)
+
+
+def order_of(
+    parts: list[Summary], pinned: Bool[np.ndarray, " m"]
+) -> tuple[Int[np.ndarray, " m"], Float[np.ndarray, " m"]]:
     """Places of the markers, the first to be spared last and pinned ones first; E of each prefix, infinite for none."""
-    left, parts = np.arange(len(pinned)), [summary(state) for state in states]
+    left = np.arange(len(pinned))
     order, errors = [], [sum(part.E for part in parts)]
     while len(left) > 1:
         tries = [[part.without(j) for part in parts] for j in range(len(left))]
