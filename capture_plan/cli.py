@@ -39,6 +39,7 @@ Skin = Annotated[str | None, typer.Option(help="Skin: part names with commas, or
 
 
 Paper = Literal["a4", "letter"]
+Dpi = Annotated[int, typer.Option(min=72, max=600, help="Resolution of the page pictures.")]
 Method = Literal["studio", "adaptive", "trivial", "distance", "cover", "budget", "motion"]
 Weights = Literal["lexicographic", "paper", "count"]
 Packer = Literal["minimum", "sequential", "greedy"]
@@ -138,6 +139,12 @@ def plan(
     sequence: Annotated[
         list[str] | None, typer.Option(help="Recorded take: weights, or meshes of the rig; several allowed.")
     ] = None,
+    sequence_weight: Annotated[
+        list[float] | None, typer.Option(help="Say of a take, one for each --sequence [the same for all].")
+    ] = None,
+    vertex_weights: Annotated[
+        str | None, typer.Option(help="File of how much an error of a take counts, a number per vertex [1].")
+    ] = None,
     unit_mm: UnitMm = None,
     up: Up = None,
     facing: Facing = None,
@@ -157,7 +164,8 @@ def plan(
         | {"number": number, "pins": pin, "forbidden": forbid, "keep_out": zones(keep_out), "caps": counts(cap)}
         | {"min_views": min_views, "dot_mm": dot_mm, "head_markers": head_markers},
         {"method": expressions, "mu": mu, "paired": paired, "limit": limit, "rules": rules, "most_things": most_things},
-        {"cameras": cameras, "target": target, "sequences": sequence},
+        {"cameras": cameras, "target": target, "sequences": sequence}
+        | {"sequence_weights": sequence_weight, "vertex_weights": vertex_weights},
         {"minutes": minutes},
     )
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
@@ -172,30 +180,41 @@ def plan(
 @app.command()
 def markers(
     take: Annotated[
-        Path, typer.Argument(metavar="TAKE", help="Folder of numbered meshes, .npz or .usd, without a rig.")
+        Path, typer.Argument(metavar="TAKE", help="Folder of numbered OBJ or PLY files, .npz or .usd, without a rig.")
     ],
     number: Annotated[int, typer.Option(help="How many markers.")],
     output: Folder = Path("markers"),
     faces: Annotated[int, typer.Option(help="Triangles that a denser scan is made coarser to.")] = 50_000,
     symmetric: Annotated[bool, typer.Option(help="Mirror every marker.")] = True,
     spacing_mm: Annotated[float, typer.Option(help="Least distance on the skin, millimetres.")] = 8.0,
+    paper: Paper = "a4",
+    dpi: Dpi = 300,
     unit_mm: UnitMm = None,
     up: Up = None,
     facing: Facing = None,
+    skin: Annotated[str | None, typer.Option(help="Skin: a text file of vertex numbers of the take.")] = None,
 ) -> None:
-    """Place markers for a take of meshes that no rig describes; vertices are numbered as in the take's own files."""
+    """Place markers for a take of meshes that no rig describes: sheets for print, a table and the layout, with vertices
+    numbered as in the take's own files."""
     from capture_plan.exports.tables import write_landmarks
-    from capture_plan.layout.from_take import layout_from_take
-    from capture_plan.layout.settings import LayoutSettings
-    from capture_plan.plan.files import write_layout
-    from capture_plan.plan.summary import fit_words
+    from capture_plan.layout.from_take import layout_from_take, on_scan
+    from capture_plan.plan.files import change_settings, write_layout
+    from capture_plan.plan.settings import Settings
+    from capture_plan.plan.summary import take_summary
     from capture_plan.rig.sequence import read_sequence
+    from capture_plan.rig.sequence.stand_in import skin_of_scan
+    from capture_plan.sheets import write_marker_sheets
 
+    asked = {"method": "motion", "number": number, "symmetric": symmetric, "spacing_mm": spacing_mm}
+    settings = change_settings(Settings(), {"landmarks": asked}).landmarks
     sequence = read_sequence(take, unit_mm=unit_mm, up=up, facing=facing)
-    settings = LayoutSettings(method="motion", number=number, symmetric=symmetric, spacing_mm=spacing_mm)
-    layout = layout_from_take(sequence, settings, triangles=faces)
-    say([*sequence.notes, f"{len(layout.landmarks)} markers.", *(fit_words(layout.motion) if layout.motion else ())])
-    say_written([write_layout(layout, output / "layout.json"), write_landmarks(layout, output / "landmarks.csv")])
+    marked = skin_of_scan(skin, sequence) if skin else None
+    layout, rig = layout_from_take(sequence, settings, triangles=faces, skin=marked)
+    say([*sequence.notes, *take_summary(layout, rig)])
+    mine = on_scan(layout, sequence)
+    written = [write_layout(mine, output / "layout.json")]
+    written.append(write_landmarks(mine, output / "landmarks.csv", moved_by="frames"))
+    say_written([*written, *write_marker_sheets(layout, rig, output / "sheets", paper=paper, dpi=dpi)])
 
 
 @app.command()
@@ -285,7 +304,7 @@ def render(
     output: Folder = Path("sheets"),
     rig: OtherRig = None,
     paper: Paper = "a4",
-    dpi: Annotated[int, typer.Option(min=72, max=600, help="Resolution of the page pictures.")] = 300,
+    dpi: Dpi = 300,
 ) -> None:
     """Draw the marker sheets and reference expressions of PLAN for print: one PDF at true scale, and PNG pages."""
     from capture_plan.plan.files import read_plan, rig_of

@@ -1,24 +1,27 @@
 """Plans for a recorded take: wishes kept, claims that hold, lies that do not, files that move with the plan."""
 
 import shutil
-from dataclasses import replace as replace_record
 
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
 from capture_plan.errors import InfeasibleError, RigError
+from capture_plan.layout.alternatives import alternatives
 from capture_plan.layout.by_motion import fit_of
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import see_face
-from capture_plan.layout.from_take import layout_from_take
 from capture_plan.layout.settings import LayoutSettings
-from capture_plan.layout.shell.evaluate import METHODS, OURS, score
+from capture_plan.layout.shell.evaluate import METHODS, OURS, motion_error, score
 from capture_plan.layout.shell.recording import EXACT_MM, record
-from capture_plan.layout.shell.take import face_take, take_of
+from capture_plan.layout.shell.take import face_take
+from capture_plan.layout.shell.takes import takes_of
+from capture_plan.layout.wishes import OTHER_SHARE
 from capture_plan.mesh import geodesic_distance
 from capture_plan.plan.check import check_plan
 from capture_plan.plan.files import change_settings, read_plan, refer_to, rig_of, settings_seen_from, write_plan
+from capture_plan.plan.inspect import inspect_plan
+from capture_plan.plan.inspect_page import inspection_text
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.motion_claims import direct_error
 from capture_plan.plan.settings import Settings
@@ -63,11 +66,11 @@ def played(rig, w):
 
 
 def taken(rig, *sessions):
-    return take_of(rig, tuple(record(rig, played(rig, w)) for w in sessions))
+    return takes_of(rig, [played(rig, w) for w in sessions])
 
 
-def moving(take):
-    return take.at[take.candidates]
+def moving(takes):
+    return takes.first.at[takes.first.candidates]
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +80,7 @@ def take(rig, used):
 
 @pytest.fixture(scope="module")
 def layout(face, take):
-    return design_layout(face, BY_MOTION, take=take)
+    return design_layout(face, BY_MOTION, takes=take)
 
 
 @pytest.fixture(scope="module")
@@ -102,9 +105,9 @@ def test_posed_frames_and_the_weights_behind_them_are_the_same_take(rig, used, t
     w = recorded(rig)
     frames = np.stack([rig.pose(row) for row in w])
     meshes = Sequence("meshes", rig.neutral, rig.triangles, StoredFrames(frames), 30.0, rig)
-    other = take_of(rig, (record(rig, meshes),))
+    other = takes_of(rig, [meshes])
     assert other.missing(used) == take.missing(used)
-    assert np.array_equal(other.at, take.at)
+    assert np.array_equal(other.first.at, take.first.at)
     for seed in range(3):
         markers = np.random.default_rng(seed).choice(moving(take), 9, replace=False)
         a, b = (fit_of(one, used, markers, ordered=False).rmse_mm for one in (take, other))
@@ -136,8 +139,9 @@ def test_sessions_have_the_same_say_however_long(rig, used):
     short, long = recorded(rig, 1, 10), recorded(rig, 2, 90)
     both = taken(rig, short, long)
     markers = moving(both)[::150]
-    alone = [replace_record(both, motion=both.over(part)) for part in (np.arange(10), np.arange(10, 100))]
-    a, b = (fit_of(one, used, markers, ordered=False).rmse_mm for one in alone)
+    H, one = both.first.places(markers), both.first
+    alone = [one.over(part) for part in (np.arange(10), np.arange(10, 100))]
+    a, b = (motion_error(one.shell, motion, H) for motion in alone)
     together = fit_of(both, used, markers, ordered=False).rmse_mm
     assert together == pytest.approx(np.sqrt((a**2 + b**2) / 2), abs=1e-4)
 
@@ -166,7 +170,7 @@ def test_both_views_are_stated_and_the_order_is_monotone(layout):
 
 
 def test_no_rig_designed_layout_of_the_number_loses_less_of_the_take(face, take, layout):
-    by_rig = design_layout(face, LayoutSettings(method="budget", number=NUMBER), take=take)
+    by_rig = design_layout(face, LayoutSettings(method="budget", number=NUMBER), takes=take)
     assert by_rig.motion.rmse_mm > layout.motion.rmse_mm
     assert by_rig.worth.error_mm < layout.worth.error_mm
 
@@ -184,7 +188,7 @@ def test_pins_forbidden_caps_and_head_markers_are_kept(face, rig, take, layout):
         head_markers=3,
         keep_out={},
     )
-    made = design_layout(face, asked, take=take)
+    made = design_layout(face, asked, takes=take)
     vertices = vertices_of(made)
     assert {pin, int(face.mirror[pin])} <= set(vertices.tolist())
     assert middle[0] not in vertices
@@ -207,14 +211,14 @@ def test_a_plan_and_an_evaluation_state_the_same_error_of_the_same_vertices(sess
     told = score(take, face, "planned", [take.places(vertices_of(plan.layout))])
     assert told.rmse_mm == pytest.approx(plan.layout.motion.rmse_mm, abs=1e-5)
     (markers,) = METHODS[OURS](take, take.motion, 9)
-    fit = fit_of(take, face.used, take.at[markers], ordered=False)
+    fit = fit_of(takes_of(rig, [take.sequence]), face.used, take.at[markers], ordered=False)
     assert score(take, face, OURS, [markers]).rmse_mm == pytest.approx(fit.rmse_mm, abs=1e-5)
 
 
 def test_a_marker_where_nothing_moves_tells_nothing(rig, used, take):
     inside = moving(take)[::120]
-    outside = np.setdiff1d(np.flatnonzero(rig.skin), take.at)[:3]
-    held = take.at[take.shell.fixed][:2]
+    outside = np.setdiff1d(np.flatnonzero(rig.skin), take.first.at)[:3]
+    held = take.first.at[take.first.shell.fixed][:2]
     more = np.concatenate([inside, outside, held])
     a, b = (fit_of(take, used, some, ordered=False).rmse_mm for some in (inside, more))
     assert a == b
@@ -252,6 +256,7 @@ def test_the_summary_says_what_the_take_loses(session):
     told = " ".join(summary(read_plan(session)))
     assert "Of a take of 40 frames, these landmarks leave" in told
     assert "Not in the take" in told
+    assert told.count("mm left of the take") == len(read_plan(session).layout.references)
 
 
 def better(fit):
@@ -273,11 +278,15 @@ def complete(fit):
     return replace(fit, missing=())
 
 
+def flattering(fit):
+    return replace(fit, references_mm={name: 2 * error for name, error in fit.references_mm.items()})
+
+
 def longer(fit):
     return replace(fit, frames=fit.frames + 1)
 
 
-@pytest.mark.parametrize("lie", [better, steeper, shorter, complete, longer])
+@pytest.mark.parametrize("lie", [better, steeper, shorter, complete, flattering, longer])
 def test_a_plan_that_lies_about_its_take_is_caught(session, tmp_path, lie):
     folder = shutil.copytree(session.parents[1], tmp_path / "day")
     plan = read_plan(folder / "plans" / "plan.json")
@@ -292,28 +301,73 @@ def test_another_take_behind_the_plan_is_caught(session, tmp_path, rig):
 
 
 @pytest.fixture(scope="module")
-def scan(rig, tmp_path_factory):
-    """A take of meshes that says nothing of a rig."""
-    file = tmp_path_factory.mktemp("scan") / "scan.npz"
-    skin = rig.triangles[rig.skin[rig.triangles].all(axis=1)]
-    used, faces = np.unique(skin, return_inverse=True)
-    frames = np.stack([rig.pose(w)[used] for w in recorded(rig, 4, 24)])
-    np.savez(file, frames=frames, faces=faces.reshape(-1, 3), neutral=rig.neutral[used], units=np.array("mm"))
-    return file
+def others(face, take, layout):
+    return alternatives(face, BY_MOTION, layout, count=1, takes=take)
 
 
-@pytest.mark.parametrize("triangles", [50_000, 3_000])
-def test_a_take_without_a_rig_gets_a_layout_on_its_own_vertices(scan, triangles):
-    sequence = read_sequence(scan, unit_mm=1.0, up="+y", facing="+z")
-    layout = layout_from_take(sequence, LayoutSettings(method="motion", number=12), triangles=triangles)
-    assert len(layout.landmarks) == 12
-    for m in layout.landmarks:
-        assert sequence.neutral[m.source_vertex] == pytest.approx(m.position, abs=1e-3)
-        assert m.region
-    assert 0 < layout.motion.rmse_mm < 3
-    assert layout.motion.frames == 24
+def test_another_layout_for_a_take_leaves_a_fifth_of_the_places_and_is_measured_by_the_take(face, take, others):
+    (other,) = others
+    assert len(other.takes) >= round(OTHER_SHARE * NUMBER)
+    assert len(other.vertices) == NUMBER
+    assert set(face.mirror[list(other.vertices)].tolist()) == set(other.vertices)
+    assert other.lost_mm == pytest.approx(take.error(np.array(other.vertices)), abs=1e-4)
+    assert 0 < other.lost_mm < 2 * take.error(np.array(other.vertices)[:4])
 
 
-def test_a_take_with_a_rig_is_sent_to_the_plan(rig):
-    with pytest.raises(RigError, match="blendshapes of its own"):
-        layout_from_take(played(rig, recorded(rig)), BY_MOTION, triangles=1000)
+def test_a_layout_unlike_two_others_is_unlike_both(face, take, layout, others):
+    known = [vertices_of(layout).tolist(), list(others[0].vertices)]
+    third = vertices_of(design_layout(face, BY_MOTION, takes=take, unlike=known))
+    for vertices in known:
+        away = ~np.isin(third, face.near(BY_MOTION.spacing_mm)[vertices].indices)
+        assert away.sum() >= round(OTHER_SHARE * NUMBER)
+
+
+def test_an_inspection_says_what_the_take_loses_and_what_could_be_had_instead(session):
+    plan = read_plan(session)
+    found = inspect_plan(plan, rig_of(plan, session), folder=session.parent)
+    text = inspection_text(found)
+    assert found.take.fit == plan.layout.motion
+    assert min(found.take.without_mm) >= plan.layout.motion.rmse_mm - 1e-4
+    assert f"leave {plan.layout.motion.rmse_mm:.2f} mm" in text
+    assert "mm left of the take" in text
+    assert f"rank {plan.layout.worth.rank} of" in text
+
+
+WISHES = {
+    "not mirrored": {"symmetric": False},
+    "side by side": {"spacing_mm": 0.0},
+    "far apart": {"spacing_mm": 16.0, "number": 10},
+    "for one camera": {"min_views": 1},
+    "for two cameras": {"min_views": 2},
+    "off the zones": {"keep_out": {"lash line": 6.0, "wet lip": 6.0, "nostril rim": 6.0}},
+    "few on the nose": {"caps": {"nose": 1, "mouth corner": 2}},
+    "of an odd number": {"number": 15},
+    "with a head": {"head_markers": 5},
+}
+
+
+@pytest.mark.parametrize("asked", WISHES.values(), ids=WISHES)
+def test_wishes_are_kept_as_a_check_without_a_solver_finds(rig, tmp_path, asked):
+    file = tmp_path / "speech.npz"
+    np.savez(file, weights=recorded(rig), names=np.array(rig.names), fps=30.0)
+    landmarks = {"method": "motion", "number": NUMBER} | asked
+    places = {"sequences": [str(file)]} | ({"cameras": "head-mounted-pair"} if "min_views" in asked else {})
+    settings = change_settings(Settings(), places | {"landmarks": landmarks})
+    plan = make_plan(rig, settings)
+    assert len(plan.layout.landmarks) == landmarks["number"]
+    assert [claim.what for claim in check_plan(plan, rig) if not claim.holds] == []
+
+
+@pytest.mark.parametrize(
+    ("asked", "says"),
+    [
+        ({"spacing_mm": 60.0}, "16"),
+        ({"caps": {"beard": 1}}, "there is no region 'beard'"),
+        ({"pins": (10**7,)}, "is not in the rig"),
+        ({"keep_out": {"wet lip": 400.0}}, "."),
+    ],
+)
+def test_wishes_that_cannot_be_kept_for_a_take_are_refused_in_one_line(face, take, asked, says):
+    with pytest.raises(InfeasibleError, match=says) as refused:
+        design_layout(face, replace(BY_MOTION, **asked), takes=take)
+    assert "\n" not in str(refused.value)

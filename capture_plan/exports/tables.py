@@ -23,9 +23,9 @@ def write_tables(plan: Plan, folder: Path) -> list[Path]:
     ]
 
 
-def write_landmarks(layout: Layout, path: Path) -> Path:
-    """One row a marker, millimetres."""
-    header = ["name", "place", "side", "role", "x_mm", "y_mm", "z_mm", "vertex", "source_vertex", "blendshapes"]
+def write_landmarks(layout: Layout, path: Path, *, moved_by: str = "blendshapes") -> Path:
+    """One row a marker, millimetres; the last column is headed by what moves it."""
+    header = ["name", "place", "side", "role", "x_mm", "y_mm", "z_mm", "vertex", "source_vertex", moved_by]
     rows = [
         [m.name, m.label, m.side, m.role, *m.position, m.vertex, m.source_vertex, " ".join(m.blendshapes)]
         for m in layout.markers

@@ -2,7 +2,7 @@
 
 Each next one is the best answer to the same settings that leaves a fifth of the places of every layout before it
 (`wishes.differences`). It counts when it is within 1 % of the first: in the cost of the program for a cover, in number
-and predicted error otherwise.
+and predicted error otherwise, in the error of the take where the first was chosen for one.
 """
 
 import numpy as np
@@ -13,6 +13,7 @@ from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import Face
 from capture_plan.layout.record import Layout
 from capture_plan.layout.settings import LayoutSettings
+from capture_plan.layout.shell.takes import Takes
 from capture_plan.progress import track
 
 AS_GOOD = 0.01
@@ -20,7 +21,7 @@ AS_GOOD = 0.01
 
 class Alternative(Struct, frozen=True):
     """Another layout: its landmarks by vertex, how much worse it is than the first (0.01 is 1 %, negative: better), and
-    the places of the first that it leaves, by name, with those that it takes instead, in words."""
+    the places of the first that it leaves, by name, with those that it takes instead, in words; what a take loses."""
 
     vertices: tuple[int, ...]
     landmarks: int
@@ -28,6 +29,7 @@ class Alternative(Struct, frozen=True):
     worse: float
     leaves: tuple[str, ...]
     takes: tuple[str, ...]
+    lost_mm: float | None = None
 
     @property
     def as_good(self) -> bool:
@@ -35,13 +37,15 @@ class Alternative(Struct, frozen=True):
         return self.worse <= AS_GOOD
 
 
-def alternatives(face: Face, settings: LayoutSettings, layout: Layout, *, count: int) -> tuple[Alternative, ...]:
-    """The `count` next best, the first that is not as good the last."""
+def alternatives(
+    face: Face, settings: LayoutSettings, layout: Layout, *, count: int, takes: Takes | None = None
+) -> tuple[Alternative, ...]:
+    """The `count` next best, the first that is not as good the last; `takes` are those of the layout."""
     found: list[Alternative] = []
     known = [[m.vertex for m in layout.landmarks]]
     for _ in track(range(count), "Looking for other layouts", total=count):
         try:
-            other = design_layout(face, settings, unlike=known)
+            other = design_layout(face, settings, unlike=known, takes=takes)
         except InfeasibleError:
             break
         found.append(compared(face, settings, layout, other))
@@ -68,6 +72,7 @@ def compared(face: Face, settings: LayoutSettings, layout: Layout, other: Layout
         worse=round(loss(layout, other), 4),
         leaves=tuple(layout.landmarks[i].name for i in away(layout, other)),
         takes=tuple(other.landmarks[i].label for i in away(other, layout)),
+        lost_mm=other.motion.rmse_mm if other.motion else None,
     )
 
 
@@ -75,5 +80,7 @@ def loss(layout: Layout, other: Layout) -> float:
     """By what share the other is worse than the first."""
     if layout.method in ("cover", "trivial", "distance"):
         return other.programs[0].objective / layout.programs[0].objective - 1
+    if layout.method == "motion" and layout.motion and other.motion:
+        return other.motion.rmse_mm / max(layout.motion.rmse_mm, 1e-9) - 1
     number = len(other.landmarks) / len(layout.landmarks)
     return max(number, other.worth.error_mm / max(layout.worth.error_mm, 1e-9)) - 1

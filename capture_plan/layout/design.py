@@ -13,37 +13,36 @@ from msgspec.structs import replace
 
 from capture_plan.layout.by_motion import fit_of
 from capture_plan.layout.cover import dual_prices
-from capture_plan.layout.face import Face
+from capture_plan.layout.face import SIXTY_EIGHT, Face
 from capture_plan.layout.head import pose_error
 from capture_plan.layout.head_choice import choose_head_markers
 from capture_plan.layout.methods import choose
 from capture_plan.layout.multicover import best_cover
 from capture_plan.layout.naming import name_head_markers, name_landmarks
-from capture_plan.layout.record import Bound, ErrorBound, HeadPose, Layout, MotionFit, Program, Worth
+from capture_plan.layout.record import Bound, ErrorBound, HeadPose, Layout, MotionFit, Program
 from capture_plan.layout.relaxation import error_bound
 from capture_plan.layout.settings import ORDERED, LayoutSettings
-from capture_plan.layout.shell.take import Take
+from capture_plan.layout.shell.takes import Takes
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.task import NOTHING, Task, task_of
-from capture_plan.layout.worth import Observation, error_against_budget
+from capture_plan.layout.worth import error_against_budget
 from capture_plan.rig import Rig
 
 SINGLE_COVER = "single set cover"
-SIXTY_EIGHT = "68 points (iBUG)"
 
 
 def design_layout(
     face: Face,
     settings: LayoutSettings,
     *,
-    take: Take | None = None,
+    takes: Takes | None = None,
     former: Layout | None = None,
     unlike: Sequence[Sequence[int]] = (),
 ) -> Layout:
     """The layout that `settings` ask for.
 
     A `former` layout is where a budget starts again from, so that little changes; every layout of `unlike`, given by
-    its vertices, is to be left in some places (`wishes.differences`). What a `take` loses by the layout is measured.
+    its vertices, is to be left in some places (`wishes.differences`). What `takes` lose by the layout is measured.
 
     Raises:
         InfeasibleError: no skin is seen well enough, the wishes clash, or the budget does not pay for a single site.
@@ -54,9 +53,10 @@ def design_layout(
         head = choose_head_markers(face, settings, task.sites, task.limits, task.reachable)
         task = task.beside(head)
     sites, observation = task.sites, task.observation
-    references = sixty_eight(face, observation) | {SINGLE_COVER: single_cover_worth(face, settings, observation)}
+    known = known_layouts(face, settings)
+    references = {name: observation.worth(vertices) for name, vertices in known.items()}
     target_mm = references[SIXTY_EIGHT].error_mm if SIXTY_EIGHT in references else settings.noise_mm
-    method, rounds, added = choose(task, target_mm, former, take)
+    method, rounds, added = choose(task, target_mm, former, takes)
     covered = [] if method in ORDERED else rounds
     chosen = np.concatenate([*(cover.chosen for cover in covered), added])
     numbers = [n for n, cover in enumerate(covered) for _ in cover.chosen] + [None] * len(added)
@@ -88,7 +88,7 @@ def design_layout(
         order=tuple(name_at[vertex] for vertex in told.tolist()),
         curve_mm=tuple(np.round(error_against_budget(observation, told), 4).tolist()),
         error_bound=bound_of(task, former) if method == "budget" else None,
-        motion=motion_fit(face, take, order, told) if take else None,
+        motion=motion_fit(face, takes, order, told, known) if takes else None,
     )
 
 
@@ -97,9 +97,16 @@ def head_pose(face: Face, head: Int[np.ndarray, " h"], noise_mm: float) -> HeadP
     return pose_error(face.rig.neutral[head], face.rig.neutral[face.moving_skin], noise_mm)
 
 
-def motion_fit(face: Face, take: Take, vertices: Int[np.ndarray, " m"], told: Int[np.ndarray, " n"]) -> MotionFit:
-    """What the take loses by landmarks, in the order that they were told in where there is one."""
-    return fit_of(take, face.used, told if len(told) else vertices, ordered=len(told) > 0)
+def motion_fit(
+    face: Face,
+    takes: Takes,
+    vertices: Int[np.ndarray, " m"],
+    told: Int[np.ndarray, " n"],
+    known: dict[str, Int[np.ndarray, " _"]],
+) -> MotionFit:
+    """What takes lose by landmarks, in the order that they were told in if any, and by known layouts."""
+    fit = fit_of(takes, face.used, told if len(told) else vertices, ordered=len(told) > 0)
+    return replace(fit, references_mm={name: round(takes.error(np.unique(at)), 5) for name, at in known.items()})
 
 
 def bound_of(task: Task, former: Layout | None) -> ErrorBound:
@@ -110,19 +117,19 @@ def bound_of(task: Task, former: Layout | None) -> ErrorBound:
     return error_bound(task.observation, task.sites, budget=budget, limits=task.limits, former=near)
 
 
-def sixty_eight(face: Face, observation: Observation) -> dict[str, Worth]:
-    """What 68 points are worth on this face; nothing where it has no eyes and mouth to lay them on."""
-    return {} if face.points68 is None else {SIXTY_EIGHT: observation.worth(face.points68)}
+def known_layouts(face: Face, settings: LayoutSettings) -> dict[str, Int[np.ndarray, " _"]]:
+    """Vertices of 68 points, where the face has eyes and mouth to lay them on, and of the paper's single cover."""
+    points = {} if face.points68 is None else {SIXTY_EIGHT: face.points68}
+    return points | {SINGLE_COVER: papers_cover(face, settings)}
 
 
-def single_cover_worth(face: Face, settings: LayoutSettings, observation: Observation) -> Worth:
-    """What the paper's single cover is worth, without spacing or wishes."""
+def papers_cover(face: Face, settings: LayoutSettings) -> Int[np.ndarray, " m"]:
+    """The paper's single cover, without spacing or wishes."""
     key = (
         settings.symmetric,
         settings.weights,
         settings.epsilon,
         settings.alpha,
-        settings.noise_mm,
         settings.min_visibility,
     )
     if key not in face.single_covers:
@@ -130,7 +137,7 @@ def single_cover_worth(face: Face, settings: LayoutSettings, observation: Observ
         sites = face.sites(plain)
         rows = np.flatnonzero(sites.covers(plain.epsilon).any(axis=1))
         chosen = best_cover(sites, plain, rows, all_of(sites), None).chosen
-        face.single_covers[key] = observation.worth(sites.members(chosen))
+        face.single_covers[key] = sites.members(chosen)
     return face.single_covers[key]
 
 

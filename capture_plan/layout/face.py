@@ -10,7 +10,6 @@ from scipy.sparse import csr_array
 
 from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.layout.empirical import place_ibug68
-from capture_plan.layout.record import Worth
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites, mirrored_sites, moving, single_sites
 from capture_plan.layout.spacing import Spacing
@@ -24,6 +23,8 @@ from capture_plan.rig.regions import FaceRegions, face_regions
 from capture_plan.rig.zones import ZONES, Ground, check_zone
 from capture_plan.visibility import Camera, camera_visibility, global_visibility
 from capture_plan.visibility.views import Views, camera_views
+
+SIXTY_EIGHT = "68 points (iBUG)"
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,8 +155,8 @@ class Face:
             return None
 
     @cached_property
-    def single_covers(self) -> dict[tuple[object, ...], Worth]:
-        """What the paper's single cover is worth, by everything that it depends on: filled by who asks first."""
+    def single_covers(self) -> dict[tuple[object, ...], Int[np.ndarray, " _"]]:
+        """Vertices of the paper's single cover, by everything that it depends on: filled by who asks first."""
         return {}
 
     def views(self, dot_mm: float) -> Views:

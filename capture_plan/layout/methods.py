@@ -23,13 +23,13 @@ from capture_plan.layout.record import Layout
 from capture_plan.layout.repair import repair
 from capture_plan.layout.search import Search
 from capture_plan.layout.settings import Method, Weights
-from capture_plan.layout.shell.take import Take
+from capture_plan.layout.shell.takes import Takes
 from capture_plan.layout.spacing import Spacing
 from capture_plan.layout.task import NOTHING, Task
 
 
 def choose(
-    task: Task, target_mm: float, former: Layout | None, take: Take | None
+    task: Task, target_mm: float, former: Layout | None, takes: Takes | None
 ) -> tuple[Method, list[Cover], Int[np.ndarray, " a"]]:
     """The method that answers, its covers, and the sites that a repair, a budget or a take chose.
 
@@ -38,9 +38,9 @@ def choose(
     """
     settings = task.settings
     if settings.method == "motion":
-        if take is None:
+        if takes is None:
             raise InfeasibleError("method 'motion' needs a recorded take: give --sequence, or 'sequences' in settings")
-        return "motion", [], sites_for(task, take)
+        return "motion", [], sites_for(task, takes)
     if settings.method == "budget":
         return "budget", *within_budget(task, former)
     if settings.method == "cover":

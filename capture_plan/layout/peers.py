@@ -15,7 +15,7 @@ from capture_plan.cache import cached, digest
 from capture_plan.errors import RigError
 from capture_plan.layout.baselines import BASELINES, Candidates, candidates, choose_baseline
 from capture_plan.layout.empirical import place_ibug68
-from capture_plan.layout.face import Face
+from capture_plan.layout.face import SIXTY_EIGHT, Face
 from capture_plan.layout.reconstruct import Score, random_mixes, reconstruct
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.worth import Observation
@@ -23,7 +23,6 @@ from capture_plan.progress import track
 
 ENTRIES = 2000  # 1 kB each
 METHOD = "1"  # raise it when the same rig would give other baselines
-SIXTY_EIGHT = "68 points (iBUG)"
 BUDGETS = (12, 20, 30, 44)
 SEEDS = (0, 1, 2, 3)
 MIXES = 200  # frames: the error is known to some 3 %

@@ -103,6 +103,14 @@ class Program(Struct, frozen=True, forbid_unknown_fields=True):
     proven_optimal: bool
 
 
+class SubjectFit(Struct, frozen=True, forbid_unknown_fields=True):
+    """One of several people: root mean square distance over the frames of the person's takes, millimetres."""
+
+    sequences: tuple[str, ...]
+    frames: int
+    rmse_mm: float
+
+
 class MotionFit(Struct, frozen=True, forbid_unknown_fields=True):
     """What a take loses when only the landmarks are recorded: a thin shell that they bend, against its frames.
 
@@ -110,7 +118,8 @@ class MotionFit(Struct, frozen=True, forbid_unknown_fields=True):
     `curve_mm` is the same with the first 1, 2, ... landmarks of `Layout.order`. `boundary` vertices of still skin hold
     the shell, of `stretching` and `bending` stiffness (millimetres). The search saw the take by its `rank` strongest
     rows, which leave out `tail_mm` of root mean square distance. `missing` blendshapes are not in the take, so that
-    nothing here speaks of them.
+    nothing here speaks of them. `references_mm` is what the take loses by the layouts of `Layout.references`.
+    `subjects` are the people, where the takes are of several; `notes` say what was assumed of the takes.
     """
 
     frames: int
@@ -123,6 +132,9 @@ class MotionFit(Struct, frozen=True, forbid_unknown_fields=True):
     stretching: float
     bending: float
     missing: tuple[str, ...]
+    references_mm: dict[str, float] = {}
+    subjects: tuple[SubjectFit, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 class Layout(Struct, frozen=True, forbid_unknown_fields=True):

@@ -30,7 +30,7 @@ def check_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> tuple[Claim, .
         *landmark_claims(plan, rig, face),
         *bound_claims(plan, face),
         *worth_claims(plan, face),
-        *motion_claims(plan, rig, folder),
+        *motion_claims(plan, face, folder),
         *expression_claims(plan, rig, folder),
     )
 

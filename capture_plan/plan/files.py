@@ -81,7 +81,14 @@ def read_settings(path: Path) -> Settings:
         rules = found_from(path.parent, settings.expressions.rules)
         expressions = structs.replace(settings.expressions, rules=rules)
         sequences = tuple(str(found_from(path.parent, take)) for take in settings.sequences)
-        return structs.replace(settings, cameras=cameras, target=target, expressions=expressions, sequences=sequences)
+        return structs.replace(
+            settings,
+            cameras=cameras,
+            target=target,
+            expressions=expressions,
+            sequences=sequences,
+            vertex_weights=found_from(path.parent, settings.vertex_weights),
+        )
     except OSError as error:
         raise PlanError(f"{path} cannot be read ({error.strerror}): give a TOML file of settings") from None
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
@@ -132,7 +139,13 @@ def settings_seen_from(folder: Path, settings: Settings) -> Settings:
     expressions = structs.replace(settings.expressions, rules=seen_from(folder, settings.expressions.rules))
     sequences = tuple(str(seen_from(folder, take)) for take in settings.sequences)
     return structs.replace(
-        settings, cameras=cameras, target=target, landmarks=landmarks, expressions=expressions, sequences=sequences
+        settings,
+        cameras=cameras,
+        target=target,
+        landmarks=landmarks,
+        expressions=expressions,
+        sequences=sequences,
+        vertex_weights=seen_from(folder, settings.vertex_weights),
     )
 
 

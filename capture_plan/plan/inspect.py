@@ -27,13 +27,14 @@ from capture_plan.layout.observe import (
     sights,
     weakest_mixes,
 )
-from capture_plan.layout.record import Worth
+from capture_plan.layout.record import MotionFit, Worth
 from capture_plan.layout.robust import REACH_MM, Loss, Substitute, Tolerance, losses, substitutes, tolerances
 from capture_plan.layout.settings import LayoutSettings
+from capture_plan.layout.shell.takes import Takes
 from capture_plan.layout.similarity import Similarity, similarities
 from capture_plan.layout.trials import Trial, trials
 from capture_plan.mesh import geodesic_distance, vertex_normals
-from capture_plan.plan.places import read_cameras_of, with_zones_found
+from capture_plan.plan.places import read_cameras_of, read_takes_of, with_zones_found
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
 
@@ -60,11 +61,18 @@ class MarkerReport(Struct, frozen=True):
     substitute_source_vertex: int | None
 
 
+class TakeReport(Struct, frozen=True):
+    """What a recorded take loses by the layout, and without each landmark, in the order of `markers`, millimetres."""
+
+    fit: MotionFit
+    without_mm: tuple[float, ...]
+
+
 class Inspection(Struct, frozen=True):
     """What `capture-plan inspect` says; indices of landmarks count from 0 in the order of `markers`.
 
     `blind_of_68` are blendshapes that no point of the 68-point reference sees at the plan's epsilon; none where the rig
-    has no face to lay 68 points on.
+    has no face to lay 68 points on. `take` is there where the plan has one.
     """
 
     rig: str
@@ -82,6 +90,7 @@ class Inspection(Struct, frozen=True):
     trials: tuple[Trial, ...]
     others: tuple[Alternative, ...]
     alike: tuple[Similarity, ...]
+    take: TakeReport | None
 
 
 def inspect_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> Inspection:
@@ -89,6 +98,7 @@ def inspect_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> Inspection:
     plan = replace(plan, settings=with_zones_found(plan.settings, folder))
     settings = plan.settings.landmarks
     face = see_face(rig, plan.audit.used, read_cameras_of(rig, plan.settings, folder))
+    takes = read_takes_of(rig, plan.settings, folder, plan.rig.names)
     vertices = np.array([m.vertex for m in plan.layout.landmarks])
     observation = face.observation(settings.noise_mm)
     covers = shares(face, settings, vertices) >= settings.epsilon
@@ -110,9 +120,19 @@ def inspect_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> Inspection:
         markers=marker_reports(plan, face, charts, covers),
         two_lost=losses(observation, vertices, covers, face.used, at_once=2),
         trials=trials(observation, vertices, rig.neutral, charts),
-        others=alternatives(face, settings, plan.layout, count=ALTERNATIVES),
+        others=alternatives(face, settings, plan.layout, count=ALTERNATIVES, takes=takes),
         alike=similarities(rig, vertices) if face.points68 is not None else (),
+        take=take_report(plan, takes),
     )
+
+
+def take_report(plan: Plan, takes: Takes | None) -> TakeReport | None:
+    """What the takes of the plan lose; None where there are none."""
+    fit = plan.layout.motion
+    if fit is None or takes is None:
+        return None
+    vertices = np.array([m.vertex for m in plan.layout.landmarks])
+    return TakeReport(fit, tuple(takes.error(np.delete(vertices, m)) for m in range(len(vertices))))
 
 
 def blind_of_68(face: Face, settings: LayoutSettings) -> tuple[str, ...] | None:

@@ -1,10 +1,13 @@
 """An inspection as a page for the terminal: short sections, every number with its unit."""
 
+from capture_plan.layout.alternatives import Alternative
 from capture_plan.layout.observe import CONFUSABLE_DEG, WEAK, Mix, Reason, Separator
 from capture_plan.layout.robust import GROWTH, REACH_MM, Loss, Tolerance
-from capture_plan.plan.inspect import Inspection, MarkerReport
+from capture_plan.plan.inspect import Inspection, MarkerReport, TakeReport
+from capture_plan.plan.summary import fit_words
 
 PAIRS = 8  # the worst pairs of lost markers that are named
+TELLING = 5  # markers that a take needs most and least
 WORTH_DEG = 2.0  # a smaller change of an angle is not worth a word
 TELLS_APART = 0.8  # a pair's angle shrinks to this share without the marker: worth saying as its reason
 
@@ -13,6 +16,7 @@ def inspection_text(found: Inspection) -> str:
     """The whole page."""
     sections = (
         ("What the markers see", overview(found)),
+        *((("What the markers leave of the take", take_lines(found.take, found)),) if found.take else ()),
         ("Weak and confusable blendshapes", sight_lines(found)),
         ("Why each marker is there", [f"{m.name} {m.label}: {reason_words(m, found)}" for m in found.markers]),
         ("How far a dot may sit from its place", tolerance_lines(found)),
@@ -38,6 +42,19 @@ def overview(found: Inspection) -> list[str]:
         return [*lines, "The 68-point reference could not be laid onto this rig."]
     blind = ", ".join(found.blind_of_68) or "to no blendshape"
     return [*lines, f"68 points (iBUG) are blind at epsilon {found.epsilon:g}: {blind}."]
+
+
+def take_lines(take: TakeReport, found: Inspection) -> list[str]:
+    """The error of the take, of other layouts, and which markers it needs most and least."""
+    fit, without = take.fit, zip(take.without_mm, found.markers, strict=True)
+    named = [f"{m.name} {m.label} {error:.2f} mm" for error, m in sorted(without, key=lambda one: -one[0])]
+    others = [f"{name} {error:.2f} mm" for name, error in fit.references_mm.items()]
+    few = named if len(named) <= 2 * TELLING else [*named[:TELLING], "...", *named[-TELLING:]]
+    return [
+        *fit_words(fit),
+        *([f"For comparison: {', '.join(others)}."] if others else []),
+        f"Without one marker, the most needed first: {', '.join(few)}.",
+    ]
 
 
 def mix_words(mix: Mix) -> str:
@@ -162,17 +179,22 @@ def other_lines(found: Inspection) -> list[str]:
     """What a person could have instead."""
     good = [one for one in found.others if one.as_good]
     lines = [
-        f"{one.landmarks} markers, predicted error {one.error_mm:.3f} mm: without {', '.join(one.leaves)}, "
-        f"instead on {', '.join(one.takes)}."
+        f"{one.landmarks} markers, predicted error {one.error_mm:.3f} mm{left_words(one)}: "
+        f"without {', '.join(one.leaves)}, instead on {', '.join(one.takes)}."
         for one in good
     ]
     worse = [one for one in found.others if not one.as_good]
     if worse:
         lines.append(
             f"The next that leaves a fifth of the places is {worse[0].worse:.1%} worse "
-            f"({worse[0].landmarks} markers, {worse[0].error_mm:.3f} mm)."
+            f"({worse[0].landmarks} markers, {worse[0].error_mm:.3f} mm{left_words(worse[0])})."
         )
     return lines or ["None: no other layout keeps all wishes."]
+
+
+def left_words(one: Alternative) -> str:
+    """', 1.31 mm left of the take', where there is one."""
+    return "" if one.lost_mm is None else f", {one.lost_mm:.3f} mm left of the take"
 
 
 def alike_lines(found: Inspection) -> list[str]:

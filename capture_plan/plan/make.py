@@ -14,7 +14,7 @@ from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import see_face
 from capture_plan.layout.record import Layout
 from capture_plan.plan.collide import collide
-from capture_plan.plan.places import found_from, read_cameras_of, read_rules_of, read_take_of, with_zones_found
+from capture_plan.plan.places import found_from, read_cameras_of, read_rules_of, read_takes_of, with_zones_found
 from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
@@ -39,9 +39,9 @@ def make_plan(
     if not report.used:
         raise RigError(f"{rig.name}: no blendshape moves the face skin: export deltas that do, or name the skin")
     cameras = read_cameras_of(rig, settings, folder)
-    take = read_take_of(rig, settings, folder, reference.names if reference else None)
+    takes = read_takes_of(rig, settings, folder, reference.names if reference else None)
     face, wishes = see_face(rig, report.used, cameras), with_zones_found(settings, folder).landmarks
-    layout = design_layout(face, wishes, take=take)
+    layout = design_layout(face, wishes, takes=takes)
     packing = pack(
         rig,
         report.used,

@@ -1,7 +1,7 @@
 """What a plan says of a recorded take, recomputed without the optimiser and its algebra: one sparse system per layout.
 
 Data   A stiffness of the shell, Y rows of the take, H landmarks, U what is neither a landmark nor fixed
-Model  A_UU D_U = -A_UH Y_H,  D_H = Y_H,  0 where fixed;  RMSE = sqrt(mean over the moving skin of |Y_v - D_v|^2)
+Model  A_UU D_U = -A_UH Y_H,  D_H = Y_H,  0 where fixed;  RMSE = sqrt(mean of |Y_v - D_v|^2)
 """
 
 from pathlib import Path
@@ -11,30 +11,33 @@ from jaxtyping import Int
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
+from capture_plan.layout.face import SIXTY_EIGHT, Face
+from capture_plan.layout.record import MotionFit, SubjectFit
 from capture_plan.layout.shell.take import Take
+from capture_plan.layout.shell.takes import Takes
 from capture_plan.plan.claims import Claim, claim
-from capture_plan.plan.places import read_take_of
+from capture_plan.plan.places import read_takes_of
 from capture_plan.plan.record import Plan
 from capture_plan.plan.summary import quarters
-from capture_plan.rig import Rig
 
 SAME_MM = 1e-4
 
 
-def motion_claims(plan: Plan, rig: Rig, folder: Path) -> list[Claim]:
-    """The error of the take, with all landmarks and with the first of them, and what the take does not show."""
+def motion_claims(plan: Plan, face: Face, folder: Path) -> list[Claim]:
+    """The error of the take, with all landmarks, with the first of them, and with other layouts; and what the take
+    does not show."""
     fit, layout = plan.layout.motion, plan.layout
-    take = read_take_of(rig, plan.settings, folder, plan.rig.names)
-    if fit is None or take is None:
-        return [] if fit is None and take is None else [claim("the take is measured", False, "no take, or no error")]
+    takes = read_takes_of(face.rig, plan.settings, folder, plan.rig.names)
+    if fit is None or takes is None:
+        return [] if fit is None and takes is None else [claim("the take is measured", False, "no take, or no error")]
     vertex_of = {m.name: m.vertex for m in layout.landmarks}
     names = layout.order if fit.curve_mm else tuple(vertex_of)
     vertices = np.array([vertex_of[name] for name in names if name in vertex_of], dtype=int)
-    found, missing = direct_error(take, vertices), take.missing(plan.audit.used)
+    found, missing = direct_error(takes, vertices), takes.missing(plan.audit.used)
     claims = [
         claim(
             f"of {fit.frames:,} frames the landmarks leave {fit.rmse_mm:.3f} mm",
-            abs(found - fit.rmse_mm) < SAME_MM and fit.frames == take.frames,
+            abs(found - fit.rmse_mm) < SAME_MM and fit.frames == takes.frames,
             f"{found:.4f} mm by solving the shell directly",
         ),
         claim(
@@ -43,16 +46,44 @@ def motion_claims(plan: Plan, rig: Rig, folder: Path) -> list[Claim]:
             f"{len(missing)} of {len(plan.audit.used)}",
         ),
     ]
-    return [*claims, *curve_claims(take, vertices, fit.curve_mm, fit.rmse_mm)] if fit.curve_mm else claims
+    claims += [*reference_claims(face, takes, fit), *subject_claims(takes, vertices, fit.subjects)]
+    return [*claims, *curve_claims(takes, vertices, fit.curve_mm, fit.rmse_mm)] if fit.curve_mm else claims
+
+
+def subject_claims(takes: Takes, vertices: Int[np.ndarray, " m"], told: tuple[SubjectFit, ...]) -> list[Claim]:
+    """The error of every person, where the takes are of several."""
+    if len(takes.subjects) == 1:
+        return [claim("the takes are of one person", False, f"{len(told)} are told apart")] if told else []
+    names = [tuple(recording.sequence.name for recording in one.recordings) for one in takes.subjects]
+    errors = [np.sqrt(direct_squares(one, vertices) / one.motion.weights.sum()) for one in takes.subjects]
+    same = [(one.sequences, one.frames) for one in told] == [
+        (own, one.frames) for own, one in zip(names, takes.subjects, strict=True)
+    ]
+    off = max(abs(one.rmse_mm - mm) for one, mm in zip(told, errors, strict=True)) if same else np.inf
+    return [
+        claim(
+            f"the takes are of {len(told)} people: {', '.join(f'{one.rmse_mm:.3f}' for one in told)} mm",
+            bool(off < SAME_MM),
+            f"{', '.join(f'{mm:.4f}' for mm in errors)} mm by solving each one's shell directly",
+        )
+    ]
+
+
+def reference_claims(face: Face, takes: Takes, fit: MotionFit) -> list[Claim]:
+    """What 68 points lose of the take; no other layout can be had again without a solver."""
+    if face.points68 is None:
+        return []
+    lost, told = direct_error(takes, np.unique(face.points68)), fit.references_mm.get(SIXTY_EIGHT, np.inf)
+    return [claim(f"{SIXTY_EIGHT} lose {told:.3f} mm of the take", abs(lost - told) < SAME_MM, f"{lost:.4f} mm")]
 
 
 def curve_claims(
-    take: Take, vertices: Int[np.ndarray, " m"], curve_mm: tuple[float, ...], rmse_mm: float
+    takes: Takes, vertices: Int[np.ndarray, " m"], curve_mm: tuple[float, ...], rmse_mm: float
 ) -> list[Claim]:
     """The curve is the error of the first landmarks, at a quarter, a half, three quarters and the end of it."""
     counts = [*quarters(len(vertices)), len(vertices)]
     whole = len(curve_mm) == len(vertices)
-    off = max(abs(direct_error(take, vertices[:m]) - curve_mm[m - 1]) for m in counts) if whole else np.inf
+    off = max(abs(direct_error(takes, vertices[:m]) - curve_mm[m - 1]) for m in counts) if whole else np.inf
     least = min(curve_mm)
     return [
         claim(
@@ -68,18 +99,23 @@ def curve_claims(
     ]
 
 
-def direct_error(take: Take, vertices: Int[np.ndarray, " m"]) -> float:
+def direct_error(takes: Takes, vertices: Int[np.ndarray, " m"]) -> float:
     """RMSE with landmarks at some of the rig's vertices, millimetres."""
+    weight = sum(one.motion.weights.sum() for one in takes.subjects)
+    return float(np.sqrt(sum(direct_squares(one, vertices) for one in takes.subjects) / weight))
+
+
+def direct_squares(take: Take, vertices: Int[np.ndarray, " m"]) -> float:
+    """sum_v s_v |Y_v - D_v|^2 of one person, square millimetres."""
     A, Y, markers = take.shell.stiffness, take.motion.rows, np.flatnonzero(np.isin(take.at, vertices))
     markers = markers[~take.shell.fixed[markers]]
     placed = ~take.shell.fixed
     placed[markers] = False
-    U = np.flatnonzero(placed) if take.holds(markers) else np.array([], dtype=int)
-    D = np.zeros_like(Y)
-    D[markers] = Y[markers]
-    right = -(A[U][:, markers] @ Y[markers])
-    solver = splu(csc_array(A[U][:, U]), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-    for column in range(Y.shape[1]):
-        D[U, column] = solver.solve(right[:, column])
-    s = take.motion.weights
-    return float(np.sqrt(np.square(Y - D).sum(axis=1) @ s / s.sum()))
+    U, D = np.flatnonzero(placed), np.zeros_like(Y)
+    if take.holds(markers):  # otherwise the shell floats, and all of the motion is missed
+        D[markers] = Y[markers]
+        right = -(A[U][:, markers] @ Y[markers])
+        solver = splu(csc_array(A[U][:, U]), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+        for column in range(Y.shape[1]):
+            D[U, column] = solver.solve(right[:, column])
+    return float(np.square(Y - D).sum(axis=1) @ take.motion.weights)

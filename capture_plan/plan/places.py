@@ -9,12 +9,12 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from capture_plan.expressions.rules import Rules, read_rules
-from capture_plan.layout.shell.recording import record
-from capture_plan.layout.shell.take import Take, take_of
+from capture_plan.layout.shell.takes import Takes, takes_of
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
 from capture_plan.rig.name_map import read_name_map
 from capture_plan.rig.sequence import read_sequence
+from capture_plan.rig.vertex_weights import read_vertex_weights
 from capture_plan.visibility import Camera, cameras_for
 
 
@@ -54,12 +54,16 @@ def read_rules_of(settings: Settings, folder: Path) -> Rules | None:
     return read_rules(Path(path)) if path else None
 
 
-def read_take_of(rig: Rig, settings: Settings, folder: Path, names: str | None = None) -> Take | None:
+def read_takes_of(rig: Rig, settings: Settings, folder: Path, names: str | None = None) -> Takes | None:
     """The takes of the settings together, seen from `folder` as the name map `names` is; None where there are none."""
     mine = read_name_map(str(found_from(folder, names))) if names else None
     paths = [str(found_from(folder, path)) for path in settings.sequences]
-    recordings = [record(rig, read_sequence(path, rig=rig, name_map=mine)) for path in paths]
-    return take_of(rig, tuple(recordings)) if recordings else None
+    if not paths:
+        return None
+    sequences = [read_sequence(path, rig=rig, name_map=mine) for path in paths]
+    weighed = found_from(folder, settings.vertex_weights)
+    s = read_vertex_weights(Path(weighed), rig) if weighed else 1.0
+    return takes_of(rig, sequences, shares=settings.sequence_weights, s=s)
 
 
 def read_cameras_of(rig: Rig, settings: Settings, folder: Path) -> tuple[Camera, ...]:

@@ -13,7 +13,9 @@ mu = 0.25
 minutes = 60
 """
 
-from msgspec import Struct, field
+from typing import Annotated
+
+from msgspec import Meta, Struct, field
 
 from capture_plan.expressions.session_settings import SessionSettings
 from capture_plan.expressions.settings import PackingSettings
@@ -22,7 +24,9 @@ from capture_plan.layout.settings import LayoutSettings
 
 class Settings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """`cameras`: a preset or a camera file, nothing where they are unknown; `target`: a file of the actor's neutral;
-    `sequences`: recorded takes of the rig, each with the same say in what a layout loses of them."""
+    `sequences`: recorded takes of the rig, or of other people on its mesh; `sequence_weights`: the say that each has in
+    what a layout loses of them, the same where none are given; `vertex_weights`: a file of how much an error counts at
+    each vertex."""
 
     landmarks: LayoutSettings = field(default_factory=LayoutSettings)
     expressions: PackingSettings = field(default_factory=PackingSettings)
@@ -30,3 +34,12 @@ class Settings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     cameras: str | None = None
     target: str | None = None
     sequences: tuple[str, ...] = ()
+    sequence_weights: tuple[Annotated[float, Meta(gt=0)], ...] = ()
+    vertex_weights: str | None = None
+
+    def __post_init__(self) -> None:
+        takes, weights = len(self.sequences), len(self.sequence_weights)
+        if weights and weights != takes:
+            raise ValueError(f"{weights} sequence weights for {takes} sequences: give one for each, or none")
+        if self.vertex_weights and not takes:
+            raise ValueError("vertex weights weigh the error of a take: give sequences with them")

@@ -1,7 +1,8 @@
 """A plan in a few sentences, for the terminal, the title page and the first screen of a notebook."""
 
-from capture_plan.layout.record import MotionFit, Worth
+from capture_plan.layout.record import Layout, MotionFit, Worth
 from capture_plan.plan.record import Plan
+from capture_plan.rig import Rig
 from capture_plan.visibility import FEWEST_PIXELS
 
 
@@ -18,7 +19,10 @@ def summary(plan: Plan) -> tuple[str, ...]:
         *head_words(plan),
         *view_words(plan),
         f"Proved: to see every blendshape at all takes at least {layout.minimum} landmarks.",
-        *(f"For comparison, {name}: {worth_words(worth)}." for name, worth in layout.references.items()),
+        *(
+            f"For comparison, {name}: {worth_words(worth)}{lost_words(layout.motion, name)}."
+            for name, worth in layout.references.items()
+        ),
         f"{len(packing.expressions)} expressions, {proof_words(packing.proven_optimal, packing.bound)}; "
         f"the first 5 cover {first_share(plan, 5):.0%} of the importance.",
         f"The session takes about {plan.session.minutes:.0f} minutes. {plan.session.stop}".strip(),
@@ -59,6 +63,17 @@ def motion_words(plan: Plan) -> list[str]:
     return fit_words(plan.layout.motion) if plan.layout.motion else []
 
 
+def take_summary(layout: Layout, rig: Rig) -> tuple[str, ...]:
+    """What a layout for a take alone is worth: its frames stand for blendshapes."""
+    worth = layout.worth
+    return (
+        f"{rig.name}: {worth.landmarks} markers on {int(rig.skin.sum()):,} skin vertices.",
+        *(fit_words(layout.motion) if layout.motion else ()),
+        f"With {len(rig.names)} frames of it in place of blendshapes, the markers have rank {worth.rank} of "
+        f"{worth.full_rank} and a predicted error of {worth.error_mm:.2f} mm under {worth.noise_mm:g} mm of noise.",
+    )
+
+
 def fit_words(fit: MotionFit) -> list[str]:
     """The same of any layout."""
     steps = [f"{m} leave {fit.curve_mm[m - 1]:.2f} mm" for m in quarters(len(fit.curve_mm))]
@@ -68,7 +83,13 @@ def fit_words(fit: MotionFit) -> list[str]:
     ]
     if fit.missing:
         lines.append(f"Not in the take, so that its error says nothing of them: {', '.join(fit.missing)}.")
-    return lines
+    lines += [f"Of {', '.join(one.sequences)} alone, {one.rmse_mm:.2f} mm." for one in fit.subjects]
+    return [*lines, *(f"Note: {note}." for note in fit.notes)]
+
+
+def lost_words(fit: MotionFit | None, name: str) -> str:
+    """', 1.31 mm of the take', of a layout for comparison."""
+    return f", {fit.references_mm[name]:.2f} mm left of the take" if fit and name in fit.references_mm else ""
 
 
 def quarters(count: int) -> list[int]:

@@ -6,8 +6,9 @@ All texts come from a `Plan` alone; nothing here is HTML.
 from typing import Any, NamedTuple
 
 from capture_plan.expressions.session import ENOUGH, Session
-from capture_plan.layout.record import Landmark, View, Worth
+from capture_plan.layout.record import Landmark, MotionFit, View, Worth
 from capture_plan.plan.record import Plan
+from capture_plan.plan.summary import fit_words
 from capture_plan.report.proofs import minimum_proof, packing_proof, proofs
 from capture_plan.report.shots import session_intro
 from capture_plan.report.words import count, millimetres, percent
@@ -54,6 +55,7 @@ def contents(plan: Plan, shot_list: Session) -> dict[str, Any]:
         f"{layout.worth.noise_mm:g} mm: how many mixes of blendshapes can be told apart, and how far the solved skin "
         "would be off. Shorter bars are better.",
         "compare": compare(plan),
+        "take": " ".join(fit_words(layout.motion)) if layout.motion else "",
         "proofs": proofs(plan),
         "rig_facts": rig_facts(plan),
         "left_out": [finding for finding in findings(plan) if finding["left_out"]],
@@ -65,7 +67,7 @@ def contents(plan: Plan, shot_list: Session) -> dict[str, Any]:
 
 
 def tiles(plan: Plan) -> list[Tile]:
-    """The four figures a supervisor asks for first."""
+    """The figures a supervisor asks for first."""
     layout, packing, worth = plan.layout, plan.packing, plan.layout.worth
     sides = [landmark.side for landmark in layout.landmarks]
     covered = packing.expressions[-1].covered if packing.expressions else 0.0
@@ -92,7 +94,15 @@ def tiles(plan: Plan) -> list[Tile]:
             "mm",
             f"of the skin, root mean square, under {worth.noise_mm:g} mm of noise per marker",
         ),
+        *(take_tile(layout.motion) if layout.motion else ()),
     ]
+
+
+def take_tile(fit: MotionFit) -> list[Tile]:
+    """What is lost of a recorded take."""
+    missing = f"; {count(len(fit.missing), 'blendshape')} not in it" if fit.missing else ""
+    note = f"of its motion, root mean square over {count(fit.frames, 'frame')}{missing}"
+    return [Tile("Lost of the take", f"{fit.rmse_mm:.2f}", "mm", note)]
 
 
 def marker_intro(landmarks: tuple[Landmark, ...]) -> str:
@@ -170,10 +180,15 @@ def chart(plan: Plan) -> dict[str, Any]:
 
 def compare(plan: Plan) -> list[dict[str, Any]]:
     """This plan's layout above the others of the same face; bars share one scale that ends at the largest error."""
-    own = (f"This plan ({plan.layout.method})", plan.layout.worth, True)
-    rows = [own, *((name, worth, False) for name, worth in plan.layout.references.items())]
-    most = max(worth.error_mm for _, worth, _ in rows) or 1.0
-    return [compare_row(name, worth, is_own, worth.error_mm / most) for name, worth, is_own in rows]
+    fit, own = plan.layout.motion, f"This plan ({plan.layout.method})"
+    worths = {own: plan.layout.worth} | plan.layout.references
+    lost = {own: fit.rmse_mm} | fit.references_mm if fit else {}
+    most, most_lost = max(worth.error_mm for worth in worths.values()) or 1.0, max(lost.values(), default=0.0) or 1.0
+    return [
+        compare_row(name, worth, name == own, worth.error_mm / most)
+        | ({"lost": millimetres(lost[name]), "lost_share": lost[name] / most_lost} if name in lost else {})
+        for name, worth in worths.items()
+    ]
 
 
 def compare_row(name: str, worth: Worth, own: bool, share: float) -> dict[str, Any]:
@@ -231,6 +246,7 @@ def settings(plan: Plan) -> list[tuple[str, str]]:
         ("Noise of a marker", f"{landmarks.noise_mm:g} mm"),
         ("Least visibility", percent(landmarks.min_visibility)),
         ("Cameras", plan.settings.cameras or "not known: seen from all sides"),
+        ("Recorded takes", ", ".join(plan.settings.sequences) or "none"),
         ("Expression method", expressions.method),
         ("Movement that clashes (mu)", f"{percent(expressions.mu)} of a blendshape's largest"),
         ("Left and right together", switch[expressions.paired]),

@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Int
 
 from capture_plan.errors import RigError
 from capture_plan.rig.crop import crop_to_head
@@ -162,11 +162,7 @@ def is_rig(source: Source) -> bool:
 def given_skin(skin: str, raw: RawRig) -> Bool[np.ndarray, " v"]:
     """The skin that a person named: a text file of the artist's vertex numbers, or parts separated by commas."""
     if Path(skin).is_file():
-        ranges = vertex_ranges(Path(skin))
-        chosen = np.any([(raw.source_index >= low) & (raw.source_index <= high) for low, high in ranges], axis=0)
-        if not chosen.any():
-            raise RigError(f"{Path(skin).name} names no vertex of {raw.name}: give vertex numbers counted from 0")
-        return chosen
+        return listed_skin(Path(skin), raw.source_index, raw.name)
     names = [name.strip() for name in skin.split(",")]
     for name in names:
         if name not in raw.part_names:
@@ -174,6 +170,15 @@ def given_skin(skin: str, raw: RawRig) -> Bool[np.ndarray, " v"]:
                 f"'{name}' is neither a file nor a part of {raw.name}: its parts are {', '.join(raw.part_names)}"
             )
     return np.isin(raw.parts, [raw.part_names.index(name) for name in names])
+
+
+def listed_skin(path: Path, source_index: Int[np.ndarray, " v"], name: str) -> Bool[np.ndarray, " v"]:
+    """The vertices of the rig or take `name` whose numbers in the artist's file a text file lists."""
+    ranges = vertex_ranges(path)
+    chosen = np.any([(source_index >= low) & (source_index <= high) for low, high in ranges], axis=0)
+    if not np.any(chosen):
+        raise RigError(f"{path.name} names no vertex of {name}: give vertex numbers counted from 0")
+    return chosen
 
 
 def vertex_ranges(path: Path) -> list[tuple[int, int]]:

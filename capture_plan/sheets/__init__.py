@@ -4,7 +4,7 @@ from capture_plan.sheets.gl import RenderError
 from capture_plan.sheets.pictures import ExpressionPictures, expression_pictures, marker_pictures
 from capture_plan.sheets.placement import placement_picture
 from capture_plan.sheets.style import Look, region_looks
-from capture_plan.sheets.write import plan_fingerprint, write_sheets
+from capture_plan.sheets.write import write_marker_sheets, write_sheets
 
 __all__ = [
     "ExpressionPictures",
@@ -13,7 +13,7 @@ __all__ = [
     "expression_pictures",
     "marker_pictures",
     "placement_picture",
-    "plan_fingerprint",
     "region_looks",
+    "write_marker_sheets",
     "write_sheets",
 ]

@@ -15,20 +15,29 @@ CHECK_BAR_MM = 50.0
 FIELDS = ("Production", "Actor", "Date")
 
 
+HeadLine = tuple[str] | tuple[str, str]  # under a title
+
+
 class Source(NamedTuple):
-    """What the pages were drawn from, for the foot of each."""
+    """What the pages were drawn from, for the foot of each: 'plan 0123456789abcdef' of a rig, for one."""
 
     rig: str
-    fingerprint: str
+    document: str
     pages: int
 
 
-def head_line(book: Booklet, title: str, subtitle: str, *, fields: bool = True) -> None:
+def head_line(book: Booklet, title: str, words: HeadLine, *, fields: bool = True) -> None:
     """Title on the left, lines for production, actor and date on the right, and a rule below."""
     right = book.paper.width - MARGIN_MM
     fields_x = right - 62 if fields else right
-    book.text(MARGIN_MM, 15, title, 19, bold=True, fit=fields_x - MARGIN_MM - 4)
-    book.text(MARGIN_MM, 20.6, subtitle, 8.2, colour=SOFT, fit=fields_x - MARGIN_MM - 4)
+    room = fields_x - MARGIN_MM - 4
+    if len(words) == 1:
+        book.text(MARGIN_MM, 15, title, 19, bold=True, fit=room)
+        book.text(MARGIN_MM, 20.6, words[0], 8.2, colour=SOFT, fit=room)
+    else:
+        book.text(MARGIN_MM, 13.2, title, 17, bold=True, fit=room)
+        book.text(MARGIN_MM, 17.9, words[0], 7.8, colour=SOFT, fit=room)
+        book.text(MARGIN_MM, 21.7, words[1], 7.8, colour=SOFT, fit=room)
     if fields:
         for row, name in enumerate(FIELDS):
             y = 10.6 + 5.2 * row
@@ -43,7 +52,7 @@ def foot_line(book: Booklet, source: Source) -> None:
     book.line((MARGIN_MM, y - 3.6), (right, y - 3.6), width=0.15, colour=FAINT)
     page = f"page {len(book.titles)} of {source.pages}"
     wide = book.text(right, y, page, 7, bold=True, align="right")
-    text = f"{source.rig}  ·  plan {source.fingerprint}  ·  drawn by capture-plan"
+    text = f"{source.rig}  ·  {source.document}  ·  drawn by capture-plan"
     book.text(MARGIN_MM, y, text, 7, colour=SOFT, fit=right - MARGIN_MM - wide - 4)
 
 

@@ -40,7 +40,7 @@ def height(item: Item, of: Session) -> float:
 
 def draw_shot_list(book: Booklet, of: Session, items: list[Item]) -> None:
     """A page of the table."""
-    head_line(book, "SHOT LIST", summary(of))
+    head_line(book, "SHOT LIST", (summary(of),))
     left, right = MARGIN_MM, book.paper.width - MARGIN_MM
     y = TOP_MM - 4
     heads = {"slate": "slate", "name": "name", "words": "what the actor is told", "hard": "difficulty"}

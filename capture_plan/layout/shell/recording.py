@@ -27,12 +27,14 @@ DEPENDENT = 1e-6  # share of the largest eigenvalue: blendshapes that mix into o
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """`weights` C and `shapes` S of the rig's vertices `at`, which are its skin, ascending."""
+    """`weights` C and `shapes` S of the rig's vertices `at`, which are its skin, ascending; `share` is its say beside
+    other sessions."""
 
     sequence: Sequence
     at: Int[np.ndarray, " n"]
     weights: Float[np.ndarray, "t r"]
     shapes: Float[np.ndarray, "r n 3"]
+    share: float = 1.0
     lost_mm: float = 0.0
 
     def __len__(self) -> int:
@@ -62,7 +64,7 @@ class Recording:
         return (self.weights @ w).max(axis=0)
 
 
-def record(rig: Rig, sequence: Sequence) -> Recording:
+def record(rig: Rig, sequence: Sequence, share: float = 1.0) -> Recording:
     """A take of the rig's mesh, read once.
 
     Raises:
@@ -75,11 +77,11 @@ def record(rig: Rig, sequence: Sequence) -> Recording:
         )
     at = np.flatnonzero(rig.skin)
     if isinstance(sequence.frames, PosedFrames):
-        return Recording(sequence, at, sequence.frames.weights, sequence.frames.rig.deltas[:, at])
-    return leading_shapes(sequence, at)
+        return Recording(sequence, at, sequence.frames.weights, sequence.frames.rig.deltas[:, at], share)
+    return leading_shapes(sequence, at, share)
 
 
-def leading_shapes(sequence: Sequence, at: Int[np.ndarray, " n"]) -> Recording:
+def leading_shapes(sequence: Sequence, at: Int[np.ndarray, " n"], share: float) -> Recording:
     """C and S of a take of meshes."""
     C, S, power = np.zeros((0, 0)), np.zeros((0, 3 * len(at))), 0.0
     for _, block in sequence.chunks():
@@ -90,7 +92,7 @@ def leading_shapes(sequence: Sequence, at: Int[np.ndarray, " n"]) -> Recording:
         U = leading(both @ both.T, EXACT_MM**2 * len(X) * len(at))[:, :MOST_SHAPES]
         C, S = np.vstack([C @ U[: len(S)], U[len(S) :]]), U.T @ both
     lost_mm = np.sqrt(max(power - float(np.square(S).sum()), 0.0) / (len(C) * len(at)))
-    return Recording(sequence, at, C, S.reshape(len(S), -1, 3), float(lost_mm))
+    return Recording(sequence, at, C, S.reshape(len(S), -1, 3), share, float(lost_mm))
 
 
 def leading(gram: Float[np.ndarray, "r r"], spare: float) -> Float[np.ndarray, "r n"]:

@@ -197,15 +197,15 @@ def orient_take(
     some = evenly(len(take.frames), ORIENT_SAMPLE)
     held = np.stack([hold(take.frames.block(t, t + 1)[0] * rough, start * rough, still) for t in some]) / rough
     moving = [t for t, x in zip(some, held, strict=True) if np.abs(x - start).max() > 1e-6 * size]
+    if not moving:
+        raise RigError(f"{path.name} moves in none of its frames: give a take of a face that moves")
     v = len(start)
     raw = RawRig(
         name=path.stem,
         neutral=start,
         triangles=take.triangles,
-        deltas=np.stack([x - start for t, x in zip(some, held, strict=True) if t in moving] or [0 * start]).astype(
-            np.float32
-        ),
-        names=tuple(f"frame {t}" for t in moving) or ("frame 0",),
+        deltas=np.stack([x - start for t, x in zip(some, held, strict=True) if t in moving]).astype(np.float32),
+        names=tuple(f"frame {t}" for t in moving),
         parts=np.zeros(v, dtype=np.int32),
         part_names=("mesh",),
         source_index=np.arange(v, dtype=np.int32),
