@@ -46,18 +46,18 @@ def apart(first: Float[np.ndarray, "v 3"], other: Float[np.ndarray, "v 3"], stil
     return float(still @ np.linalg.norm(hold(other, first, still) - first, axis=1) / still.sum())
 
 
-def on_own_neutral(session: Several[Sequence]) -> tuple[tuple[Sequence, ...], tuple[str, ...]]:
+def on_own_neutral(rig: Rig, session: Several[Sequence]) -> tuple[tuple[Sequence, ...], tuple[str, ...]]:
     """The takes of one person, measured from a neutral where one has it, and sentences on those that borrow it."""
-    known = [take for take in session if not opens_on_neutral(take)]
+    lent = [take for take in session if opens_on_neutral(rig, take)]
+    known = [take for take in session if take not in lent]
     if not known:
         return tuple(session), ()
-    lent = [take for take in session if opens_on_neutral(take)]
     settled = tuple(replace(take, neutral=known[0].neutral) if take in lent else take for take in session)
     return settled, tuple(f"{take.name} is measured from the neutral of {known[0].name}" for take in lent)
 
 
-def opens_on_neutral(take: Sequence) -> bool:
-    """Whether the first frame is what stands for the neutral."""
-    if isinstance(take.frames, PosedFrames):
+def opens_on_neutral(rig: Rig, take: Sequence) -> bool:
+    """Whether the first frame is what stands for the neutral, which is not the rig's."""
+    if isinstance(take.frames, PosedFrames) or np.abs(take.neutral - rig.neutral).max() < IDENTICAL_MM:
         return False
     return bool(np.abs(take.frame(0) - take.neutral).max() < IDENTICAL_MM)

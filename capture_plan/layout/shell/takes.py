@@ -89,16 +89,19 @@ def takes_of(
         RigError: one is of another mesh, or they move nothing.
     """
     persons, notes = by_person(rig, sequences)
-    subjects, told = [], [*notes]
+    subjects, decided = [], [*notes]
     for numbers in persons:
-        own, borrowed = on_own_neutral([sequences[d] for d in numbers])
+        own, borrowed = on_own_neutral(rig, [sequences[d] for d in numbers])
         say = [shares[d] if shares else 1.0 for d in numbers]
         subjects.append(tuple(record(rig, one, g) for one, g in zip(own, say, strict=True)))
-        told += borrowed
-    for one in (recording for sessions in subjects for recording in sessions):
-        told += [f"{one.sequence.name}: {note}" for note in one.sequence.notes] + lost_words(one)
-    found = shared_part(rig, subjects, np.broadcast_to(np.asarray(s, dtype=float), len(rig.neutral)), None)
-    return replace(found, notes=tuple(told))
+        decided += borrowed
+    told = [words for sessions in subjects for one in sessions for words in about(one)]
+    if len(set(shares)) > 1:
+        decided.append(f"the takes count {' : '.join(f'{g:g}' for g in shares)}")
+    s = np.broadcast_to(np.asarray(s, dtype=float), len(rig.neutral))
+    if np.ptp(s[rig.skin]):
+        decided.append("errors count by the weights given for each vertex")
+    return replace(shared_part(rig, subjects, s, None), notes=(*told, *decided))
 
 
 def shared_part(
@@ -118,11 +121,12 @@ def shared_part(
     return Takes(tuple(takes), s)
 
 
-def lost_words(recording: Recording) -> list[str]:
-    """What a take loses by being kept as shapes, where that can be seen in an error."""
-    if recording.lost_mm <= 10 * EXACT_MM:
-        return []
-    return [
-        f"{recording.sequence.name} has more motion than its {len(recording.shapes)} strongest shapes hold: "
-        f"{recording.lost_mm:.3f} mm (root mean square) is left out, such as noise"
-    ]
+def about(one: Recording) -> list[str]:
+    """What was assumed when a take was read, and what it loses by being kept as shapes where that can be seen."""
+    notes = [*one.sequence.notes]
+    if one.lost_mm > 10 * EXACT_MM:
+        notes.append(
+            f"it is kept by its {len(one.shapes)} strongest shapes, which leave out {one.lost_mm:.3f} mm (root mean "
+            "square) of motion or noise"
+        )
+    return [f"{one.sequence.name}: {note}" for note in notes]
