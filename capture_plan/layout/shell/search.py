@@ -110,10 +110,10 @@ class Search:
         move = self._move if self.sites.mirror is None else self._move_site
         for _ in range(SWEEPS):
             gained = sum([move(h) for h in track(tuple(self.state.markers[self.pinned :]), "moving markers")])
-            self.state.refresh(self.state.markers)
-            self.swaps += gained
             if not gained:
                 return
+            self.swaps += gained
+            self.state.refresh(self.state.markers)
 
     def _move(self, h: int) -> bool:
         j, markers = self.state.markers.index(h), self.state.markers
@@ -130,7 +130,7 @@ class Search:
         mirror = self.sites.mirror
         assert mirror is not None, "single markers are moved where nothing is mirrored"
         site = {h, int(mirror[h])}
-        if not site <= set(self.state.markers[self.pinned :]):
+        if not site <= set(self.state.markers):
             return False
         twin = self._without(site)
         free = self.sites.beside(twin.markers)
@@ -146,14 +146,14 @@ class Search:
             movable = self.state.markers[self.pinned :]
             pairs = [(movable[i], movable[j]) for i, j in near_pairs(self._vertices[movable])]
             gained = sum([self._move_two(i, j) for i, j in track(pairs, "moving markers two at a time")])
-            self.state.refresh(self.state.markers)
-            self.swaps += gained
             if not gained:
                 return
+            self.swaps += gained
+            self.state.refresh(self.state.markers)
             self.settle()
 
     def _move_two(self, i: int, j: int) -> bool:
-        if not {i, j} <= set(self.state.markers[self.pinned :]):
+        if not {i, j} <= set(self.state.markers):
             return False
         twin = self._without({i, j})
         free = self.sites.beside(twin.markers) & ~self.state.fixed
