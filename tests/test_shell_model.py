@@ -115,6 +115,18 @@ def test_columns_and_diagonals_are_those_of_the_inverse(shell):
     assert abs(shell.nu - np.diag(G @ G)).max() < 1e-9 * np.diag(G @ G).max()
 
 
+def test_entries_of_vertices_that_do_not_move_are_zero(shell):
+    G, rng = inverse(shell), np.random.default_rng(0)
+    pairs = rng.integers(0, len(G), (300, 2))
+    pairs[:20] = np.setdiff1d(np.arange(len(G)), shell.free)[:1]
+    pairs[:10, 1] = shell.free[:10]
+    g, gsg = shell.entries(np.ones(len(G)), pairs)
+    assert not g[:20].any()
+    assert not gsg[:20].any()
+    assert abs(g - G[tuple(pairs.T)]).max() < 1e-9 * G.max()
+    assert abs(gsg - (G @ G)[tuple(pairs.T)]).max() < 1e-9 * (G @ G).max()
+
+
 @pytest.mark.parametrize("part", [20, 60, 10_000])
 def test_entries_of_the_inverse_hold_however_the_mesh_is_cut(part):
     shell, rng = shell_of(True), np.random.default_rng(0)
