@@ -5,6 +5,8 @@ import pytest
 
 from capture_plan.layout.shell import Shell, motion_of, nested, optimise
 from capture_plan.layout.shell.joint import NEAR, near_pairs
+from capture_plan.layout.shell.search import Search
+from capture_plan.layout.shell.sites import Sites
 from capture_plan.layout.shell.subjects import Subjects
 from capture_plan.mesh import near_table, surface_graph
 from tests.test_shell_optimise import exact, smooth_motion, symmetric_shell
@@ -66,6 +68,20 @@ def test_nested_layouts_keep_the_wishes_of_a_single_one():
         assert near[H][:, H].nnz == len(H)
 
 
+def test_a_pair_stands_where_both_may_and_not_too_close_to_each_other():
+    shell, mirror = symmetric_shell()
+    near = near_table(surface_graph(shell.vertices, shell.triangles), shell.vertices, 60.0)
+    sites, rng = Sites(~shell.fixed, near, mirror), np.random.default_rng(0)
+    scores, free = rng.uniform(size=len(mirror)), rng.uniform(size=len(mirror)) < 0.8
+    scores[mirror == np.arange(len(mirror))] = np.inf
+    close = np.array([mirror[v] in near[[v]].indices for v in range(len(mirror))])
+    scores[close] -= 1
+    may = np.flatnonzero(free & free[mirror] & ~close & np.isfinite(scores))
+    best = may[scores[may].argmin()]
+    assert np.isfinite(scores[close]).any()
+    assert sites.best_pair(scores, free)[1] == (best, mirror[best])
+
+
 def test_a_piece_that_nothing_holds_gets_the_first_marker():
     shell = two_pieces()
     result = optimise(shell, smooth_motion(shell), 3, candidates=~shell.fixed, tail_mm=0.0)
@@ -88,6 +104,18 @@ def test_two_markers_at_once_find_what_one_at_a_time_does_not(count, seed):
     assert one.rmse_mm > 0.1
     assert set(two.markers) == set(planted.tolist())
     assert two.rmse_mm < 1e-6
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_rows_grow_finer_until_no_move_gains(seed):
+    """Also where moves take most of the error, so that what was left out of the first rows is all of the rest."""
+    shell = shell_of(True)
+    _, motion = planted_motion(shell, seed, 20)
+    search = Search([(shell, motion)], Sites(~shell.fixed), (), 3.0)
+    search.grow(20)
+    search.finish(joint=False)
+    scores = [search.state.swap_scores(j, np.flatnonzero(~shell.fixed)).min() for j in range(20)]
+    assert search.state.rmse_mm < 1e-6 or min(scores) >= search.state.error * (1 - 1e-9)
 
 
 @pytest.mark.parametrize("seed", range(4))

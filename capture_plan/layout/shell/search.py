@@ -143,6 +143,8 @@ class Search:
     def settle_two(self) -> None:
         """Neighbouring markers in pairs, until none gains; then single moves again, until neither gains."""
         for _ in range(SWEEPS):
+            if self._to_beat == -np.inf:
+                return
             movable = self.state.markers[self.pinned :]
             pairs = [(movable[i], movable[j]) for i, j in near_pairs(self._vertices[movable])]
             gained = sum([self._move_two(i, j) for i, j in track(pairs, "moving markers two at a time")])
