@@ -118,6 +118,31 @@ def test_rows_grow_finer_until_no_move_gains(seed):
     assert search.state.rmse_mm < 1e-6 or min(scores) >= search.state.error * (1 - 1e-9)
 
 
+def test_finer_rows_are_taken_once_where_much_was_left_out_and_never_where_little_was():
+    shell = shell_of(True)
+    search = Search([(shell, smooth_motion(shell, 60))], Sites(~shell.fixed), (), 3.0)
+    search.grow(10)
+    rows, before = search.rows, search.rmse_mm
+    assert search.refine()
+    assert search.rows > rows
+    assert search.rmse_mm == before <= 1.01 * search.state.rmse_mm
+    assert not search.refine()
+
+
+def test_a_layout_that_all_rows_find_worse_than_the_greedy_one_is_searched_again_on_all_of_them():
+    shell = shell_of(True)
+    motion = smooth_motion(shell, 60)
+    seen, whole = (Search([(shell, motion)], Sites(~shell.fixed), (), tail) for tail in (3.0, 0.0))
+    for search in (seen, whole):
+        search.grow(10)
+    whole.state.refresh(seen.state.markers)
+    seen.greedy_mm = 0.0
+    seen.finish(joint=False)
+    whole.settle()
+    assert set(seen.state.markers) == set(whole.state.markers)
+    assert seen.state.rmse_mm == pytest.approx(seen.rmse_mm, rel=1e-6)
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_a_planted_layout_is_found_exactly(seed):
     shell = shell_of(True)

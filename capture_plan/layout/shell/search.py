@@ -6,7 +6,8 @@ Settle     each marker, or mirrored pair, to its best place, until no move of on
 Two        neighbouring markers at once, each among the vertices around it
 Refine     the search sees the strongest rows alone: E = E_seen + E_left_out >= E_seen. Where that makes more than
            `LOST` of the RMSE, finer rows take over, so that in the end RMSE <= (1 + LOST) RMSE_seen: no move of one
-           marker, on any rows, could gain more than that
+           marker, on any rows, could gain more than that. A layout that all rows find worse than the greedy one was
+           is searched again on all of them
 """
 
 from collections.abc import Sequence
@@ -97,13 +98,17 @@ class Search:
 
     def finish(self, *, joint: bool) -> None:
         """Until no move gains, on rows that tell enough of the error."""
+        grown = tuple(self.state.markers)
         self.refine()
         while True:
             self.settle()
             if joint:
                 self.settle_two()
             if not self.refine():
-                return
+                break
+        if self.rmse_mm > self.greedy_mm:  # what gained on the rows seen lost more on the others
+            self._see(0.0, grown)
+            self.settle()
 
     def settle(self) -> None:
         """Sweeps over the markers, each moved to its best place, until one sweep gains nothing."""
