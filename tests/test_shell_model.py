@@ -38,6 +38,17 @@ def test_mixed_areas_share_out_the_whole_surface():
     assert (mixed_areas(vertices, triangles) > 0).all()
 
 
+def test_a_corner_has_the_points_that_are_nearest_to_it():
+    """The Voronoi part of each corner of a triangle without an obtuse angle, by throwing points into it."""
+    corners = np.array([[0, 0, 0], [5, 0, 0], [1.5, 4, 0.0]])
+    rng = np.random.default_rng(0)
+    inside = rng.dirichlet(np.ones(3), 200_000) @ corners
+    nearest = np.linalg.norm(inside[:, None] - corners, axis=2).argmin(axis=1)
+    shares = mixed_areas(corners, np.array([[0, 1, 2]])) / 10
+    assert shares == pytest.approx(np.bincount(nearest) / len(inside), abs=5e-3)
+    assert np.ptp(shares) > 0.05
+
+
 def test_stretching_is_the_energy_of_a_linear_map():
     """Dirichlet energy of f = n . x over a closed surface, triangle by triangle."""
     vertices, triangles = bumpy()
@@ -104,6 +115,18 @@ def test_columns_and_diagonals_are_those_of_the_inverse(shell):
     assert abs(shell.nu - np.diag(G @ G)).max() < 1e-9 * np.diag(G @ G).max()
 
 
+def test_entries_of_vertices_that_do_not_move_are_zero(shell):
+    G, rng = inverse(shell), np.random.default_rng(0)
+    pairs = rng.integers(0, len(G), (300, 2))
+    pairs[:20] = np.setdiff1d(np.arange(len(G)), shell.free)[:1]
+    pairs[:10, 1] = shell.free[:10]
+    g, gsg = shell.entries(np.ones(len(G)), pairs)
+    assert not g[:20].any()
+    assert not gsg[:20].any()
+    assert abs(g - G[tuple(pairs.T)]).max() < 1e-9 * G.max()
+    assert abs(gsg - (G @ G)[tuple(pairs.T)]).max() < 1e-9 * (G @ G).max()
+
+
 @pytest.mark.parametrize("part", [20, 60, 10_000])
 def test_entries_of_the_inverse_hold_however_the_mesh_is_cut(part):
     shell, rng = shell_of(True), np.random.default_rng(0)
@@ -153,3 +176,5 @@ def test_what_no_shell_is_is_refused():
         _ = Shell(np.vstack([vertices, [[0, 0, 0]]]), triangles, np.append(nothing, False)).stiffness
     with pytest.raises(RigError, match="bending"):
         Shell(vertices, triangles, nothing, bending=0.0)
+    with pytest.raises(RigError, match="stretching"):
+        Shell(vertices, triangles, nothing, stretching=-1.0)

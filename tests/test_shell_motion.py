@@ -55,6 +55,16 @@ def test_compression_leaves_out_no_more_than_said(tail):
     assert small.rows.shape[1] <= 12  # four blendshapes have no more
 
 
+@pytest.mark.parametrize("tail", [0.3, 1.0, 2.0])
+def test_compression_keeps_the_fewest_rows_that_do(tail):
+    """One strongest direction less, by the singular values of the weighted rows, would leave out too much."""
+    s = np.random.default_rng(2).uniform(0, 3, len(bumpy()[0]))
+    motion = motion_of(recorded(k=7)[2]).weighted(s)
+    power = np.linalg.svd(np.sqrt(s)[:, None] * motion.rows, compute_uv=False) ** 2
+    r = motion.compressed(tail).rows.shape[1]
+    assert power[r:].sum() <= tail**2 * s.sum() * (1 + 1e-9) < power[r - 1 :].sum()
+
+
 def test_compression_to_nothing_left_out_changes_no_error():
     shell, motion, H = shell_of(True), motion_of(recorded()[2]), np.array([10, 60, 127, 240])
     W = shell.weights(H)
@@ -77,6 +87,7 @@ def test_mirrored_motion_judges_a_layout_as_its_mirror_image():
     H = some_markers(shell, 6)
     here, there = (direct(X, shell.weights(at), at, np.ones(len(mirror))) for at in (H, mirror[H]))
     assert motion_of(turned).rmse_mm(shell.weights(H), H) == pytest.approx(there)
+    assert np.allclose(np.split(both.rows, 2, axis=1)[1], motion_of(turned).rows / np.sqrt(2))
     assert both.rmse_mm(shell.weights(H), H) == pytest.approx(np.sqrt((here**2 + there**2) / 2))
     with pytest.raises(RigError, match="mirror first"):
         with_mirror_image(both.compressed(), mirror)
@@ -106,6 +117,13 @@ def test_the_boundary_runs_beside_what_moves_in_steps():
     to_fixed = np.linalg.norm(vertices[line, None] - vertices[at], axis=2).min(axis=1)
     assert apart.min() >= 10 - 1e-6
     assert to_fixed.max() < 10
+
+
+def test_vertices_beside_some_share_a_triangle_with_one_of_them():
+    vertices, triangles = bumpy()
+    some = np.random.default_rng(0).uniform(size=len(vertices)) < 0.05
+    near = {int(v) for triangle in triangles for v in triangle for u in triangle if u != v and some[u]}
+    assert set(np.flatnonzero(beside(triangles, some)).tolist()) == near
 
 
 def test_a_border_that_moves_is_not_fixed():

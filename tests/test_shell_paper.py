@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from capture_plan.layout.shell import optimise
-from capture_plan.layout.shell.importance import spare_order, summary
-from capture_plan.layout.shell.paper import Descent, optimise_as_published, paper_move_seconds
+from capture_plan.layout.shell.importance import order_of, summary_of
+from capture_plan.layout.shell.paper import Descent, optimise_as_published, paper_move_seconds, visited
 from tests.test_shell_model import some_markers
 from tests.test_shell_optimise import smooth_motion
 from tests.test_shell_state import SHELLS, shell_of
@@ -41,14 +41,32 @@ def test_a_move_gives_what_the_new_weights_miss(shell):
     assert np.allclose(descent.R, R, atol=1e-9 * abs(motion.rows).max())
 
 
-def test_the_best_layout_of_all_starts_is_kept():
-    shell = shell_of(True)
-    motion = smooth_motion(shell)
-    few, more = (
-        optimise_as_published(shell, motion, 6, candidates=~shell.fixed, starts=n, tail_mm=0.0) for n in (1, 4)
-    )
-    assert more.rmse_mm <= few.rmse_mm * (1 + 1e-12)
-    assert motion.rmse_mm(shell.weights(np.array(more.markers)), np.array(more.markers)) == more.rmse_mm
+def test_the_best_of_all_layouts_that_were_visited_is_kept():
+    """And the moves among them that made things worse are counted."""
+    shell, rng = shell_of(True), np.random.default_rng(3)
+    motion, may = smooth_motion(shell, 20), np.flatnonzero(~shell.fixed)
+    published = optimise_as_published(shell, motion, 6, candidates=~shell.fixed, seed=3, starts=2, tail_mm=0.0)
+    layouts, moves, uphill = [], 0, 0
+    for _ in range(2):
+        start = rng.choice(may, 6, replace=False)
+        path = [start, *(markers for markers, _ in visited(Descent(shell, motion.compressed(0.0), start), may, rng))]
+        errors = [motion.rmse_mm(shell.weights(H), H) for H in path]
+        layouts += errors[1:]
+        moves, uphill = moves + len(path) - 1, uphill + int((np.diff(errors) > 0).sum())
+    assert published.rmse_mm == pytest.approx(min(layouts), rel=1e-9)
+    assert (published.moves, published.uphill) == (moves, uphill)
+    assert 0 < uphill < moves
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_two_markers_ever_share_a_vertex(seed):
+    """Where another one stands already, as where one movement is all there is, a free vertex is drawn."""
+    shell, rng = shell_of(True), np.random.default_rng(seed)
+    may = rng.choice(np.flatnonzero(~shell.fixed), 12, replace=False)
+    descent = Descent(shell, smooth_motion(shell, 1, seed), may[:9])
+    layouts = [markers for markers, _ in visited(descent, may, rng)]
+    assert len(layouts) > 10
+    assert all(len(set(H.tolist())) == 9 and set(H.tolist()) <= set(may.tolist()) for H in layouts)
 
 
 def test_exact_moves_end_below_the_published_algorithm():
@@ -65,7 +83,7 @@ def test_a_factorisation_for_each_move_takes_time():
 
 def test_sparing_by_the_small_matrices_is_sparing_by_the_weights(shell):
     motion, H = smooth_motion(shell), some_markers(shell, 9)
-    order, errors = spare_order([summary(shell, motion, H)], np.zeros(len(H), dtype=bool))
+    order, errors = order_of([summary_of(shell, motion, H)], np.zeros(len(H), dtype=bool))
     for m in range(4, len(H) + 1):
         first = H[order[:m]]
         assert errors[m - 1] == pytest.approx(motion.squared_error(shell.weights(first), first), rel=1e-9)

@@ -111,6 +111,18 @@ def test_key_points_are_different_vertices(take):
         key_points(P, leading(P, 5), 3)
 
 
+def test_more_key_points_go_where_most_is_missed(take):
+    _, frames, _ = take
+    P = poses(motion_of(frames).rows)
+    B = leading(P, 3)
+    at = key_points(P, B, 6)
+    for n in (3, 4, 5):
+        missed = P - coefficients(P, B, at[:n]) @ B
+        each = np.square(missed).sum(axis=0).reshape(-1, 3).sum(axis=1)
+        each[at[:n]] = -1
+        assert each[at[n]] == pytest.approx(each.max())
+
+
 def test_turning_vectors_keeps_their_space_and_makes_them_sparser(take):
     _, frames, _ = take
     B = leading(poses(motion_of(frames).rows), 4)

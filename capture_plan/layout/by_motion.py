@@ -17,7 +17,7 @@ from scipy.sparse import csr_array
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.limits import Limit
 from capture_plan.layout.record import MotionFit, SubjectFit
-from capture_plan.layout.shell.importance import spare_order
+from capture_plan.layout.shell.importance import order_of
 from capture_plan.layout.shell.motion import TAIL_MM
 from capture_plan.layout.shell.optimise import optimise_together
 from capture_plan.layout.shell.takes import Takes
@@ -106,7 +106,7 @@ def most_telling(
 ) -> Int[np.ndarray, " n"]:
     """The sites of vertices, the first to be spared last and pinned ones first; last those that bend nothing."""
     at, bending = takes.first.at, takes.first.places(vertices)
-    order, _ = spare_order(takes.summaries(bending), np.isin(at[bending], task.sites.members(pinned)))
+    order, _ = order_of(takes.summaries(bending), np.isin(at[bending], task.sites.members(pinned)))
     site_of = {int(v): s for s, pair in enumerate(task.sites.vertices.tolist()) for v in pair}
     told = [*at[bending[order]].tolist(), *vertices.tolist()]
     return np.array(list(dict.fromkeys(site_of[v] for v in told)), dtype=int)

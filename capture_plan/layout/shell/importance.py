@@ -48,23 +48,23 @@ class Summary:
         return Summary(E, B, self.Y[keep], P[keep], Q[np.ix_(keep, keep)], self.piece[keep])
 
 
-def summary(shell: Shell, motion: Motion, markers: Int[np.ndarray, " m"]) -> Summary:
-    """E, P and Q of a layout.
+def summary_of(shell: Shell, motion: Motion, markers: Int[np.ndarray, " m"]) -> Summary:
+    """E, B, P and Q of a layout.
 
     Raises:
         InfeasibleError: a floating piece has no marker, or a marker is fixed or doubled.
     """
-    W, B, Y_H = shell.weights(markers), shell.bordered(markers)[1], motion.rows[markers]
+    W, Y_H = shell.weights(markers), motion.rows[markers]
     E, P, Q = 0.0, np.zeros(Y_H.shape), np.zeros((len(markers),) * 2)
     for some in motion.blocks():
         R, SW = motion.rows[some] - W[some] @ Y_H, motion.weights[some, None] * W[some]
         E += float(np.einsum("vr,vr,v->", R, R, motion.weights[some]))
         P += SW.T @ R
         Q += SW.T @ W[some]
-    return Summary(E, B, Y_H, P, Q, shell.piece[markers])
+    return Summary(E, shell.bordered(markers)[1], Y_H, P, Q, shell.piece[markers])
 
 
-def spare_order(
+def order_of(
     parts: Sequence[Summary], pinned: Bool[np.ndarray, " m"]
 ) -> tuple[Int[np.ndarray, " m"], Float[np.ndarray, " m"]]:
     """Places of the markers, the first to be spared last and pinned ones first; E of each prefix, infinite for none."""

@@ -96,14 +96,14 @@ def optimise_as_published(
     for _ in track(range(starts), "descents as published"):
         descent = Descent(shell, small, rng.choice(may, count, replace=False))
         before = descent.error
-        for markers, E in _visited(descent, may, rng):
+        for markers, E in visited(descent, may, rng):
             moves, uphill, before = moves + 1, uphill + (before < E), E
             if least > E:
                 best, least = markers, E
     return PaperResult(tuple(best.tolist()), motion.rmse_mm(shell.weights(best), best), moves, uphill)
 
 
-def _visited(
+def visited(
     descent: Descent, may: Int[np.ndarray, " n"], rng: np.random.Generator
 ) -> Iterator[tuple[Int[np.ndarray, " m"], float]]:
     """The layouts of one descent, after each move, and their errors."""

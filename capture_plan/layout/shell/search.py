@@ -6,7 +6,8 @@ Settle     each marker, or mirrored pair, to its best place, until no move of on
 Two        neighbouring markers at once, each among the vertices around it
 Refine     the search sees the strongest rows alone: E = E_seen + E_left_out >= E_seen. Where that makes more than
            `LOST` of the RMSE, finer rows take over, so that in the end RMSE <= (1 + LOST) RMSE_seen: no move of one
-           marker, on any rows, could gain more than that
+           marker, on any rows, could gain more than that. A layout that all rows find worse than the greedy one was
+           is searched again on all of them
 """
 
 from collections.abc import Sequence
@@ -97,23 +98,27 @@ class Search:
 
     def finish(self, *, joint: bool) -> None:
         """Until no move gains, on rows that tell enough of the error."""
+        grown = tuple(self.state.markers)
         self.refine()
         while True:
             self.settle()
             if joint:
                 self.settle_two()
             if not self.refine():
-                return
+                break
+        if self.rmse_mm > self.greedy_mm:  # what gained on the rows seen lost more on the others
+            self._see(0.0, grown)
+            self.settle()
 
     def settle(self) -> None:
         """Sweeps over the markers, each moved to its best place, until one sweep gains nothing."""
         move = self._move if self.sites.mirror is None else self._move_site
         for _ in range(SWEEPS):
             gained = sum([move(h) for h in track(tuple(self.state.markers[self.pinned :]), "moving markers")])
-            self.state.refresh(self.state.markers)
-            self.swaps += gained
             if not gained:
                 return
+            self.swaps += gained
+            self.state.refresh(self.state.markers)
 
     def _move(self, h: int) -> bool:
         j, markers = self.state.markers.index(h), self.state.markers
@@ -130,7 +135,7 @@ class Search:
         mirror = self.sites.mirror
         assert mirror is not None, "single markers are moved where nothing is mirrored"
         site = {h, int(mirror[h])}
-        if not site <= set(self.state.markers[self.pinned :]):
+        if not site <= set(self.state.markers):
             return False
         twin = self._without(site)
         free = self.sites.beside(twin.markers)
@@ -148,14 +153,14 @@ class Search:
             movable = self.state.markers[self.pinned :]
             pairs = [(movable[i], movable[j]) for i, j in near_pairs(self._vertices[movable])]
             gained = sum([self._move_two(i, j) for i, j in track(pairs, "moving markers two at a time")])
-            self.state.refresh(self.state.markers)
-            self.swaps += gained
             if not gained:
                 return
+            self.swaps += gained
+            self.state.refresh(self.state.markers)
             self.settle()
 
     def _move_two(self, i: int, j: int) -> bool:
-        if not {i, j} <= set(self.state.markers[self.pinned :]):
+        if not {i, j} <= set(self.state.markers):
             return False
         twin = self._without({i, j})
         free = self.sites.beside(twin.markers) & ~self.state.fixed

@@ -57,10 +57,10 @@ class State:
         self.W = KB[:, : len(H)].copy(order="F")
         self.R = self.motion.rows - self.W @ self.motion.rows[H]
         # T = G_H S W, Z = G_H S R with G_H = G - KC B KC'
-        GSK = self._solve(s[:, None] * self.KC) @ self.B
+        GSK = self.shell.solve_all(s[:, None] * self.KC) @ self.B
         KBQ = KB @ (self.KC.T @ (s[:, None] * KB))
         self.T = np.asfortranarray((GSK - KBQ)[:, : len(H)])
-        self.Z = self._solve(s[:, None] * self.R) - KB @ (self.KC.T @ (s[:, None] * self.R))
+        self.Z = self.shell.solve_all(s[:, None] * self.R) - KB @ (self.KC.T @ (s[:, None] * self.R))
         self.gamma = self.gamma_bare - row_products(KB, self.KC)
         self.gamma_beside = self.gamma_beside_bare - row_products(KB, self.KC[p])
         half = GSK - KBQ / 2
@@ -79,12 +79,6 @@ class State:
             self.gamma[inside], self.nu[inside] = 1, s[inside].sum()
             self.gamma_beside[inside], self.nu_beside[inside] = 0, 0
             self.gamma_beside[beside], self.nu_beside[beside] = 1, s[inside].sum()
-
-    def _solve(self, b: Float[np.ndarray, "v n"]) -> Float[np.ndarray, "v n"]:
-        solved = np.empty(b.shape)
-        for i in range(b.shape[1]):
-            solved[:, i] = self.shell.solve(b[:, i])
-        return solved
 
     @property
     def floating(self) -> Bool[np.ndarray, " v"]:

@@ -76,9 +76,6 @@ class Subjects:
     def add_pair_scores(self) -> Float[np.ndarray, " v"]:
         return np.sum([scores.add_pair_scores(state) for state in self.states], axis=0)
 
-    def drop_score(self, j: int) -> float:
-        return sum(scores.drop_score(state, j) for state in self.states)
-
     def swap_scores(self, j: int, at: Int[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
         return np.sum([scores.swap_scores(state, j, at) for state in self.states], axis=0)
 

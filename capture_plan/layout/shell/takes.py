@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int
 
-from capture_plan.layout.shell.importance import Summary, summary
+from capture_plan.layout.shell.importance import Summary, summary_of
 from capture_plan.layout.shell.motion import with_mirror_image
 from capture_plan.layout.shell.part import part_of
 from capture_plan.layout.shell.persons import by_person, on_own_neutral
@@ -59,7 +59,7 @@ class Takes:
 
     def summaries(self, markers: Int[np.ndarray, " m"]) -> list[Summary]:
         """What it takes to order markers at vertices of the shells."""
-        return [summary(one.shell, one.motion, markers) for one in self.subjects]
+        return [summary_of(one.shell, one.motion, markers) for one in self.subjects]
 
     def missing(self, names: tuple[str, ...]) -> tuple[str, ...]:
         """Those of some blendshapes that no take shows."""
