@@ -38,7 +38,7 @@ def descent(found: Evaluation) -> list[str]:
             f"slowest descent came later; its starts end between {min(ends):.3f} and {max(ends):.3f} mm with "
             f"M = {found.descents.markers}, {100 * uphill:.0f} % of the moves go uphill",
             bool(late < SETTLED),
-            "a start that jumped uphill late has not come down again" if uphill else "",
+            "a start was still falling then",
         )
     ]
 
