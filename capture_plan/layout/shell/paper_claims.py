@@ -163,7 +163,7 @@ def unseen(found: Evaluation) -> list[str]:
     """Fig. 13."""
     best = {n: min((one for one in found.folds if one.markers == n), key=lambda one: one.mean_mm) for n in found.counts}
     own = {one.markers: one for one in found.folds if one.method == OURS}
-    more = [own[n].mean_mm / np.mean(own[n].chosen_from_mm) - 1 for n in found.counts]
+    more = [own[n].mean_mm / float(np.mean(own[n].chosen_from_mm)) - 1 for n in found.counts]
     lost = [one.method for one in best.values() if one.method != OURS]
     return [
         _claim(
