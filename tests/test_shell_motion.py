@@ -5,7 +5,7 @@ import pytest
 
 from capture_plan.errors import RigError
 from capture_plan.layout.shell import Motion, motion_from_rig, motion_of, together, with_mirror_image
-from capture_plan.layout.shell.boundary import beside, find_boundary
+from capture_plan.layout.shell.boundary import beside, end_of_mesh, find_boundary
 from tests.test_shell_model import some_markers
 from tests.test_shell_optimise import symmetric_shell
 from tests.test_shell_state import bumpy, shell_of
@@ -133,3 +133,14 @@ def test_a_border_that_moves_is_not_fixed():
     still = find_boundary(vertices, front, np.zeros(len(vertices)))
     assert still.fixed.any()
     assert not still.moving.any()
+
+
+def test_the_end_of_a_mesh_carries_no_marker_but_the_rim_of_a_hole_does():
+    x, y = np.meshgrid(np.arange(9.0), np.arange(9.0), indexing="ij")
+    vertices = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1)
+    corner = (np.arange(8)[:, None] * 9 + np.arange(8)).ravel()
+    kept = corner[corner != 4 * 9 + 4]
+    triangles = np.vstack([kept[:, None] + [0, 9, 10], kept[:, None] + [0, 10, 1]])
+    outer = (np.abs(vertices[:, :2] - 4).max(axis=1) == 4).astype(bool)
+    assert np.array_equal(end_of_mesh(vertices, triangles), outer)
+    assert np.array_equal(find_boundary(vertices, triangles, np.full(81, 3.0)).moving, ~outer)

@@ -2,6 +2,7 @@
 
 from capture_plan.mesh.geodesic import geodesic_distance, near_table, surface_graph
 from capture_plan.mesh.geometry import (
+    border_edges,
     boundary_vertices,
     edges,
     half_edges,
@@ -12,6 +13,7 @@ from capture_plan.mesh.geometry import (
 )
 
 __all__ = [
+    "border_edges",
     "boundary_vertices",
     "edges",
     "geodesic_distance",

@@ -46,10 +46,15 @@ def edges(triangles: Int[np.ndarray, "f 3"]) -> Int[np.ndarray, "e 2"]:
     return np.unique(np.sort(half_edges(triangles), axis=1), axis=0)
 
 
-def boundary_vertices(triangles: Int[np.ndarray, "f 3"]) -> Int[np.ndarray, " b"]:
-    """Vertices on an edge that only one triangle has."""
+def border_edges(triangles: Int[np.ndarray, "f 3"]) -> Int[np.ndarray, "e 2"]:
+    """Edges that only one triangle has."""
     unique, count = np.unique(np.sort(half_edges(triangles), axis=1), axis=0, return_counts=True)
-    return np.unique(unique[count == 1])
+    return unique[count == 1]
+
+
+def boundary_vertices(triangles: Int[np.ndarray, "f 3"]) -> Int[np.ndarray, " b"]:
+    """Vertices on such an edge."""
+    return np.unique(border_edges(triangles))
 
 
 def pieces(triangles: Int[np.ndarray, "f 3"], v: int) -> Int[np.ndarray, " v"]:

@@ -115,11 +115,11 @@ def skinning_table(found: Evaluation) -> mo.Html:
         [
             {
                 "Markers": one.markers,
-                "Markers alone": f"{one.markers_mm:.3f} mm, {one.markers_ratio:.1f} times smaller",
+                "Markers alone": f"{one.markers_mm:.4f} mm, {one.markers_ratio:.1f} times smaller",
                 f"Fitted corrections ({found.skinning[0].rank} to {found.skinning[-1].rank})": (
-                    f"{one.corrected_mm:.3f} mm, {one.corrected_ratio:.1f} times"
+                    f"{one.corrected_mm:.4f} mm, {one.corrected_ratio:.1f} times"
                 ),
-                "Fitted key points": f"{one.key_points_mm:.3f} mm, {one.key_points_ratio:.1f} times",
+                "Fitted key points": f"{one.key_points_mm:.4f} mm, {one.key_points_ratio:.1f} times",
             }
             for one in found.skinning
         ],

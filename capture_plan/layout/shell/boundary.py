@@ -3,17 +3,20 @@
 Data      reach_v  furthest that vertex v gets from rest, millimetres; a vertex below `still_mm` is still
 Line      still vertices beside a moving one, and still vertices on the border of the mesh
 Fixed     points of the line 10 mm apart: displacement 0, no markers, not counted
-Moving    vertices that move: those where a marker tells something
-The rims of eyes and mouth are borders that move: nothing holds them.
+Moving    vertices that move: those where a marker tells something, but for the end of the mesh, the longest border:
+          a marker on the cut of a neck stands on no skin
+The rims of eyes and mouth are borders that move: nothing holds them, and they carry markers.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from capture_plan.mesh import boundary_vertices, edges
+from capture_plan.mesh import border_edges, boundary_vertices, edges
 
 STILL_MM = 0.5
 APART_MM = 10.0
@@ -40,7 +43,18 @@ def find_boundary(
     line = ~moving & (beside(triangles, moving) | np.isin(np.arange(len(moving)), boundary_vertices(triangles)))
     fixed = np.zeros(len(moving), dtype=bool)
     fixed[spread(vertices, np.flatnonzero(line), apart_mm)] = True
-    return Boundary(fixed, moving)
+    return Boundary(fixed, moving & ~end_of_mesh(vertices, triangles))
+
+
+def end_of_mesh(vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]) -> Bool[np.ndarray, " v"]:
+    """Vertices of the longest border."""
+    a, b = border_edges(triangles).T
+    ends = np.zeros(len(vertices), dtype=bool)
+    if len(a):
+        loop = connected_components(coo_array((np.ones(len(a)), (a, b)), shape=(len(ends),) * 2), directed=False)[1]
+        length = np.bincount(loop[a], weights=np.linalg.norm(vertices[a] - vertices[b], axis=1))
+        ends[np.r_[a, b]] = loop[np.r_[a, b]] == length.argmax()
+    return ends
 
 
 def beside(triangles: Int[np.ndarray, "f 3"], some: Bool[np.ndarray, " v"]) -> Bool[np.ndarray, " v"]:

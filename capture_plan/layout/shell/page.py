@@ -11,6 +11,7 @@ from capture_plan.layout.shell.paper_claims import claims
 from capture_plan.layout.shell.take import UNUSED
 
 LISTED = 6  # names in one sentence
+SHOWN_MM = 0.001  # the last digit of an error
 NO_SUBJECTS = "no other people: give their rigs to see whether a layout passes from one person to another (section 6.2)"
 ABOUT_SHELLS = "every person bends a shell of their own while layouts are chosen"
 PAPERS_RECOVERY = (
@@ -111,11 +112,11 @@ def recoveries(found: Evaluation) -> list[str]:
     for m in found.counts:
         runs = [one for one in found.recoveries if one.markers == m]
         exact = sum(one.hit == m for one in runs)
-        low, high = min(one.rmse_mm for one in runs), max(one.rmse_mm for one in runs)
+        worst = max(one.rmse_mm for one in runs)
         apart = np.mean([one.apart_mm for one in runs])
+        left = f"the worst leaves {worst:.3f} mm" if worst >= SHOWN_MM else f"none leaves {SHOWN_MM:g} mm"
         lines.append(
-            f"M = {m}: {exact} of {len(runs)} found to the last vertex; error {low:.3f} to {high:.3f} mm, "
-            f"markers {apart:.2f} mm apart on average"
+            f"M = {m}: {exact} of {len(runs)} found to the last vertex; {left}, markers {apart:.2f} mm apart on average"
         )
     one = found.published
     return [
@@ -133,9 +134,9 @@ def skins(found: Evaluation) -> list[str]:
         "are fitted to this very take: they compress what is known and predict nothing from markers"
     )
     return [head] + [
-        f"M = {one.markers}: markers {one.markers_mm:.3f} ({one.markers_ratio:.1f}), "
-        f"with {one.rank} corrections {one.corrected_mm:.3f} ({one.corrected_ratio:.1f}), "
-        f"key points {one.key_points_mm:.3f} ({one.key_points_ratio:.1f})"
+        f"M = {one.markers}: markers {one.markers_mm:.4f} ({one.markers_ratio:.1f}), "
+        f"with {one.rank} corrections {one.corrected_mm:.4f} ({one.corrected_ratio:.1f}), "
+        f"key points {one.key_points_mm:.4f} ({one.key_points_ratio:.1f})"
         for one in found.skinning
     ]
 
