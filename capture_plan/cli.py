@@ -345,7 +345,7 @@ def export(
 def compare(
     rig: RigPath,
     layouts: Annotated[Path | None, typer.Option(help="JSON file of more layouts: {name: [vertex, ...]}.")] = None,
-    take: Annotated[Path | None, typer.Option(help="Recorded weights to reconstruct too.")] = None,
+    take: Annotated[Path | None, typer.Option(help="Recorded take to judge by too: weights, or meshes of it.")] = None,
     budget: Annotated[list[int] | None, typer.Option(min=1, help="Landmarks; may be given several times.")] = None,
     noise_mm: Annotated[float, typer.Option(min=0.001, help="Noise that ours are designed for, millimetres.")] = 0.2,
     epsilon: Annotated[
@@ -371,16 +371,20 @@ def compare(
     from capture_plan.layout.face import see_face
     from capture_plan.layout.given import read_layouts, take_weights
     from capture_plan.layout.settings import LayoutSettings
+    from capture_plan.layout.shell.takes import takes_of
     from capture_plan.rig.audit import audit as audit_rig
+    from capture_plan.rig.sequence import read_sequence
 
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     used = audit_rig(found).used
+    sequence = read_sequence(take, rig=found) if take else None
     made = compare_layouts(
         see_face(found, used),
         LayoutSettings(noise_mm=noise_mm, epsilon=epsilon),
         budgets=budget or BUDGETS,
         given=read_layouts(layouts, found) if layouts else {},
-        take=take_weights(take, found, used) if take else None,
+        take=take_weights(sequence, found, used) if sequence else None,
+        takes=takes_of(found, [sequence]) if sequence else None,
         seed=seed,
     )
     text = comparison_text(made)

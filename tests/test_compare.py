@@ -5,9 +5,10 @@ import json
 import numpy as np
 import pytest
 
-from capture_plan.errors import PlanError, RigError
+from capture_plan.errors import PlanError
 from capture_plan.layout.baselines import BASELINES
 from capture_plan.layout.compare import (
+    FOR_TAKE,
     FREE,
     MIXES,
     PLACED,
@@ -24,8 +25,11 @@ from capture_plan.layout.face import see_face
 from capture_plan.layout.given import read_layouts, take_weights
 from capture_plan.layout.reconstruct import Errors, Score
 from capture_plan.layout.settings import LayoutSettings
+from capture_plan.layout.shell.takes import takes_of
 from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
+from capture_plan.rig.sequence import Sequence, read_sequence
+from capture_plan.rig.sequence.frames import PosedFrames
 
 SETTINGS = LayoutSettings()
 
@@ -36,11 +40,23 @@ def face():
     return see_face(rig, audit(rig).used)
 
 
+def played():
+    """Weights of a few blendshapes at a time."""
+    rng = np.random.default_rng(3)
+    w = np.zeros((20, 52))
+    for row in w:
+        row[rng.choice(52, 4, replace=False)] = rng.uniform(0, 1, 4)
+    return w
+
+
 @pytest.fixture(scope="module")
 def found(face):
     take = np.full((5, len(face.used)), 0.1)
+    sequence = Sequence("played", face.rig.neutral, face.rig.triangles, PosedFrames(face.rig, played()), 30.0, face.rig)
     given = {"mine": np.flatnonzero(face.allowed(SETTINGS))[:20]}
-    return compare(face, SETTINGS, budgets=(10,), noises_mm=(0.2,), given=given, take=take)
+    return compare(
+        face, SETTINGS, budgets=(10,), noises_mm=(0.2,), given=given, take=take, takes=takes_of(face.rig, [sequence])
+    )
 
 
 def test_every_method_stands_in_the_table_once_a_budget(found):
@@ -55,7 +71,7 @@ def test_all_but_empirical_layouts_stand_on_the_same_candidates(found, face):
     for row in found.rows:
         if row.method.endswith(PLACED):
             continue  # ears and hairlines may stand still
-        assert np.isin(row.vertices, seen if row.method in (WORN, STUDIO) else moving).all()
+        assert np.isin(row.vertices, seen if row.method in (WORN, STUDIO, FOR_TAKE) else moving).all()
     assert found.candidates == len(moving)
 
 
@@ -125,12 +141,21 @@ def test_layouts_that_are_none_are_refused(tmp_path, content, says):
 def test_a_take_gives_the_weights_of_the_used_blendshapes(tmp_path):
     rig = sample_rig()
     (tmp_path / "take.csv").write_text("jawOpen,eyeBlinkLeft\n0.5,0\n1.5,1\n")
-    w = take_weights(tmp_path / "take.csv", rig, ("jawOpen",))
+    w = take_weights(read_sequence(tmp_path / "take.csv", rig=rig), rig, ("jawOpen",))
     assert w.tolist() == [[0.5], [1.0]]
 
 
 def test_a_take_of_meshes_has_no_weights_to_compare(tmp_path):
     rig = sample_rig()
     np.savez(tmp_path / "take.npz", frames=np.stack([rig.neutral] * 2), fps=30.0)
-    with pytest.raises(RigError, match="weights"):
-        take_weights(tmp_path / "take.npz", rig, ("jawOpen",))
+    assert take_weights(read_sequence(tmp_path / "take.npz", rig=rig), rig, ("jawOpen",)) is None
+
+
+def test_every_layout_is_held_against_the_take_and_ours_for_it_loses_least(found):
+    peers = [row for row in found.rows if row.landmarks == 10]
+    assert all(row.lost_mm > 0 for row in found.rows)
+    assert min(peers, key=lambda row: row.lost_mm).method == FOR_TAKE
+    assert next(row for row in peers if row.method == FOR_TAKE).rank > 1
+    text = comparison_text(found)
+    assert f"M = 10: {FOR_TAKE} loses least of the take" in text
+    assert "20 frames" in text

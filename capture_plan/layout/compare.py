@@ -12,6 +12,7 @@ Others     `baselines` at every budget M
 Empirical  the layouts that studios use (`empirical`), placed on this face, and layouts given by vertex number
 Measured   weights and skin that come back (`reconstruct`) from random mixes, from every blendshape alone, and from a
            recorded take where one is given
+Take       ours as a crew wears it, chosen for the take (`by_motion`); what every layout loses of it (`shell.takes`)
 """
 
 from collections.abc import Sequence
@@ -25,6 +26,7 @@ from msgspec.structs import replace
 from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.layout.baselines import BASELINES, candidates, choose_baseline
 from capture_plan.layout.budget import spend_budget
+from capture_plan.layout.by_motion import sites_for
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.empirical import EMPIRICAL, empirical_layout, place_layout
 from capture_plan.layout.face import Face
@@ -36,6 +38,7 @@ from capture_plan.layout.reconstruct import Score, random_mixes, reconstruct, si
 from capture_plan.layout.relaxation import error_bound
 from capture_plan.layout.search import Search
 from capture_plan.layout.settings import LayoutSettings
+from capture_plan.layout.shell.takes import Takes
 from capture_plan.layout.sites import Sites, single_sites
 from capture_plan.layout.task import task_of
 from capture_plan.progress import track
@@ -46,13 +49,15 @@ EPSILONS = (0.3, 0.5, 0.7, 0.9)
 FRAMES = 300
 APART = 10_000  # seeds of what ours are polished on lie this far from the seed of what all are measured by
 FREE, WORN, STUDIO = "ours: error-driven, free", "ours: error-driven, worn", "ours: studio"
+FOR_TAKE = "ours: for the take, worn"
 PLACED = ", placed"  # after the name of an empirical layout: we laid its points onto this face
 MIXES, SINGLES, TAKE = "random mixes", "single blendshapes", "take"
 
 
 class Row(Struct, frozen=True, forbid_unknown_fields=True):
     """One layout: its vertices, what they tell apart, the predicted error at the noise that ours are designed for,
-    the blendshapes that move none of them by epsilon, and for each performance one score a noise."""
+    the blendshapes that move none of them by epsilon, and for each performance one score a noise; `lost_mm` is what a
+    thin shell that they bend misses of the take, root mean square."""
 
     method: str
     vertices: tuple[int, ...]
@@ -61,6 +66,7 @@ class Row(Struct, frozen=True, forbid_unknown_fields=True):
     predicted_mm: float
     blind: tuple[str, ...]
     scores: dict[str, tuple[Score, ...]]
+    lost_mm: float | None = None
 
     @property
     def landmarks(self) -> int:
@@ -70,8 +76,8 @@ class Row(Struct, frozen=True, forbid_unknown_fields=True):
 
 class Comparison(Struct, frozen=True, forbid_unknown_fields=True):
     """All layouts of one rig, by number of landmarks; `frames` of every performance; `left_out`: what could not be
-    compared, and why; ours are designed for noise `designed_mm`. No layout of a budget's candidates predicts an error
-    below its bound in `least_mm`, millimetres."""
+    compared, and why; ours are designed for noise `designed_mm`; `lost_mm` is over `take_frames`. No layout of a
+    budget's candidates predicts an error below its bound in `least_mm`, millimetres."""
 
     rig: str
     blendshapes: int
@@ -85,6 +91,7 @@ class Comparison(Struct, frozen=True, forbid_unknown_fields=True):
     frames: dict[str, int]
     rows: tuple[Row, ...]
     left_out: tuple[str, ...]
+    take_frames: int = 0
 
 
 def compare(
@@ -95,9 +102,11 @@ def compare(
     noises_mm: Sequence[float] = NOISES_MM,
     given: dict[str, np.ndarray] | None = None,
     take: Float[np.ndarray, "t k"] | None = None,
+    takes: Takes | None = None,
     seed: int = 0,
 ) -> Comparison:
-    """Every layout under every noise. `given` are layouts by vertex of the rig, `take` weights of the used blendshapes.
+    """Every layout under every noise. `given` are layouts by vertex of the rig, `take` weights of the used blendshapes,
+    `takes` the same or meshes as a thin shell is held against them.
 
     Raises:
         InfeasibleError: no skin is seen well enough, or a budget is larger than the number of candidates.
@@ -111,6 +120,7 @@ def compare(
     sites = every_site(face)
     for budget in track(sorted(budgets), "Designing for every budget"):
         layouts += ours(face, settings, sites, budget, noises_mm=noises_mm, seed=seed)
+        layouts += for_take(face, settings, budget, takes) if takes else []
     for name, budget in track(tuple(product(BASELINES, sorted(budgets))), "Laying out the baselines"):
         layouts.append((name, choose_baseline(name, among, budget, seed)))
 
@@ -123,7 +133,9 @@ def compare(
             )
             for name, truth in performances.items()
         }
-        rows.append(Row(method, tuple(vertices.tolist()), worth.rank, worth.condition, worth.error_mm, blind, scores))
+        lost = round(takes.error(vertices), 5) if takes else None
+        at = tuple(vertices.tolist())
+        rows.append(Row(method, at, worth.rank, worth.condition, worth.error_mm, blind, scores, lost))
     return Comparison(
         rig=face.rig.name,
         blendshapes=k,
@@ -137,6 +149,7 @@ def compare(
         frames={name: len(truth) for name, truth in performances.items()},
         rows=tuple(rows),
         left_out=tuple(left_out),
+        take_frames=takes.frames if takes else 0,
     )
 
 
@@ -195,6 +208,15 @@ def ours(
         return [*layouts, (WORN, error_driven(face, settings, budget))]
     except InfeasibleError:
         return layouts
+
+
+def for_take(face: Face, settings: LayoutSettings, budget: int, takes: Takes) -> list[Named]:
+    """The layout of a budget that loses least of a take; none where pairs and spacing have no room for so many."""
+    try:
+        task = task_of(face, replace(settings, method="motion", number=budget))
+        return [(FOR_TAKE, task.sites.members(sites_for(task, takes)))]
+    except InfeasibleError:
+        return []
 
 
 def error_driven(face: Face, settings: LayoutSettings, budget: int) -> Int[np.ndarray, " m"]:

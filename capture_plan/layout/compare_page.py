@@ -5,6 +5,8 @@ from collections.abc import Callable, Sequence
 from capture_plan.layout.baselines import BASELINES
 from capture_plan.layout.compare import MIXES, PLACED, SINGLES, TAKE, Comparison, Row, least_predicted
 
+LOST = "lost"
+
 
 def comparison_text(found: Comparison) -> str:
     """The whole page. Stars mark the lowest number of each column among layouts of as many landmarks."""
@@ -16,10 +18,21 @@ def comparison_text(found: Comparison) -> str:
         + (f"; take: {found.frames[TAKE]:,} recorded frames" if TAKE in found.frames else ""),
         f"predicted, unbounded (weights of any size), largest, weights, single, take and worst (largest error of its "
         f"weight) at {at_noise(found):g} mm",
+        *lost_head(found),
         "",
     ]
     left_out = [f"left out: {why}" for why in found.left_out]
     return "\n".join([*head, *table(found), "", *verdicts(found), *left_out])
+
+
+def lost_head(found: Comparison) -> list[str]:
+    """What the last column is, where there is a take."""
+    if not found.take_frames:
+        return []
+    return [
+        f"lost: millimetres (root mean square) that a thin shell bent by the layout misses of the take's "
+        f"{found.take_frames:,} frames"
+    ]
 
 
 def at_noise(found: Comparison) -> float:
@@ -42,7 +55,14 @@ def columns(found: Comparison) -> dict[str, Callable[[Row], float]]:
         "weights": lambda row: row.scores[MIXES][n].weight_mae,
         SINGLES.split()[0]: rmse(SINGLES, n),
     }
-    return numbers | ({TAKE: rmse(TAKE, n)} if TAKE in found.frames else {})
+    numbers |= {TAKE: rmse(TAKE, n)} if TAKE in found.frames else {}
+    return numbers | ({LOST: lost_of} if found.take_frames else {})
+
+
+def lost_of(row: Row) -> float:
+    """What a row loses of the take, millimetres."""
+    assert row.lost_mm is not None, "there is a take"
+    return row.lost_mm
 
 
 def table(found: Comparison) -> list[str]:
@@ -85,12 +105,24 @@ def verdicts(found: Comparison) -> list[str]:
     lines += [
         line for n, budget in enumerate(found.budgets) for line in from_the_best(found, budget, found.least_mm[n])
     ]
+    lines += [line for budget in found.budgets for line in least_lost(found, budget)]
     known = [row for row in found.rows if not is_ours(row) and row.method not in BASELINES]
     return [
         *lines,
         *(line for row in known if row.method.endswith(PLACED) for line in fewest(found, row)),
         *(f"{row.method} is blind at epsilon {found.epsilon:g}: {', '.join(row.blind)}" for row in known if row.blind),
     ]
+
+
+def least_lost(found: Comparison, budget: int) -> list[str]:
+    """Which layout of a budget loses least of the take, and which of others."""
+    peers = [row for row in found.rows if row.landmarks == budget]
+    if not found.take_frames or not peers:
+        return []
+    best = min(peers, key=lost_of)
+    other = min((row for row in peers if row.method != best.method), key=lost_of, default=None)
+    after = f"; next {other.method}, {lost_of(other):.3f} mm" if other else ""
+    return [f"M = {budget}: {best.method} loses least of the take, {lost_of(best):.3f} mm{after}"]
 
 
 def from_the_best(found: Comparison, budget: int, least_mm: float) -> list[str]:

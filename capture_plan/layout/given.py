@@ -1,7 +1,7 @@
 """What a person brings to a comparison: layouts by vertex number, and a recorded take.
 
 Layouts  {"name": [vertex, ...], ...}   JSON; vertices as numbered in the rig's own file, counted from 0
-Take     recorded weights in any format of `read_sequence`
+Take     recorded weights or meshes of the rig in any format of `read_sequence`
 """
 
 from pathlib import Path
@@ -10,9 +10,9 @@ import msgspec
 import numpy as np
 from jaxtyping import Float
 
-from capture_plan.errors import PlanError, RigError
+from capture_plan.errors import PlanError
 from capture_plan.rig import Rig
-from capture_plan.rig.sequence import read_sequence
+from capture_plan.rig.sequence import Sequence
 from capture_plan.rig.sequence.frames import PosedFrames
 
 
@@ -41,13 +41,9 @@ def read_layouts(path: Path, rig: Rig) -> dict[str, np.ndarray]:
     return layouts
 
 
-def take_weights(path: Path, rig: Rig, used: tuple[str, ...]) -> Float[np.ndarray, "t k"]:
-    """Recorded weights of the used blendshapes, held between 0 and 1, which is what the solver allows.
-
-    Raises:
-        RigError: the take is unusable, or holds meshes and no weights.
-    """
-    take = read_sequence(path, rig=rig)
+def take_weights(take: Sequence, rig: Rig, used: tuple[str, ...]) -> Float[np.ndarray, "t k"] | None:
+    """Recorded weights of the used blendshapes, held between 0 and 1, which is what the solver allows; None of a take
+    of meshes."""
     if not isinstance(take.frames, PosedFrames):
-        raise RigError(f"{path.name} holds meshes: give a take of recorded weights (.csv, .json, .npz or .glb)")
+        return None
     return np.clip(take.frames.weights[:, [rig.names.index(name) for name in used]], 0, 1)
