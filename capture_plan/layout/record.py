@@ -116,8 +116,9 @@ class MotionFit(Struct, frozen=True, forbid_unknown_fields=True):
 
     `rmse_mm` is the root mean square distance over all `frames` and the `vertices` of the skin that the take moves;
     `curve_mm` is the same with the first 1, 2, ... landmarks of `Layout.order`. `boundary` vertices of still skin hold
-    the shell, of `stretching` and `bending` stiffness (millimetres). The search saw the take by its `rank` strongest
-    rows, which leave out `tail_mm` of root mean square distance. `missing` blendshapes are not in the take, so that
+    the shell, of `stretching` and `bending` stiffness (millimetres). The search began on the `rank` strongest rows
+    of the take, which leave out `tail_mm` of root mean square distance, and went on to finer ones until what they leave
+    out is less than 1 % of the error. `missing` blendshapes are not in the take, so that
     nothing here speaks of them. `references_mm` is what the take loses by the layouts of `Layout.references`.
     `subjects` are the people, where the takes are of several; `notes` say what was assumed of the takes.
     """
