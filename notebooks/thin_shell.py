@@ -317,5 +317,35 @@ def stored(found):
     return
 
 
+@app.cell(hide_code=True)
+def about_handles():
+    mo.md("""
+    ## Markers as handles
+
+    Drag a marker in any frame: the skin follows as the shell bends, and keeps what the frame has of its own. All other
+    markers hold (section 7.1).
+    """)
+    return
+
+
+@app.cell
+def named_markers(face, found):
+    handles = parts.handles(face, found)
+    return (handles,)
+
+
+@app.cell
+def handle(handles, take):
+    hand = parts.handle_knobs(handles, take)
+    hand
+    return (hand,)
+
+
+@app.cell
+def dragged(hand, handles, take):
+    parts.dragged_head(take, handles, hand)
+    return
+
+
 if __name__ == "__main__":
     app.run()

@@ -21,6 +21,7 @@ from capture_plan.notebooks_support.figures import (
     visibility_view,
 )
 from capture_plan.notebooks_support.frame import chosen_rig, plain, rig_reference, wanted, working
+from capture_plan.notebooks_support.handles import dragged_head, handle_knobs, handles
 from capture_plan.notebooks_support.heads import blendshape_head, layout_head, packing_head, plan_view, visibility_head
 from capture_plan.notebooks_support.knobs import (
     camera_knob,
@@ -76,8 +77,11 @@ __all__ = [
     "cover_knobs",
     "cover_settings",
     "downloads",
+    "dragged_head",
     "expression_knobs",
     "figure_view",
+    "handle_knobs",
+    "handles",
     "incidence_figure",
     "knob_panel",
     "landmark_knobs",
