@@ -25,7 +25,7 @@ from capture_plan.sheets.view import Frame, Picture, View, picture, pixels
 SCALES = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 8.0, 10.0, 20.0)  # head millimetres per page millimetre
 HEADER_MM, FOOTER_MM = 31.0, 34.0
 MARKER_MM = 1.45  # radius on the page
-SQUEEZE, LONGEST_LEADER = 0.78, 0.48  # share of a label's width it can do with; of the page's width
+SQUEEZE, LONGEST_LEADER = 0.78, 0.52  # share of a label's width it can do with; of the page's width
 LONGEST_LABEL_MM, LEAST_ROOM_MM = 26.0, 9.0
 PROBE_DPI = 60  # of the quick picture that tells what is seen and where labels have room
 SEEN_MM = 2.0  # a marker this much behind the surface in front of it is hidden
@@ -183,7 +183,7 @@ def draw_markers(book: Booklet, placed: Placed, looks: dict[str, Look]) -> None:
 def _readable(
     points: Float[np.ndarray, "n 2"], rooms: Float[np.ndarray, "n 3"], labels: Float[np.ndarray, " n"], area: Area
 ) -> bool:
-    """No name has to be cut short, and no leader runs across half the page."""
+    """No name has to be cut short, and no leader runs across much more than half the page."""
     length = np.linalg.norm(points - rooms[:, :2], axis=1)
     return bool((rooms[:, 2] >= SQUEEZE * labels).all() and (length < LONGEST_LEADER * area.width).all())
 
@@ -211,10 +211,10 @@ def _frame(face: Face, view: View, width: Number, height: Number, column: Number
     need_left, need_right = facing[:, 0].min() - 4, facing[:, 0].max() + 4
     start, blank_left, blank_right = (left + right - width) / 2, 0.0, 0.0
     if view.azimuth > 0:  # the profile keeps a column for labels, the back of the head gives way to another
-        start = left - column
+        start = left - max(column, (width - (right - left)) / 2)
         blank_right = column if right + column > start + width else 0.0
     elif view.azimuth < 0:
-        start = right + column - width
+        start = right + max(column, (width - (right - left)) / 2) - width
         blank_left = column if left - column < start else 0.0
     if need_left - start < BESIDE_MM + blank_left or start + width - need_right < BESIDE_MM + blank_right:
         return None
