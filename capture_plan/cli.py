@@ -15,6 +15,7 @@ import typer
 if TYPE_CHECKING:
     from capture_plan.plan.settings import Settings
     from capture_plan.rig import Rig
+    from capture_plan.rig.sequence import Sequence
 
 app = typer.Typer(
     help=(
@@ -373,11 +374,10 @@ def compare(
     from capture_plan.layout.settings import LayoutSettings
     from capture_plan.layout.shell.takes import takes_of
     from capture_plan.rig.audit import audit as audit_rig
-    from capture_plan.rig.sequence import read_sequence
 
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     used = audit_rig(found).used
-    sequence = read_sequence(take, rig=found) if take else None
+    sequence = open_take(take, found, names) if take else None
     made = compare_layouts(
         see_face(found, used),
         LayoutSettings(noise_mm=noise_mm, epsilon=epsilon),
@@ -418,16 +418,15 @@ def motion(
 ) -> None:
     """Evaluate marker layouts on a take of RIG as Le et al. 2013 do: methods, folds, recovery, compression."""
     from capture_plan.errors import RigError
-    from capture_plan.layout.shell.evaluation import evaluate_all
+    from capture_plan.layout.shell.kept import evaluate_all
     from capture_plan.layout.shell.page import motion_text
     from capture_plan.layout.shell.people import made_up, people_of
     from capture_plan.rig.sample.motion import sample_motion
-    from capture_plan.rig.sequence import read_sequence
 
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     if take is None and rig != "sample":
         raise RigError(f"{rig}: name a recorded take of it with --take; only the sample has a made-up one")
-    sequence = read_sequence(take, rig=found) if take else sample_motion()
+    sequence = open_take(take, found, names) if take else sample_motion()
     people = people_of(subject, take) if subject else made_up(found) if rig == "sample" else None
     say([motion_text(evaluate_all(found, sequence, counts=markers or (), people=people))])
 
@@ -456,6 +455,14 @@ def open_rig(path: str, **corrections: Any) -> "Rig":
     if given := [name for name, value in corrections.items() if value is not None]:
         raise RigError(f"the sample is read as it is: leave out --{given[0].replace('_', '-')}")
     return sample_rig()
+
+
+def open_take(path: Path, rig: "Rig", names: str | None) -> "Sequence":
+    """A take of the rig, its weights matched by the person's own names where there are some."""
+    from capture_plan.rig.name_map import read_name_map
+    from capture_plan.rig.sequence import read_sequence
+
+    return read_sequence(path, rig=rig, name_map=read_name_map(names) if names else None)
 
 
 def override(settings: "Settings", landmarks: dict, expressions: dict, places: dict, session: dict) -> "Settings":

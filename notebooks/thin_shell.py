@@ -10,7 +10,7 @@ with app.setup:
     from capture_plan import notebooks_support as parts
     from capture_plan.layout.face import see_face
     from capture_plan.layout.shell import page, paper_claims
-    from capture_plan.layout.shell.evaluation import evaluate_take
+    from capture_plan.layout.shell.kept import kept_evaluation
     from capture_plan.layout.shell.take import face_take
     from capture_plan.rig.audit import audit
 
@@ -65,7 +65,7 @@ def numbers_of_markers(knob):
 @app.cell
 def evaluated(counts, face, people, take):
     with parts.working():
-        found = evaluate_take(take, face, counts, people)
+        found = kept_evaluation(take, face, counts, people)
     return (found,)
 
 

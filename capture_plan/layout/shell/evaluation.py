@@ -1,7 +1,6 @@
 """The whole evaluation of Le et al. 2013 on one take: what is run, and what is kept of it.
 
-found = evaluate_all(rig, sequence, counts=(40, 60), others=people)       -> Evaluation
-print(motion_text(found))                                                 `page.py`
+found = evaluate_take(take, face, (40, 60), people)       -> Evaluation
 """
 
 from collections.abc import Sequence as Several
@@ -12,7 +11,7 @@ from msgspec import Struct
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
-from capture_plan.layout.face import Face, see_face
+from capture_plan.layout.face import Face
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.shell.cross_subject import CrossSubject, cross_subject
 from capture_plan.layout.shell.evaluate import (
@@ -26,7 +25,7 @@ from capture_plan.layout.shell.evaluate import (
 )
 from capture_plan.layout.shell.motion import with_mirror_image
 from capture_plan.layout.shell.skinning import Skinning, skinning
-from capture_plan.layout.shell.take import Take, face_take
+from capture_plan.layout.shell.take import Take
 from capture_plan.layout.shell.validate import (
     Descents,
     Folds,
@@ -37,9 +36,6 @@ from capture_plan.layout.shell.validate import (
     simulation_recovery,
 )
 from capture_plan.progress import track
-from capture_plan.rig import Rig
-from capture_plan.rig.audit import audit
-from capture_plan.rig.sequence import Sequence
 
 COUNTS = (20, 30, 40)
 PAPERS_COUNTS = (40, 60, 80, 100)  # Le et al. 2013, section 5
@@ -119,21 +115,12 @@ def counts_for(take: Take) -> tuple[int, ...]:
     return PAPERS_COUNTS if take.candidates.sum() >= ROOM * max(PAPERS_COUNTS) else COUNTS
 
 
-def evaluate_all(
-    rig: Rig, sequence: Sequence, *, counts: Several[int] = (), people: People | None = None
-) -> Evaluation:
+def evaluate_take(take: Take, face: Face, counts: Several[int], people: People | None = None) -> Evaluation:
     """Every method at every number of markers, and what holds beyond the take.
 
     Raises:
-        RigError: the take is of another mesh, or moves nothing.
         InfeasibleError: less skin moves than markers are asked for.
     """
-    take = face_take(rig, sequence)
-    return evaluate_take(take, see_face(rig, audit(rig).used), counts or counts_for(take), people)
-
-
-def evaluate_take(take: Take, face: Face, counts: Several[int], people: People | None = None) -> Evaluation:
-    """The same of a take that is at hand."""
     counts = tuple(sorted(counts))
     scored = by_method(take, face, counts)
     held = {one.markers: one for one in scored if one.method == OURS}
