@@ -3,7 +3,8 @@
 A generated head of 25,000 vertices, still at the back, 384 frames of soft movements, boundary on, one process. The
 published algorithm needs a new factorisation, or the update of one, for each of its moves; its cost is the number of
 moves that its own run makes times the seconds of one, measured here. On one core a real face of 26,534 vertices took
-24 s and 1.1 GB for 80 markers, 180 times less than that.
+23 s and 1.1 GB for 80 markers, 203 times less than that, and its error was 0.67 of the published algorithm's; on this
+smoother head both come nearer to each other.
 """
 
 import resource
@@ -21,7 +22,7 @@ from capture_plan.layout.shell.sites import Sites
 from tests.solids import sphere
 
 COUNT = 80
-RATIO = 0.70  # of the error of the published algorithm at 80 markers
+RATIO = 0.75  # of the error of the published algorithm at 80 markers
 SECONDS, GREEDY_SECONDS, MEGABYTES, FASTER = 60, 25, 1500, 50
 
 
