@@ -434,6 +434,7 @@ def motion(
 @app.command()
 def notebook(
     rig: RigPath = "sample",
+    take: Annotated[list[str] | None, typer.Option(help="Recorded take of the rig; several allowed.")] = None,
     edit: Annotated[bool, typer.Option("--edit", help="Open it for editing instead of as an app.")] = False,
     headless: Annotated[bool, typer.Option("--headless", help="Start the server without a browser.")] = False,
     port: Annotated[int | None, typer.Option(help="Port of the server.")] = None,
@@ -441,7 +442,7 @@ def notebook(
     """Open the session notebook on RIG: turn a knob, see the plan change."""
     from capture_plan.notebook import open_notebook
 
-    raise typer.Exit(open_notebook(rig, edit=edit, headless=headless, port=port))
+    raise typer.Exit(open_notebook(rig, take or (), edit=edit, headless=headless, port=port))
 
 
 def open_rig(path: str, **corrections: Any) -> "Rig":

@@ -7,11 +7,13 @@ import os
 import runpy
 import shutil
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from capture_plan.errors import RigError
 from capture_plan.plan.record import SAMPLE
-from capture_plan.rig import read_rig
+from capture_plan.rig import read_rig, sample_rig
+from capture_plan.rig.sequence import read_sequence
 
 INSTALLED = Path(__file__).parent / "_notebooks"
 OUTPUT_BYTES = (
@@ -24,19 +26,24 @@ def notebooks_folder() -> Path:
     return INSTALLED if INSTALLED.is_dir() else Path(__file__).parents[1] / "notebooks"
 
 
-def open_notebook(rig: str, *, edit: bool = False, headless: bool = False, port: int | None = None) -> int:
-    """Serve the session notebook on `rig` until it is stopped; marimo prints the address. Returns the exit code.
+def open_notebook(
+    rig: str, takes: Sequence[str] = (), *, edit: bool = False, headless: bool = False, port: int | None = None
+) -> int:
+    """Serve the session notebook on `rig`, with recorded `takes` of it, until it is stopped; marimo prints the address.
+    Returns the exit code.
 
     To be edited, an installed notebook is copied into the current folder first, unless a copy is there.
 
     Raises:
-        RigError: the rig cannot be read; nothing was started.
+        RigError: the rig or a take cannot be read; nothing was started.
     """
-    if rig != SAMPLE:
-        read_rig(rig)
-        rig = str(Path(rig).resolve())
+    read = sample_rig() if rig == SAMPLE else read_rig(rig)
+    for take in takes:
+        read_sequence(take, rig=read)
+    rig = rig if rig == SAMPLE else str(Path(rig).resolve())
     session = notebooks_folder() / "session.py"
     arguments = [*options(headless=headless, port=port), "--", "--rig", rig]
+    arguments += [part for take in takes for part in ("--take", str(Path(take).resolve()))]
     if edit:
         return serve("edit", str(own_copy(session)), *arguments)
     return serve("run", str(session), *arguments)

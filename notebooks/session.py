@@ -105,16 +105,22 @@ def about_landmarks():
 
 
 @app.cell
-def landmark_knobs():
-    landmarks = parts.landmark_knobs()
+def recorded(rig):
+    takes = parts.takes_of_the_session(rig)
+    return (takes,)
+
+
+@app.cell
+def landmark_knobs(takes):
+    landmarks = parts.landmark_knobs(take=takes is not None)
     landmarks
     return (landmarks,)
 
 
 @app.cell
-def designed(face, landmarks):
+def designed(face, landmarks, takes):
     with parts.working():
-        layout = design_layout(face, parts.landmark_settings(landmarks))
+        layout = design_layout(face, parts.landmark_settings(landmarks), takes=takes)
     return (layout,)
 
 
@@ -175,7 +181,7 @@ def about_the_head():
 
 @app.cell
 def planned(cameras, expressions, landmarks, layout, packing, report, rig):
-    settings = parts.session_settings(landmarks, expressions, cameras)
+    settings = parts.session_settings(landmarks, expressions, cameras, sequences=parts.given_takes())
     plan = assemble_plan(rig, settings, report, layout, packing, reference=parts.rig_reference(rig))
     return (plan,)
 

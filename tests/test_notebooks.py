@@ -15,6 +15,7 @@ from capture_plan import notebooks_support as parts
 from capture_plan.errors import RigError
 from capture_plan.expressions import PackingSettings
 from capture_plan.layout.settings import LayoutSettings
+from capture_plan.layout.shell.takes import takes_of
 from capture_plan.notebook import notebooks_folder, open_notebook
 from capture_plan.plan.files import plan_bytes
 from capture_plan.plan.make import make_plan
@@ -22,6 +23,7 @@ from capture_plan.plan.record import Plan
 from capture_plan.plan.settings import Settings
 from capture_plan.progress import track
 from capture_plan.rig import sample_rig
+from capture_plan.rig.sample.motion import sample_motion
 
 NOTEBOOKS = sorted(notebooks_folder().glob("*.py"))
 NAMES = [
@@ -167,6 +169,20 @@ def test_a_wrong_rig_is_refused_before_a_server_starts(tmp_path, monkeypatch):
     monkeypatch.setattr(notebook, "serve", lambda *_: pytest.fail("a server was started"))
     with pytest.raises(RigError, match="does not exist"):
         open_notebook(str(tmp_path / "nothing.glb"))
+
+
+def test_a_wrong_take_is_refused_before_a_server_starts(tmp_path, monkeypatch):
+    monkeypatch.setattr(notebook, "serve", lambda *_: pytest.fail("a server was started"))
+    with pytest.raises(RigError, match=r"nothing\.npz"):
+        open_notebook("sample", [str(tmp_path / "nothing.npz")])
+
+
+def test_a_session_with_a_take_says_what_every_layout_loses_of_it_and_offers_its_own():
+    rig = sample_rig()
+    layout = run("session", takes=takes_of(rig, [sample_motion(frames=30)]), pages={})["layout"]
+    assert f"{layout.motion.rmse_mm:.2f} mm" in parts.layout_view(layout).text
+    assert "Motion: the take's best for so many" in parts.landmark_knobs(take=True).elements["method"].options
+    assert "Motion: the take's best for so many" not in parts.landmark_knobs().elements["method"].options
 
 
 def test_a_plan_of_a_notebook_reads_back(short_plan):

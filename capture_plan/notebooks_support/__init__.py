@@ -20,7 +20,15 @@ from capture_plan.notebooks_support.figures import (
     packing_view,
     visibility_view,
 )
-from capture_plan.notebooks_support.frame import chosen_rig, plain, rig_reference, wanted, working
+from capture_plan.notebooks_support.frame import (
+    chosen_rig,
+    given_takes,
+    plain,
+    rig_reference,
+    takes_of_the_session,
+    wanted,
+    working,
+)
 from capture_plan.notebooks_support.handles import dragged_head, handle_knobs, handles
 from capture_plan.notebooks_support.heads import blendshape_head, layout_head, packing_head, plan_view, visibility_head
 from capture_plan.notebooks_support.knobs import (
@@ -80,6 +88,7 @@ __all__ = [
     "dragged_head",
     "expression_knobs",
     "figure_view",
+    "given_takes",
     "handle_knobs",
     "handles",
     "incidence_figure",
@@ -114,6 +123,7 @@ __all__ = [
     "sheet_download",
     "sheet_pages",
     "skinning_table",
+    "takes_of_the_session",
     "views_table",
     "visibility_head",
     "visibility_view",

@@ -10,7 +10,7 @@ from capture_plan.layout.face import Face
 from capture_plan.layout.record import Layout
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.plan.summary import proof_words
-from capture_plan.report.contents import KINDS, compare_row, marker_rows
+from capture_plan.report.contents import KINDS, compare_row, marker_rows, take_tile
 from capture_plan.report.words import count, millimetres, percent
 from capture_plan.rig.audit import Audit
 from capture_plan.rig.audit_page import verdict
@@ -85,6 +85,10 @@ def layout_view(layout: Layout) -> mo.Html:
                     "Uncovered",
                     str(len(layout.uncovered)),
                     ", ".join(layout.uncovered) or "every blendshape has a landmark",
+                ),
+                *(
+                    (one.name, f"{one.figure} {one.unit}", one.note)
+                    for one in (take_tile(layout.motion) if layout.motion else ())
                 ),
             ),
             show_table(

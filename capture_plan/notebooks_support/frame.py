@@ -9,9 +9,11 @@ from typing import Any
 import marimo as mo
 
 from capture_plan.errors import CapturePlanError
+from capture_plan.layout.shell.takes import Takes, takes_of
 from capture_plan.plan.record import SAMPLE, RigReference
 from capture_plan.progress import Reporter, show_progress
 from capture_plan.rig import Rig, read_rig, sample_rig
+from capture_plan.rig.sequence import read_sequence
 
 
 def chosen_rig() -> Rig:
@@ -31,6 +33,18 @@ def rig_reference(rig: Rig) -> RigReference:
     path = _rig_path()
     place = SAMPLE if path == SAMPLE else Path(path).resolve().as_posix()
     return RigReference(rig.name, place, rig.fingerprint, len(rig.neutral))
+
+
+def given_takes() -> tuple[str, ...]:
+    """Full paths of the takes given as `-- --take PATH`, several allowed."""
+    return tuple(Path(str(path)).resolve().as_posix() for path in mo.cli_args().get_all("take"))
+
+
+def takes_of_the_session(rig: Rig) -> Takes | None:
+    """The given takes of the rig together; None where none is given."""
+    with working():
+        sequences = [read_sequence(path, rig=rig) for path in given_takes()]
+        return takes_of(rig, sequences) if sequences else None
 
 
 def plain(name: str) -> str:

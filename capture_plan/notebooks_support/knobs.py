@@ -11,15 +11,16 @@ import marimo as mo
 import msgspec
 
 from capture_plan.expressions import PackingSettings
-from capture_plan.layout.settings import LayoutSettings
+from capture_plan.layout.settings import ORDERED, LayoutSettings
 from capture_plan.plan.settings import Settings
 
 Number = float | int
 NO_LIMIT, ALL_SIDES = "No limit", "Not known: seen from all sides"
 
 
-def landmark_knobs() -> Any:
-    """What a person can decide about landmarks; `value` holds fields of `LayoutSettings`."""
+def landmark_knobs(*, take: bool = False) -> Any:
+    """What a person can decide about landmarks, with a `take` by its motion too; `value` holds fields of
+    `LayoutSettings`."""
     start = LayoutSettings()
     return knob_group(
         method=(
@@ -29,6 +30,7 @@ def landmark_knobs() -> Any:
                     "adaptive": "Adaptive: several per blendshape",
                     "cover": "Cover: one per blendshape",
                     "budget": "Budget: least error for so many",
+                    **({"motion": "Motion: the take's best for so many"} if take else {}),
                 },
                 start.method,
                 "Method",
@@ -65,7 +67,7 @@ def landmark_knobs() -> Any:
         ),
         budget=(
             slider(6, 100, 2, 34, "Budget"),
-            "Landmarks that there may be, where the method is a budget.",
+            "Landmarks that there may be, where the method is a budget or a motion.",
         ),
         pins=(
             mo.ui.text("", placeholder="1225, 2081", label="Pinned vertices", debounce=True, full_width=True),
@@ -177,7 +179,7 @@ def paper_knob() -> Any:
 def landmark_settings(knobs: Any) -> LayoutSettings:
     """What the landmark knobs say."""
     pins = [int(number) for number in re.findall(r"\d+", knobs.value["pins"].replace(".", ""))]
-    budget = knobs.value["budget"] if knobs.value["method"] == "budget" else None
+    budget = knobs.value["budget"] if knobs.value["method"] in ORDERED else None
     return msgspec.convert(knobs.value | {"pins": pins, "budget": budget}, LayoutSettings)
 
 
@@ -186,10 +188,13 @@ def packing_settings(knobs: Any) -> PackingSettings:
     return msgspec.convert(knobs.value, PackingSettings)
 
 
-def session_settings(landmarks: Any, expressions: Any, cameras: Any) -> Settings:
-    """What all knobs of a session say."""
+def session_settings(landmarks: Any, expressions: Any, cameras: Any, *, sequences: tuple[str, ...] = ()) -> Settings:
+    """What all knobs of a session say, and its takes."""
     return Settings(
-        landmarks=landmark_settings(landmarks), expressions=packing_settings(expressions), cameras=cameras.value
+        landmarks=landmark_settings(landmarks),
+        expressions=packing_settings(expressions),
+        cameras=cameras.value,
+        sequences=sequences,
     )
 
 
