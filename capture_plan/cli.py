@@ -211,7 +211,7 @@ def markers(
     sequence = read_sequence(take, unit_mm=unit_mm, up=up, facing=facing)
     marked = skin_of_scan(skin, sequence) if skin else None
     layout, rig = layout_from_take(sequence, settings, triangles=faces, skin=marked)
-    say([*sequence.notes, *take_summary(layout, rig)])
+    say(list(take_summary(layout, rig)))
     mine = on_scan(layout, sequence)
     written = [write_layout(mine, output / "layout.json")]
     written.append(write_landmarks(mine, output / "landmarks.csv", moved_by="frames"))
