@@ -22,6 +22,7 @@ from capture_plan.plan.make import make_plan
 from capture_plan.plan.record import Plan
 from capture_plan.plan.settings import Settings
 from capture_plan.progress import track
+from capture_plan.report.words import millimetres
 from capture_plan.rig import sample_rig
 from capture_plan.rig.sample.motion import sample_motion
 
@@ -180,7 +181,9 @@ def test_a_wrong_take_is_refused_before_a_server_starts(tmp_path, monkeypatch):
 def test_a_session_with_a_take_says_what_every_layout_loses_of_it_and_offers_its_own():
     rig = sample_rig()
     layout = run("session", takes=takes_of(rig, [sample_motion(frames=30)]), pages={})["layout"]
-    assert f"{layout.motion.rmse_mm:.2f} mm" in parts.layout_view(layout).text
+    page = parts.layout_view(layout).text
+    assert f"{layout.motion.rmse_mm:.2f} mm" in page
+    assert all(millimetres(mm) in page for mm in (layout.motion.rmse_mm, *layout.motion.references_mm.values()))
     assert "Motion: the take's best for so many" in parts.landmark_knobs(take=True).elements["method"].options
     assert "Motion: the take's best for so many" not in parts.landmark_knobs().elements["method"].options
 

@@ -71,6 +71,8 @@ def layout_view(layout: Layout) -> mo.Html:
     rows = [("This layout", worth), *layout.references.items()]
     most = max(other.error_mm for _, other in rows) or 1.0
     compared = [compare_row(name, other, other is worth, other.error_mm / most) for name, other in rows]
+    fit = layout.motion
+    lost = {"This layout": fit.rmse_mm} | fit.references_mm if fit else {}
     return mo.vstack(
         [
             show_tiles(
@@ -86,10 +88,7 @@ def layout_view(layout: Layout) -> mo.Html:
                     str(len(layout.uncovered)),
                     ", ".join(layout.uncovered) or "every blendshape has a landmark",
                 ),
-                *(
-                    (one.name, f"{one.figure} {one.unit}", one.note)
-                    for one in (take_tile(layout.motion) if layout.motion else ())
-                ),
+                *((one.name, f"{one.figure} {one.unit}", one.note) for one in (take_tile(fit) if fit else ())),
             ),
             show_table(
                 [
@@ -99,10 +98,11 @@ def layout_view(layout: Layout) -> mo.Html:
                         "Told apart": row["rank"],
                         "Condition number": row["condition"],
                         "Predicted error": row["error"],
+                        **({"Lost of the take": millimetres(lost[row["name"]])} if lost else {}),
                     }
                     for row in compared
                 ],
-                numbers=("Landmarks", "Told apart", "Condition number", "Predicted error"),
+                numbers=("Landmarks", "Told apart", "Condition number", "Predicted error", "Lost of the take"),
                 strong=0,
             ),
         ],
