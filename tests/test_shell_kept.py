@@ -1,7 +1,9 @@
 """An evaluation is found again, and only for the very same question."""
 
 import os
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from capture_plan.cache import cache_dir
@@ -10,6 +12,7 @@ from capture_plan.layout.shell.kept import kept_evaluation
 from capture_plan.layout.shell.take import face_take
 from capture_plan.rig import sample_rig
 from capture_plan.rig.sample.motion import sample_motion
+from capture_plan.rig.sequence.frames import PosedFrames
 
 SHELF = "evaluations"
 
@@ -41,3 +44,16 @@ def test_another_take_or_number_is_another_question(asked):
     other = face_take(take.rig, sample_motion(seed=1, frames=30))
     assert kept_evaluation(take, face, (7,)).counts == (7,)
     assert kept_evaluation(other, face, (6,)).rest_mm != first.rest_mm
+
+
+def test_the_same_frames_in_another_order_are_another_question(asked):
+    """Their rows are the same to the last digit, but not the parts that one is rebuilt from the others."""
+    take, face = asked
+    exact = np.round(64 * take.sequence.frames.weights) / 64
+    takes = [
+        face_take(take.rig, replace(take.sequence, frames=PosedFrames(take.rig, weights)))
+        for weights in (exact, exact[np.random.default_rng(0).permutation(len(exact))])
+    ]
+    assert np.array_equal(takes[0].motion.rows, takes[1].motion.rows)
+    first, other = (kept_evaluation(one, face, (6,)) for one in takes)
+    assert first.folds != other.folds

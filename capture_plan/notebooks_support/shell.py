@@ -13,7 +13,7 @@ from capture_plan.layout.shell.evaluation import COUNTS, PAPERS_COUNTS, Evaluati
 from capture_plan.layout.shell.people import made_up, people_of
 from capture_plan.layout.shell.take import Take
 from capture_plan.notebooks_support.figures import show_table
-from capture_plan.notebooks_support.frame import is_sample, plain, working
+from capture_plan.notebooks_support.frame import given_takes, is_sample, plain, working
 from capture_plan.report.words import millimetres
 from capture_plan.rig import Rig
 from capture_plan.rig.sample.motion import made_up_take
@@ -28,18 +28,17 @@ MAPPED = {
 
 
 def chosen_take(rig: Rig) -> Sequence:
-    """The take given as `-- --take PATH`, else one that is made up."""
-    path = mo.cli_args().get("take")
+    """The first take given as `-- --take PATH`, else one that is made up."""
     with working():
-        return read_sequence(str(path), rig=rig) if path else made_up_take(rig)
+        return read_sequence(given_takes()[0], rig=rig) if given_takes() else made_up_take(rig)
 
 
 def other_people(rig: Rig) -> People | None:
     """The people given as `-- --subject PATH`, several allowed, who perform the take; made-up ones for the sample."""
-    rigs, take = [str(path) for path in mo.cli_args().get_all("subject")], mo.cli_args().get("take")
+    rigs = [str(path) for path in mo.cli_args().get_all("subject")]
     with working():
         if rigs:
-            return people_of(rigs, Path(str(take)) if take else None)
+            return people_of(rigs, next((Path(path) for path in given_takes()), None))
         return made_up(rig) if is_sample() else None
 
 

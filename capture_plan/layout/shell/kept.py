@@ -51,7 +51,8 @@ def kept_evaluation(take: Take, face: Face, counts: Several[int], people: People
 
 
 def everything_of(take: Take) -> list[str | np.ndarray]:
-    """What an evaluation depends on of one take."""
-    names = [take.rig.name, take.rig.fingerprint, take.sequence.name, str(len(take.sequence)), *take.sequence.notes]
-    shell, motion = take.shell, take.motion
-    return [*names, take.rig.skin, take.at, take.candidates, shell.fixed, motion.rows, motion.weights]
+    """What an evaluation depends on of one take: the shell, and the frames in their order, which rows do not tell."""
+    names = [take.rig.name, take.rig.fingerprint, take.sequence.name, *take.sequence.notes]
+    frames = [part for one in take.recordings for part in (one.weights, one.shapes, np.array(one.share))]
+    shell = [take.at, take.shell.vertices, take.shell.fixed, take.candidates, take.motion.weights]
+    return [*names, take.rig.skin, *frames, *shell]
