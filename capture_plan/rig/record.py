@@ -24,7 +24,8 @@ class Rig:
     Arrays are read-only. `parts[v]` indexes `part_names`; `source_index[v]` is the vertex number in the artist's file,
     counted from 0. One unit of that file is `unit_mm` long; `up` and `facing` are its signed axes ("+y", "-z"); how
     each of the three was found stands beside it, and `note` says in a sentence what a person should know about it.
-    `meanings` is what the user's own name map says of blendshapes: (name, standard name).
+    `meanings` is what the user's own name map says of blendshapes: (name, standard name). `turn` is the rotation from
+    the file's axes to the rig's, row by row: its rows are the subject's left, up and facing in the file.
     """
 
     name: str
@@ -44,6 +45,7 @@ class Rig:
     facing_found: Found = "given"
     note: str = ""
     meanings: tuple[tuple[str, str], ...] = ()
+    turn: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
     def __post_init__(self) -> None:
         v = len(self.neutral)
@@ -80,6 +82,10 @@ class Rig:
     def displacement(self) -> Float[np.ndarray, "k v"]:
         """Length of every delta, millimetres."""
         return np.linalg.norm(self.deltas, axis=2)
+
+    def in_file(self, points: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 3"]:
+        """Points of the rig's frame, millimetres, in the coordinates and the unit of the artist's file."""
+        return points @ np.reshape(self.turn, (3, 3)) / self.unit_mm
 
     def pose(self, weights: Float[np.ndarray, " k"]) -> Float[np.ndarray, "v 3"]:
         """v0 + sum_k w_k d_k, millimetres."""
