@@ -59,7 +59,11 @@ def read_rig(
     """
     check_given(unit_mm, up, facing)
     path = Path(path)
-    rig = remembered(lambda: _read(path, unit_mm, up, facing, skin), path, (unit_mm, up, facing, skin))
+    rig = remembered(
+        lambda: rig_from_raw(read_raw(path), unit_mm=unit_mm, up=up, facing=facing, skin=skin),
+        path,
+        (unit_mm, up, facing, skin),
+    )
     return replace(rig, meanings=own_names(names, rig)) if names else rig
 
 
@@ -74,8 +78,16 @@ def own_names(path: str, rig: Rig) -> tuple[tuple[str, str], ...]:
     return known
 
 
-def _read(path: Path, unit_mm: float | None, up: str | None, facing: str | None, skin: str | None) -> Rig:
-    raw = straightened(crop_to_head(read_raw(path)))
+def rig_from_raw(
+    raw: RawRig,
+    *,
+    unit_mm: float | None = None,
+    up: str | None = None,
+    facing: str | None = None,
+    skin: str | None = None,
+) -> Rig:
+    """The rig of what a reader gave, in millimetres, +y up, facing +z; what is given here is not searched for."""
+    raw = straightened(crop_to_head(raw))
     frame = find_frame(raw, unit_mm=unit_mm, up=up, facing=facing)
     R = frame.unit_mm * axes_matrix(frame.up, frame.facing)
     neutral, deltas = raw.neutral @ R.T, (raw.deltas @ R.T).astype(np.float32)
