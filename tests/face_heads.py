@@ -15,9 +15,8 @@ import numpy as np
 from capture_plan.mesh import border_edges, vertex_normals
 from capture_plan.rig import sample_rig
 
-MOUTH = np.array(
-    [0.0, 668.3, 146.6]
-)  # on the midline, between the lowest of the upper and the highest of the lower lip
+# on the midline, between the lowest vertex of the upper and the highest of the lower lip
+MOUTH = np.array([0.0, 668.2, 146.6])
 NECK = 610.0  # height below which the sample is neck alone
 SOLES = -860.0  # of a person of 1.7 m whose crown is the sample's
 AROUND = 44  # points of a ring, as many as the sample's neck ends in
