@@ -15,6 +15,7 @@ from jaxtyping import Bool, Int
 
 from capture_plan.errors import RigError
 from capture_plan.rig.crop import crop_to_head
+from capture_plan.rig.formats.belongs import what_belongs
 from capture_plan.rig.formats.csv_folder import read_csv_folder
 from capture_plan.rig.formats.fbx import read_fbx
 from capture_plan.rig.formats.gltf import read_gltf
@@ -113,8 +114,8 @@ def read_raw(path: Path) -> RawRig:
         with np.errstate(all="ignore"):  # what becomes infinite is refused when the rig is whole
             if path.suffix.lower() == ".zip" and not path.is_dir():
                 with open_zip(path) as root:
-                    return read_source(find_rig(root, is_rig))
-            return read_source(path)
+                    return what_belongs(read_source(find_rig(root, is_rig)))
+            return what_belongs(read_source(path))
     except OSError as error:
         raise RigError(
             f"{path.name} cannot be read ({error.strerror or error}): check the file and its permissions"
