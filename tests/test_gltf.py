@@ -317,6 +317,24 @@ def test_names_that_do_not_fit_are_not_dropped_in_silence(tmp_path, names):
     assert f"face has {len(names)} name" in note
 
 
+def test_names_given_once_for_each_primitive_are_the_same_names(tmp_path):
+    writer = Writer()
+    deltas = (LIFT, 2 * LIFT)
+    writer.mesh([primitive(writer, deltas=deltas), primitive(writer, SQUARE + 5, deltas=deltas)], ["a", "b"] * 2)
+    rig, note = told(tmp_path, writer)
+    assert (rig.names, note) == (("a", "b"), "")
+
+
+@pytest.mark.parametrize("names", [("a", "b"), ("accessor_1", "accessor_2"), ("a", "a")])
+def test_data_may_be_called_after_the_blendshape(tmp_path, names):
+    writer = Writer()
+    p = primitive(writer, deltas=(LIFT, 2 * LIFT))
+    for target, name in zip(p["targets"], names, strict=True):
+        writer.document["accessors"][target["POSITION"]]["name"] = name
+    writer.mesh([p])
+    assert told(tmp_path, writer)[0].names == (names if names == ("a", "b") else ("target_0", "target_1"))
+
+
 def test_what_a_primitive_lacks_in_targets_stands_still(tmp_path):
     writer = Writer()
     second = primitive(writer, SQUARE + 5, deltas=(5 * LIFT,))

@@ -10,7 +10,9 @@ Letters: v vertices, f triangles, k blendshapes. Sections are those of the glTF 
 """
 
 import json
+import re
 import struct
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -35,6 +37,7 @@ from capture_plan.rig.formats.source import Source
 from capture_plan.rig.formats.weld import weld_seams
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
+TECHNICAL = re.compile(r"accessor|buffer|position|mesh|target", re.IGNORECASE)  # what programs call data
 MOST_CORNERS = 48_000_000
 DAMAGE = (
     *(KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError, ArithmeticError),
@@ -121,7 +124,7 @@ def target_names(
     """
     title = {gltf.entry("nodes", index)["mesh"]: name for index, name in reversed(shown.items())}
     said: list[str] = []
-    found = {index: own_names(*mesh_of(gltf, index), name, said) for index, name in title.items()}
+    found = {index: own_names(gltf, *mesh_of(gltf, index), name, said) for index, name in title.items()}
     several = len({k for names, k in found.values() if names is None and k}) > 1
     named = {}
     for index, (names, k) in found.items():
@@ -140,24 +143,42 @@ def target_count(primitives: list[dict[str, Any]]) -> int:
 
 
 def own_names(
-    mesh: dict[str, Any], primitives: list[dict[str, Any]], title: str, said: list[str]
+    gltf: Gltf, mesh: dict[str, Any], primitives: list[dict[str, Any]], title: str, said: list[str]
 ) -> tuple[tuple[str, ...] | None, int]:
-    """Names of a mesh's morph targets, which exporters put in `extras`, and how many there are; notes go to `said`."""
+    """Names of a mesh's morph targets, None where the file has none, and how many there are; notes go to `said`."""
     k, problem = target_count(primitives), ""
     counts = sorted({len(primitive.get("targets") or []) for primitive in primitives} - {0})
     if len(counts) > 1:
         told = " and ".join(map(str, counts[:LISTED]))
         said.append(f"parts of {printable(title)} have {told} blendshapes: what a part lacks does not move it")
-    for owner in (mesh, *primitives) if k else ():
-        names = (owner.get("extras") or {}).get("targetNames")
-        if isinstance(names, list) and names:
-            fits, told = fitting([printable(name) for name in names], k, printable(title))
-            if fits is not None:
-                said.append(told)
-                return fits, k
-            problem = problem or told
+    for names in given_lists(gltf, mesh, primitives, k) if k else ():
+        fits, told = fitting(names, k, printable(title))
+        if fits is not None:
+            said.append(told)
+            return fits, k
+        problem = problem or told
     said.append(problem)
     return None, k
+
+
+def given_lists(gltf: Gltf, mesh: dict[str, Any], primitives: list[dict[str, Any]], k: int) -> Iterator[list[str]]:
+    """Lists of names that a file may hold for the k morph targets of a mesh, the likeliest to be right first.
+
+    Exporters put them into `extras` of the mesh or a primitive, some once for each primitive; others call the targets
+    themselves or their data so.
+    """
+    for owner in (mesh, *primitives):
+        names = (owner.get("extras") or {}).get("targetNames")
+        if isinstance(names, list) and names:
+            found = [printable(name) for name in names]
+            repeated = len(found) > k and found == found[:k] * (len(found) // k)
+            yield found[:k] if repeated else found
+    for targets in (primitive.get("targets") or [] for primitive in primitives):
+        own = [(target.get("extras") or target.get("extra") or {}).get("name") for target in targets]
+        data = [gltf.entry("accessors", t["POSITION"]).get("name") if "POSITION" in t else None for t in targets]
+        for names in (own, data):
+            if len(names) == k == len(set(names)) and all(names) and not any(map(TECHNICAL.search, map(str, names))):
+                yield [printable(name) for name in names]
 
 
 def default_weights(gltf: Gltf, shown: dict[int, str], named: dict[int, tuple[str, ...]]) -> str:
