@@ -44,6 +44,11 @@ class WeightMapping:
     left_out: tuple[tuple[str, str], ...]
     idle: tuple[str, ...]
 
+    @property
+    def columns(self) -> frozenset[str]:
+        """The columns that drive something."""
+        return frozenset(one.column for one in self.drives if one.share)
+
     def text(self) -> str:
         """The mapping as lines to read."""
         wide = max((len(one.column) for one in self.drives), default=0)
@@ -69,7 +74,8 @@ def map_weights(
 ) -> WeightMapping:
     """Which of `columns` drives which of the blendshapes `names`; `skipped` were left out by the reader already.
 
-    `scale` is what one unit of the columns is worth (0.01 where they are per cent). RigError when nothing fits.
+    `scale` is what one unit of the columns is worth (0.01 where they are per cent), but for OpenFace's intensities.
+    RigError when nothing fits.
     """
     offers = _offers(columns, names, mine)
     best: dict[str, int] = {}
@@ -81,7 +87,7 @@ def map_weights(
         if rank > best[blendshape] or (rank > 0 and share == 1 and first != column):
             beaten[column] = f"{blendshape} is driven by another column already"
             continue
-        worth = scale / INTENSITY_FULL if INTENSITY.fullmatch(column) else scale
+        worth = 1 / INTENSITY_FULL if INTENSITY.fullmatch(column) else scale
         drives.append(Drive(column, blendshape, share * worth, HOW[rank]))
     driving, driven = {drive.column for drive in drives}, {drive.blendshape for drive in drives}
     if not drives:
