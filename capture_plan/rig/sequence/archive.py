@@ -60,7 +60,8 @@ def read_array(path: Path) -> MeshTake:
         frames = frames.reshape(len(frames), -1, 3)
     if not is_frames(frames):
         raise RigError(f"holds an array {frames.shape} of {frames.dtype}, expected frames (t, v, 3): save meshes")
-    return mesh_take(frames)
+    kept, notes = kept_frames(frames)
+    return MeshTake(kept, None, None, notes=notes)
 
 
 def check_size(count: int) -> None:
@@ -85,12 +86,14 @@ def stored(arrays: Mapping[str, np.ndarray]) -> MeshTake:
         raise RigError(f"has 'faces' of the shape {faces.shape}, expected (f, 3) of integers: split polygons")
     if faces is not None and faces.size and not 0 <= faces.min() <= faces.max() < frames.shape[1]:
         raise RigError(f"has a face that uses vertex {faces.max():,} of {frames.shape[1]:,}: count from 0")
-    return mesh_take(
-        frames,
+    kept, notes = kept_frames(frames)
+    return MeshTake(
+        kept,
         triangles=None if faces is None else faces.astype(np.int32),
         neutral=None if neutral is None else neutral.astype(np.float64),
         fps=rate_of(arrays),
         unit_mm=UNITS_MM.get(str(arrays.get("units", "")).strip("[]'\" ").partition(" ")[0].lower()),
+        notes=notes,
     )
 
 
@@ -106,18 +109,14 @@ def is_frames(array: np.ndarray) -> bool:
     return array.ndim == 3 and array.shape[2] == 3 and array.shape[0] > 0 and array.dtype.kind == "f"
 
 
-def mesh_take(frames: Float[np.ndarray, "t v 3"], **told: object) -> MeshTake:
+def kept_frames(frames: Float[np.ndarray, "t v 3"]) -> tuple[StoredFrames, tuple[str, ...]]:
     """Frames with a face, and a note on those without. RigError where none has one."""
-    kept = with_face(frames)
-    if not kept.any():
+    lost = ~with_face(frames)
+    if lost.all():
         raise RigError("has no frame of finite vertices: save it again")
-    lost = ~kept
     if not lost.any():
-        return MeshTake(StoredFrames(frames), told.pop("triangles", None), told.pop("neutral", None), **told)
-    notes = (f"{some_of(lost, 'frames')} {have(lost)} no face and {were(lost)} left out",)
-    return MeshTake(
-        StoredFrames(frames[kept]), told.pop("triangles", None), told.pop("neutral", None), notes=notes, **told
-    )
+        return StoredFrames(frames), ()
+    return StoredFrames(frames[~lost]), (f"{some_of(lost, 'frames')} {have(lost)} no face and {were(lost)} left out",)
 
 
 def with_face(frames: Float[np.ndarray, "t v 3"]) -> Bool[np.ndarray, " t"]:

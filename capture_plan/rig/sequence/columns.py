@@ -4,6 +4,7 @@ Names are compared in small letters without separators: timestamp_ms, timestampM
 """
 
 import re
+from functools import lru_cache
 
 CODE = re.compile("timecode|tc|smpte|smptetimecode")
 TIME = re.compile(
@@ -25,19 +26,23 @@ KINDS = {
     "other": OTHER,
 }
 SECONDS = {"s": 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9}  # by the first letter of a unit's name
+MANY = 4096  # names remembered: every frame of a JSON file repeats them
 PLACES = re.compile(r"(gaze|eye_lmk|pose|p)_|[xyzXYZ]_\d")  # OpenFace's directions, landmarks and head
 
 
+@lru_cache(MANY)
 def plain(name: str) -> str:
     """A name in small letters, without separators."""
     return re.sub(r"[^a-z0-9]", "", name.lower())
 
 
+@lru_cache(MANY)
 def kind_of(name: str) -> str | None:
     """What a column is by its name: one of `KINDS`; None where it may be a weight."""
     return next((kind for kind, names in KINDS.items() if names.fullmatch(plain(name))), None)
 
 
+@lru_cache(MANY)
 def unit_of(name: str) -> float | None:
     """Seconds in the unit that a clock's name tells: 0.001 of timestamp_ms; None where it tells none."""
     short = plain(name)
@@ -52,6 +57,7 @@ def unit_of(name: str) -> float | None:
     )
 
 
+@lru_cache(MANY)
 def why_not(name: str) -> str | None:
     """Why a column of numbers cannot be a weight; None where it can."""
     if not name:

@@ -46,4 +46,5 @@ def as_table(lines: Lines) -> TextTable:
         raise RigError(f"has {width - 2} numbers in a frame for {len(names)} blendshapes: export the take again")
     lead = LEAD[: width - len(names)] + ("",) * max(0, width - len(names) - len(LEAD))
     notes = () if named else ("it names no blendshapes: Face Cap's usual order of 52 is taken",)
-    return TextTable((*lead, *names), *map(tuple, zip(*frames, strict=True)), ",", notes=(*lines.notes, *notes))
+    rows, numbers = tuple(text for text, _ in frames), tuple(number for _, number in frames)
+    return TextTable((*lead, *names), rows, numbers, ",", notes=(*lines.notes, *notes))

@@ -11,7 +11,8 @@ the face; one in which a weight is no number is damaged.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from functools import lru_cache
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -28,6 +29,7 @@ NEST_KEYS = ("result", "results", "face", "faces", "frame", "data", "params")
 LABEL_KEYS = ("categoryname", "name", "displayname", "label", "shape")
 SCORE_KEYS = ("score", "value", "weight", "coefficient")
 SAME_RATE = 0.02
+CONTAINERS, NUMBERS = {dict, list, type(None)}, {int, float}
 NO = (False, 0, "0", "false", "False", "no")
 
 
@@ -76,7 +78,7 @@ class Recording:
     def look_beside(self, t: int, frame: Mapping[str, Any]) -> None:
         """What frame t says beside its weights: its time, and whether a face was tracked."""
         for key, value in frame.items():
-            kind = kind_of(key) if isinstance(value, bool | int | float | str) else None
+            kind = kind_of(key) if type(value) not in CONTAINERS else None
             if kind in ("code", "time") and len(self.times) <= t:
                 self.times.append(str(value))
                 self.unit_s = unit_of(key)
@@ -157,15 +159,15 @@ class Recording:
 
 def by_key(value: Mapping[str, Any], keys: Sequence[str]) -> Any:
     """The object, list or null under the first of these keys, whatever their spelling."""
-    found = {plain(key): inner for key, inner in value.items() if isinstance(inner, dict | list | None)}
+    found = {plain(key): inner for key, inner in value.items() if type(inner) in CONTAINERS}
     return next(found[key] for key in keys if key in found)
 
 
 def has_key(value: Any, keys: Sequence[str]) -> bool:
     """Whether an object has an object, a list or null under one of these keys."""
-    return isinstance(value, dict) and any(
-        isinstance(inner, dict | list | None) and plain(key) in keys for key, inner in value.items()
-    )
+    if not isinstance(value, dict) or not CONTAINERS & set(map(type, value.values())):
+        return False
+    return any(type(inner) in CONTAINERS and plain(key) in keys for key, inner in value.items())
 
 
 def has_numbers(value: Any) -> bool:
@@ -175,7 +177,15 @@ def has_numbers(value: Any) -> bool:
 
 def named_numbers(value: Mapping[str, Any]) -> Mapping[str, Any]:
     """The numbers and nulls under names that can be weights'."""
+    if set(map(type, value.values())) <= NUMBERS and all_weights(tuple(value)):
+        return value
     return {name: x for name, x in value.items() if (x is None or is_number(x)) and not why_not(name)}
+
+
+@lru_cache(64)
+def all_weights(names: tuple[str, ...]) -> bool:
+    """Whether all of these can be weights; asked once for frames of the same names."""
+    return not any(map(why_not, names))
 
 
 def is_category(value: Any) -> bool:
@@ -195,6 +205,6 @@ def categories(values: Sequence[Any]) -> Mapping[str, Any]:
     }
 
 
-def is_number(value: Any) -> bool:
+def is_number(value: Any) -> TypeGuard[int | float]:
     """Whether a value is a number and no truth value."""
     return isinstance(value, int | float) and not isinstance(value, bool)

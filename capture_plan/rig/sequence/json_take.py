@@ -8,7 +8,7 @@ Parts of a document are decoded one at a time, when they are needed.
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -31,6 +31,7 @@ HEAD_KEYS = ("metadata", "meta", "info", "header", "settings", "data", "take", "
 NO_NUMBER = re.compile(r"(?<=[\[:,\s])(?:NaN|-?Infinity)(?=\s*[,\]}])")
 NUMBERED = re.compile(r"\D*(\d+(?:\.\d+)?)\D*")
 Document = list[msgspec.Raw] | dict[str, msgspec.Raw]
+Dialect = Callable[[Document], WeightTable | None]
 UNREADABLE = (msgspec.DecodeError, ValueError, RecursionError)
 
 
@@ -77,14 +78,14 @@ def frames(document: Document) -> WeightTable | None:
 
 def numbered(document: Document) -> WeightTable | None:
     """Frames by their numbers or times."""
-    keys = {key: match for key in document if (match := NUMBERED.fullmatch(key))} if isinstance(document, dict) else {}
-    if not keys or len(keys) < len(document) or any(opening(raw) not in "{[n" for raw in document.values()):
+    head = document if isinstance(document, dict) else {}
+    keys = {match[1]: key for key in head if (match := NUMBERED.fullmatch(key))}
+    if not keys or len(keys) < len(head) or any(opening(raw) not in "{[n" for raw in head.values()):
         return None
-    order = sorted(keys, key=lambda key: float(keys[key][1]))
-    recording = Recording()
-    for key in order:
-        recording.add(opened(document[key]))
-    recording.times = recording.times or [keys[key][1] for key in order]
+    recording, order = Recording(), sorted(keys, key=float)
+    for number in order:
+        recording.add(opened(head[keys[number]]))
+    recording.times = recording.times or order
     return recording.table(None)
 
 
@@ -115,16 +116,17 @@ def one(document: Document) -> WeightTable | None:
     return recording.table(None) if recording.orders else None
 
 
-DIALECTS = (frames, numbered, columns, one)
+DIALECTS: tuple[Dialect, ...] = (frames, numbered, columns, one)
 
 
-def inside(document: Document, dialect) -> WeightTable | None:
+def inside(document: Document, dialect: Dialect) -> WeightTable | None:
     """What a dialect finds in an object below the top, with the frame rate from above."""
-    for key, raw in document.items() if isinstance(document, dict) else ():
+    head = document if isinstance(document, dict) else {}
+    for key, raw in head.items():
         if plain(key) in (*HEAD_KEYS, *SHAPE_KEYS) and opening(raw) == "{":
             table = dialect(msgspec.json.decode(raw, type=dict[str, msgspec.Raw]))
             if table is not None:
-                return replace(table, fps=table.fps or rate_in(document))
+                return replace(table, fps=table.fps or rate_in(head))
     return None
 
 
@@ -138,15 +140,11 @@ def list_of_frames(head: Mapping[str, msgspec.Raw]) -> list[msgspec.Raw] | None:
 
 def rate_in(head: Mapping[str, msgspec.Raw]) -> float | None:
     """The frame rate that an object tells, or one of those that describe the take."""
+    asked = {plain(key): opened(raw) for key, raw in head.items() if plain(key) in RATE_KEYS}
     for key, raw in head.items():
-        value = opened(raw) if plain(key) in RATE_KEYS or (plain(key) in HEAD_KEYS and opening(raw) == "{") else None
-        if is_number(value) and value > 0:
-            return float(value)
-        if isinstance(value, dict):
-            told = next((rate for name, rate in value.items() if plain(name) in RATE_KEYS and is_number(rate)), None)
-            if told:
-                return float(told)
-    return None
+        if plain(key) in HEAD_KEYS and opening(raw) == "{":
+            asked |= {plain(name): value for name, value in opened(raw).items() if plain(name) in RATE_KEYS}
+    return next((float(rate) for rate in asked.values() if is_number(rate) and rate > 0), None)
 
 
 def opening(raw: msgspec.Raw) -> str:
