@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_plan.errors import RigError
+from capture_plan.progress import tell
 from capture_plan.rig.formats.raw import UNITS_MM, RawRig
 from capture_plan.rig.formats.usd import SUFFIXES as USD
 from capture_plan.rig.name_map import NameMap
@@ -87,10 +88,13 @@ def read_sequence(
     if isinstance(take, WeightTable):
         if rig is None and path.suffix.lower() in (*GLTF, *USD):
             rig = read_rig(path, unit_mm=unit_mm, up=up, facing=facing)
-        return drive_rig(path, take, rig, fps, name_map)
-    if rig is None:
-        return orient_take(path, take, neutral, fps, unit_mm, up, facing)
-    return lay_onto(path, take, rig, neutral, fps, unit_mm)
+        sequence = drive_rig(path, take, rig, fps, name_map)
+    elif rig is None:
+        sequence = orient_take(path, take, neutral, fps, unit_mm, up, facing)
+    else:
+        sequence = lay_onto(path, take, rig, neutral, fps, unit_mm)
+    tell(sequence.told())
+    return sequence
 
 
 def read_take(path: Path) -> WeightTable | MeshTake:
