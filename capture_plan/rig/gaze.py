@@ -89,7 +89,7 @@ def _turn(r: Float[np.ndarray, "v 3"], d: Float[np.ndarray, "v 3"]) -> Float[np.
 
 
 def _from_turns(turned: dict[int, Float[np.ndarray, " 2"]]) -> Gaze | None:
-    ways = {side: _way(float(left), float(up)) for side, (left, up) in turned.items()}
+    ways: dict[int, Way] = {side: _way(float(left), float(up)) for side, (left, up) in turned.items()}
     if len(set(ways.values())) > 1:
         return None  # eyes that part or cross: no look to one side
     strength = float(max(np.linalg.norm(turn) for turn in turned.values()))
