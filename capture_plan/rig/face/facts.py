@@ -75,7 +75,7 @@ class ReadingFacts(Struct, frozen=True, forbid_unknown_fields=True):
     @property
     def regions_known(self) -> bool:
         """Whether places on the face may be called by the names of its regions."""
-        return self.eyes.sure and self.mouth.sure
+        return self.axes.sure and self.eyes.sure and self.mouth.sure
 
 
 def reading_facts(rig: Rig) -> ReadingFacts:
