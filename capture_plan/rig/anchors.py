@@ -1,13 +1,13 @@
-"""Where eyes, mouth, nose, chin and ears are, on any face: from the holes of its skin, else from human proportions.
+"""Where eyes, mouth, nose, chin and ears are on a face, exactly: the places found by all signs, drawn onto its mesh.
 
-Data     surface of the face with its border loops: two mirrored ones are the lid openings, the one below on the
-         midline is the mouth. A skin that a person narrowed has borders of its own, which are no openings: the
-         surface is that skin and what the rig itself shows to be skin around it
-Order    eyes: lid openings, else eyeballs, else proportions of the head
-         mouth: its opening, else where blendshapes stretch the midline, else 1.1 pupil distances below the eyes
-         nose tip: most forward on the midline between eyes and mouth; chin: most forward and low below the mouth
+Data     eyes, mouth  as found from names, motion and shape (`face/points.py`), which also says whether they are sure
+         surface      of the face with its border loops. A skin that a person narrowed has borders of its own, which
+                      are no openings: the surface is that skin and what the rig itself shows to be skin around it
+Eyes     the lid openings where they were found, else the fronts of eyeballs there, else the places themselves
+Mouth    its opening where it was found, else where blendshapes stretch the midline near it, else the place itself
+Others   nose tip: most forward on the midline between eyes and mouth; chin: most forward and low below the mouth;
          ears: furthest to the side, between brow and mouth, behind the eyes, with more of the head behind them
-Unit     the pupil distance; proportions are those of the four heads measured here and only stand in where holes lack
+Unit     the pupil distance; where nothing is found, proportions of four human heads stand in, and `found` says so
 """
 
 from dataclasses import dataclass, replace
@@ -15,11 +15,12 @@ from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from capture_plan.mesh import half_edges, pieces
 from capture_plan.mesh.mirror import mirror_plane
+from capture_plan.rig.face.of_rig import rig_channels, rig_points
+from capture_plan.rig.face.points import Found, Points
+from capture_plan.rig.face.shape import border_loops, compact
 from capture_plan.rig.record import Rig
 from capture_plan.rig.skin import find_skin, is_ball
 
@@ -28,8 +29,11 @@ MOUTH_BELOW_EYES, MOUTH_WIDTH = 1.1, 0.8  # of the pupil distance
 EARS_WITHIN = 1.9  # pupil distances from the midline: four human heads have 1.4, a fox's whiskers 2.2
 SAME_FACE = 0.5  # of the given skin; where less is found to be skin, the search went astray and the person is right
 REMEMBERED = 8  # rigs of a session; the search for skin casts rays
+OPENING = 0.4  # pupil distances from the place found to the middle of an opening that is it
 BEHIND_EARS = 0.4  # pupil distances that a head goes on; a mask ends with what is furthest to its side
-COMPACT = 0.45  # least over largest extent of an eyeball; half a ball has 0.5, a lash strip 0.3
+
+
+Border = tuple[Float[np.ndarray, "n 3"], Int[np.ndarray, " n"]]  # places and numbers of the vertices of a border
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +66,8 @@ class Anchors:
 @lru_cache(maxsize=REMEMBERED)
 def face_surface(rig: Rig) -> Bool[np.ndarray, " v"]:
     """The skin of a rig and, where a person narrowed it, the skin around it: what borders and shapes are read from."""
-    found = find_skin(rig.neutral, rig.triangles, rig.deltas, rig.parts, rig.part_names)
+    facial = rig_channels(rig).facial
+    found = find_skin(rig.neutral, rig.triangles, rig.deltas[facial], rig.parts, rig.part_names)
     surface = rig.skin | found if found[rig.skin].mean() >= SAME_FACE else rig.skin.copy()
     surface.flags.writeable = False
     return surface
@@ -71,31 +76,33 @@ def face_surface(rig: Rig) -> Bool[np.ndarray, " v"]:
 @lru_cache(maxsize=REMEMBERED)
 def face_anchors(rig: Rig) -> Anchors:
     """The anchors of a rig's face; proportions fill in what its mesh does not show."""
-    return surface_anchors(replace(rig, skin=face_surface(rig)))
+    return surface_anchors(replace(rig, skin=face_surface(rig)), rig_points(rig))
 
 
-def surface_anchors(rig: Rig) -> Anchors:
-    """The anchors of a face whose skin is all of its surface."""
+def surface_anchors(rig: Rig, points: Points) -> Anchors:
+    """The anchors of a face whose skin is all of its surface, near the points that were found."""
     x0 = mirror_plane(rig.neutral[rig.skin])
     loops = border_loops(rig.triangles[rig.skin[rig.triangles].all(axis=1)])
-    eyes, lids, found = _eyes(rig, loops, x0)
+    eyes, lids = _eyes(rig, loops, x0, points.eyes)
+    found = ("eyes",) if points.eyes.sure else ()
     unit = float(np.linalg.norm(eyes[0] - eyes[1]))
-    mouth, corners, lips, how = _mouth(rig, loops, eyes.mean(axis=0), unit, x0)
-    points = rig.neutral[rig.skin]
-    middle = points[np.abs(points[:, 0] - x0) < 0.15 * unit]
+    mouth, corners, lips = _mouth(rig, loops, eyes.mean(axis=0), unit, x0, points.mouth)
+    how = ("mouth",) if points.mouth.sure else ()
+    skin = rig.neutral[rig.skin]
+    middle = skin[np.abs(skin[:, 0] - x0) < 0.15 * unit]
     drop = eyes[0, 1] - mouth[1]
     between = middle[(middle[:, 1] < eyes[0, 1] - 0.1 * drop) & (middle[:, 1] > mouth[1] + 0.2 * drop)]
     below = middle[(middle[:, 1] < mouth[1] - 0.3 * drop) & (middle[:, 1] > mouth[1] - 0.95 * drop)]
     nose = _furthest(between, (0, 0, 1), mouth + np.array([0, 0.5 * drop, 0.3 * unit]))
     chin = _furthest(below, (0, -1, 1), mouth - np.array([0, 0.65 * drop, 0]))
-    beside = points[
-        (points[:, 1] > mouth[1] + 0.2 * drop)
-        & (points[:, 1] < eyes[0, 1] + 0.5 * unit)
-        & (points[:, 2] < eyes[0, 2] - 0.5 * unit)
+    beside = skin[
+        (skin[:, 1] > mouth[1] + 0.2 * drop)
+        & (skin[:, 1] < eyes[0, 1] + 0.5 * unit)
+        & (skin[:, 2] < eyes[0, 2] - 0.5 * unit)
     ]
     aside = [eyes.mean(axis=0) + unit * np.array([side * 1.4, -0.3, -1.4]) for side in (1, -1)]
     ears = [_furthest(beside, (side, 0, 0), point) for side, point in zip((1, -1), aside, strict=True)]
-    goes_on = points[:, 2].min() < min(ear[2] for ear in ears) - BEHIND_EARS * unit
+    goes_on = skin[:, 2].min() < min(ear[2] for ear in ears) - BEHIND_EARS * unit
     if goes_on and max(abs(ear[0] - x0) for ear in ears) < EARS_WITHIN * unit:
         how += ("ears",)
     else:
@@ -117,55 +124,51 @@ def surface_anchors(rig: Rig) -> Anchors:
     )
 
 
-def border_loops(triangles: Int[np.ndarray, "f 3"]) -> list[Int[np.ndarray, " _"]]:
-    """Vertices of each connected border of the triangles, the longest border first."""
-    edge, count = np.unique(np.sort(half_edges(triangles), axis=1), axis=0, return_counts=True)
-    edge = edge[count == 1]
-    vertex, index = np.unique(edge, return_inverse=True)
-    index = index.reshape(edge.shape)
-    graph = coo_array((np.ones(len(edge), dtype=bool), index.T), shape=(len(vertex),) * 2)
-    count, label = connected_components(graph, directed=False)
-    return sorted((vertex[label == i] for i in range(count)), key=lambda loop: (-len(loop), loop[0]))
-
-
 def eyeballs(rig: Rig) -> list[Bool[np.ndarray, " v"]]:
     """Pieces outside the skin that are balls or half balls, the largest first."""
     piece = pieces(rig.triangles, len(rig.neutral))
     outside = np.unique(piece[rig.triangles[:, 0]][~rig.skin[rig.triangles[:, 0]]])
     found = [piece == i for i in outside if (piece == i).sum() >= 12]
-    found = [eye for eye in found if not rig.skin[eye].any() and _is_compact_ball(rig.neutral[eye])]
+    found = [
+        eye for eye in found if not rig.skin[eye].any() and compact(rig.neutral[eye]) and is_ball(rig.neutral[eye])
+    ]
     return sorted(found, key=lambda eye: -float(np.prod(np.ptp(rig.neutral[eye], axis=0))))
 
 
-def _is_compact_ball(points: Float[np.ndarray, "v 3"]) -> bool:
-    extent = np.ptp(points, axis=0)
-    return bool(extent.min() > COMPACT * extent.max()) and is_ball(points)
-
-
 def _eyes(
-    rig: Rig, loops: list[Int[np.ndarray, " _"]], x0: float
-) -> tuple[Float[np.ndarray, "2 3"], Int[np.ndarray, " a"], tuple[str, ...]]:
-    """Centres of the left and the right eye, the border of the lids, and how they were found."""
-    shapes = [(rig.neutral[loop], loop) for loop in loops if len(loop) >= 6]
-    if pair := _mirrored_pair(shapes, x0):
-        (left, a), (right, b) = pair
-        return np.stack([_middle(left), _middle(right)]), np.sort(np.r_[a, b]), ("eyes",)
-    shapes = [(rig.neutral[eye], np.flatnonzero(eye)) for eye in eyeballs(rig)]
+    rig: Rig, loops: list[Int[np.ndarray, " _"]], x0: float, found: Found
+) -> tuple[Float[np.ndarray, "2 3"], Int[np.ndarray, " a"]]:
+    """Centres of the left and the right eye, and the border of the lids."""
     nothing = np.empty(0, dtype=np.int64)
-    if pair := _mirrored_pair(shapes, x0):
-        front = [np.r_[_middle(points)[:2], points[:, 2].max()] for points, _ in pair]
-        return np.stack(front), nothing, ("eyes",)
+    if found.places is not None:
+        shapes = [(rig.neutral[loop], loop) for loop in loops if len(loop) >= 6]
+        if pair := _mirrored_pair(_at(shapes, found.places), x0):
+            (left, a), (right, b) = pair
+            return np.stack([_middle(left), _middle(right)]), np.sort(np.r_[a, b])
+        shapes = [(rig.neutral[eye], np.flatnonzero(eye)) for eye in eyeballs(rig)]
+        if pair := _mirrored_pair(_at(shapes, found.places), x0):
+            front = [np.r_[_middle(points)[:2], points[:, 2].max()] for points, _ in pair]
+            return np.stack(front), nothing
+        return found.places, nothing
     moving = rig.displacement.max(axis=0)
     face = rig.neutral[rig.skin & (moving > 0.05 * moving.max())] if moving.any() else rig.neutral[rig.skin]
     low, high = np.percentile(face, 1, axis=0), np.percentile(face, 99, axis=0)
     unit = EYE_SPREAD * (high[0] - low[0]) or EYE_SPREAD * float(np.ptp(rig.neutral, axis=0).max())
     y = low[1] + 0.66 * (high[1] - low[1])  # the moving face reaches from below the chin to the brows
-    return np.array([[x0 + side * unit / 2, y, high[2] - 0.5 * unit] for side in (1, -1)]), nothing, ()
+    return np.array([[x0 + side * unit / 2, y, high[2] - 0.5 * unit] for side in (1, -1)]), nothing
 
 
-def _mirrored_pair(
-    shapes: list[tuple[np.ndarray, np.ndarray]], x0: float
-) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]] | None:
+def _at(shapes: list[Border], places: Float[np.ndarray, "2 3"]) -> list[Border]:
+    """The sets of points whose middle lies near one of the eyes, and which are no wider than what is between them."""
+    p = float(np.linalg.norm(places[0] - places[1]))
+    return [
+        (points, index)
+        for points, index in shapes
+        if np.linalg.norm((_middle(points) - places) * [1, 1, 0.5], axis=1).min() < OPENING * p
+    ]
+
+
+def _mirrored_pair(shapes: list[Border], x0: float) -> tuple[Border, Border] | None:
     """The widest (left, right) of two sets of points that mirror each other clear of the midline."""
     best, size = None, 0.0
     for left in shapes:
@@ -180,46 +183,42 @@ def _mirrored_pair(
 
 
 def _mouth(
-    rig: Rig, loops: list[Int[np.ndarray, " _"]], eyes: Float[np.ndarray, " 3"], unit: float, x0: float
-) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, "2 3"], Int[np.ndarray, " b"], tuple[str, ...]]:
-    """Centre and corners (left, right) of the mouth, the border of the lips, and how they were found."""
-    for loop in sorted(loops, key=lambda loop: -np.ptp(rig.neutral[loop, 0])):
+    rig: Rig, loops: list[Int[np.ndarray, " _"]], eyes: Float[np.ndarray, " 3"], unit: float, x0: float, found: Found
+) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, "2 3"], Int[np.ndarray, " b"]]:
+    """Centre and corners (left, right) of the mouth, and the border of the lips."""
+    place = None if found.places is None else found.places[0]
+    for loop in sorted(loops, key=lambda loop: -np.ptp(rig.neutral[loop, 0])) if place is not None else ():
         points = rig.neutral[loop]
         centre, width = _middle(points), np.ptp(points[:, 0])
-        below = 0.3 * unit < eyes[1] - centre[1] < 2.5 * unit
-        if (
-            below
-            and abs(centre[0] - x0) < 0.15 * unit
-            and 0.3 * unit < width < 2.5 * unit
-            and centre[2] > eyes[2] - unit
-        ):
+        near = np.linalg.norm((centre - place)[1:] * [1, 0.5]) < OPENING * unit
+        if near and abs(centre[0] - x0) < 0.15 * unit and 0.1 * unit < width < 2.5 * unit:
             corners = points[[points[:, 0].argmax(), points[:, 0].argmin()]]
             front = points[np.argsort(np.abs(points[:, 0] - x0), kind="stable")[: max(2, len(points) // 5)]]
-            return np.r_[x0, front[:, 1].mean(), front[:, 2].max()], corners, loop, ("mouth",)
-    drop, how = _tear(rig, eyes, unit, x0)
+            return np.r_[x0, front[:, 1].mean(), front[:, 2].max()], corners, loop
+    y = eyes[1] - MOUTH_BELOW_EYES * unit if place is None else _tear(rig, place, unit, x0)
     skin = rig.neutral[rig.skin]
 
     def forward(x: float) -> Float[np.ndarray, " 3"]:
-        return skin[np.hypot(skin[:, 0] - x, skin[:, 1] - (eyes[1] - drop)).argsort()[:12]].max(axis=0)
+        return skin[np.hypot(skin[:, 0] - x, skin[:, 1] - y).argsort()[:12]].max(axis=0)
 
     half = MOUTH_WIDTH * unit / 2
-    points = [np.r_[x, eyes[1] - drop, forward(x)[2]] for x in (x0, x0 + half, x0 - half)]
-    return points[0], np.stack(points[1:]), np.empty(0, dtype=np.int64), how
+    points = [np.r_[x, y, forward(x)[2]] for x in (x0, x0 + half, x0 - half)]
+    return points[0], np.stack(points[1:]), np.empty(0, dtype=np.int64)
 
 
-def _tear(rig: Rig, eyes: Float[np.ndarray, " 3"], unit: float, x0: float) -> tuple[float, tuple[str, ...]]:
-    """How far below the eyes blendshapes stretch the midline, millimetres: the mean place, by squared stretch."""
+def _tear(rig: Rig, place: Float[np.ndarray, " 3"], unit: float, x0: float) -> float:
+    """Height at which blendshapes stretch the midline near a place, by squared stretch; its own where none does."""
     edge = np.unique(np.sort(half_edges(rig.triangles[rig.skin[rig.triangles].all(axis=1)]), axis=1), axis=0)
-    place = rig.neutral[edge].mean(axis=1)
-    fits = (np.abs(place[:, 0] - x0) < 0.2 * unit) & (place[:, 2] > eyes[2])
-    fits &= (eyes[1] - place[:, 1] > 0.6 * unit) & (eyes[1] - place[:, 1] < 1.7 * unit)
-    edge, place = edge[fits], place[fits]
+    middle = rig.neutral[edge].mean(axis=1)
+    fits = (np.abs(middle[:, 0] - x0) < 0.2 * unit) & (np.abs(middle[:, 1] - place[1]) < OPENING * unit)
+    fits &= middle[:, 2] > place[2] - unit
+    edge, middle = edge[fits], middle[fits]
     stretch = np.zeros(len(edge))
-    for delta in rig.deltas:
+    for delta in rig.deltas[rig_channels(rig).facial]:
         stretch = np.maximum(stretch, np.linalg.norm(delta[edge[:, 0]] - delta[edge[:, 1]], axis=1))
     if len(edge) == 0 or stretch.max() < 0.05 * unit:
-        return MOUTH_BELOW_EYES * unit, ()
-    return float(eyes[1] - np.average(place[:, 1], weights=stretch**2)), ("mouth",)
+        return float(place[1])
+    return float(np.average(middle[:, 1], weights=stretch**2))
 
 
 def _middle(points: Float[np.ndarray, "v 3"]) -> Float[np.ndarray, " 3"]:

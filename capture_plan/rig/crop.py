@@ -3,7 +3,8 @@
 A body would mislead what is read from the head's shape (axes, size, skin), and stand in every picture. So when a mesh
 reaches far beyond what moves, only what lies near that is kept, and the rig's note says so. Busts stay as they are.
 
-Data     m[v] how far a vertex moves at most;  B the box around the vertices with m > MOVES max m, D its diagonal
+Data     m[v] how far the movements of the face move a vertex at most (`face/channels.py` says which are the face's);
+         B the box around the vertices with m > MOVES max m, D its diagonal
 Crop     when the mesh's own diagonal exceeds WHOLE_FIGURE D: the triangles with a vertex within REACH D of B's middle
 """
 
@@ -20,13 +21,13 @@ WHOLE_RIG = 8  # so many blendshapes tell where the face is
 REACH = 1.0  # from the middle of the face: past the crown, the nape and the throat
 
 
-def crop_to_head(raw: RawRig) -> RawRig:
-    """The rig without what lies far from all motion; vertices keep their numbers in the file (`source_index`)."""
-    m = np.linalg.norm(raw.deltas, axis=2).max(axis=0)
+def crop_to_head(raw: RawRig, facial: Bool[np.ndarray, " k"]) -> RawRig:
+    """The rig without what lies far from the face; vertices keep their numbers in the file (`source_index`)."""
+    m = np.linalg.norm(raw.deltas[facial], axis=2).max(axis=0)
     moving = raw.neutral[m > MOVES * m.max()]
     low, high = moving.min(axis=0), moving.max(axis=0)
     D = float(np.linalg.norm(high - low))
-    if len(raw.names) < WHOLE_RIG or np.linalg.norm(np.ptp(raw.neutral, axis=0)) <= WHOLE_FIGURE * D:
+    if facial.sum() < WHOLE_RIG or np.linalg.norm(np.ptp(raw.neutral, axis=0)) <= WHOLE_FIGURE * D:
         return raw
     near = np.linalg.norm(raw.neutral - (low + high) / 2, axis=1) <= REACH * D
     return keep(raw, near | (m > MOVES * m.max()))

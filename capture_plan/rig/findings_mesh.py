@@ -15,7 +15,8 @@ from scipy.sparse.csgraph import connected_components
 
 from capture_plan.mesh import boundary_vertices, edges, half_edges, pieces, triangle_areas
 from capture_plan.mesh.geometry import triangle_cross
-from capture_plan.rig.anchors import Anchors, border_loops
+from capture_plan.rig.anchors import Anchors
+from capture_plan.rig.face.shape import border_loops
 from capture_plan.rig.findings import Finding
 from capture_plan.rig.record import Rig
 from capture_plan.rig.regions import face_regions

@@ -24,6 +24,13 @@ QUADRANTS: dict[str, Side] = {"ul": "left", "dl": "left", "ur": "right", "dr": "
 MOVES_SIDEWAYS = re.compile(
     "look|gaze|turn|tilt|lean|shift|move|slide|swing|side(ways)?|jaw|mouth|lips|tongue|head|chin|neck"
 )
+UNIT = re.compile(
+    r"(?:.*[:|/.])?(?:(?!(?:au|facs|l|r|left|right)[^a-z])[a-z]+[^a-z0-9]+)*"  # before the unit: mesh.face_AU12
+    r"(?:(?P<before>l|r|left|right)[^a-z0-9]+)?(?:au|facs)[ _.-]*0*(?P<number>[1-9]\d?)"
+    r"(?:[ _.-]*(?P<side>l|r|lf|rt|left|right|b|both))?(?:\.\d+)?",
+    re.IGNORECASE,
+)
+INTENSITY = re.compile(r"AU\d\d_[rc]")  # OpenFace: r for regressed, c for classified, neither a side
 SOUND = re.compile("viseme|phoneme|phon|vis|v")  # viseme_R is the sound
 FACE_WORD = re.compile("brow|eye|lid|cheek|nose|jaw|mouth|lips?|tongue|chin")
 

@@ -15,6 +15,9 @@ from jaxtyping import Bool, Int
 
 from capture_plan.errors import RigError
 from capture_plan.rig.crop import crop_to_head
+from capture_plan.rig.face.axes import axes_matrix
+from capture_plan.rig.face.frame import check_given, find_frame
+from capture_plan.rig.face.record import Understood
 from capture_plan.rig.formats.csv_folder import read_csv_folder
 from capture_plan.rig.formats.fbx import read_fbx
 from capture_plan.rig.formats.gltf import read_gltf
@@ -27,7 +30,6 @@ from capture_plan.rig.formats.target import holds_targets, read_target_folder
 from capture_plan.rig.formats.usd import SUFFIXES, read_usd
 from capture_plan.rig.formats.zipped import find_rig, open_zip
 from capture_plan.rig.name_map import read_name_map
-from capture_plan.rig.orient import axes_matrix, check_given, find_frame
 from capture_plan.rig.record import Rig
 from capture_plan.rig.remembered import remembered
 from capture_plan.rig.skin import find_skin
@@ -59,7 +61,11 @@ def read_rig(
     """
     check_given(unit_mm, up, facing)
     path = Path(path)
-    rig = remembered(lambda: _read(path, unit_mm, up, facing, skin), path, (unit_mm, up, facing, skin))
+    rig = remembered(
+        lambda: rig_from_raw(read_raw(path), unit_mm=unit_mm, up=up, facing=facing, skin=skin),
+        path,
+        (unit_mm, up, facing, skin),
+    )
     return replace(rig, meanings=own_names(names, rig)) if names else rig
 
 
@@ -74,13 +80,24 @@ def own_names(path: str, rig: Rig) -> tuple[tuple[str, str], ...]:
     return known
 
 
-def _read(path: Path, unit_mm: float | None, up: str | None, facing: str | None, skin: str | None) -> Rig:
-    raw = straightened(crop_to_head(read_raw(path)))
+def rig_from_raw(
+    raw: RawRig,
+    *,
+    unit_mm: float | None = None,
+    up: str | None = None,
+    facing: str | None = None,
+    skin: str | None = None,
+) -> Rig:
+    """The rig of what a reader gave, in millimetres, +y up, facing +z; what is given here is not searched for."""
+    raw, turned = straightened(raw)
     frame = find_frame(raw, unit_mm=unit_mm, up=up, facing=facing)
-    R = frame.unit_mm * axes_matrix(frame.up, frame.facing)
+    facial = frame.channels.facial
+    raw = crop_to_head(raw, facial)
+    turn = axes_matrix(frame.up, frame.facing)
+    R = frame.unit_mm * turn
     neutral, deltas = raw.neutral @ R.T, (raw.deltas @ R.T).astype(np.float32)
     if skin is None:
-        skin_vertices = find_skin(neutral, raw.triangles, deltas, raw.parts, raw.part_names)
+        skin_vertices = find_skin(neutral, raw.triangles, deltas[facial], raw.parts, raw.part_names)
     else:
         skin_vertices = given_skin(skin, raw)
     return Rig(
@@ -100,6 +117,12 @@ def _read(path: Path, unit_mm: float | None, up: str | None, facing: str | None,
         up_found=frame.up_found,
         facing_found=frame.facing_found,
         note="; ".join(filter(None, (raw.note, frame.note))),
+        turn=tuple(map(float, (turn @ turned).ravel())),
+        understood=Understood(
+            axes=frame.axes,
+            unit=frame.unit,
+            set_aside=tuple(name for name, own in zip(raw.names, facial, strict=True) if not own),
+        ),
     )
 
 

@@ -20,16 +20,9 @@ from importlib.resources import files
 from typing import Any
 
 from capture_plan.rig.name_map import NameMap
-from capture_plan.rig.names import WORD, Side, arkit_name, side_of
+from capture_plan.rig.names import INTENSITY, UNIT, WORD, Side, arkit_name, side_of
 
 OWN, HOUSE, SHARED, SHAPE = 1.0, 0.9, 0.7, 0.6
-UNIT = re.compile(
-    r"(?:.*[:|/.])?(?:(?!(?:au|facs|l|r|left|right)[^a-z])[a-z]+[^a-z0-9]+)*"  # before the unit: mesh.face_AU12
-    r"(?:(?P<before>l|r|left|right)[^a-z0-9]+)?(?:au|facs)[ _.-]*0*(?P<number>[1-9]\d?)"
-    r"(?:[ _.-]*(?P<side>l|r|lf|rt|left|right|b|both))?(?:\.\d+)?",
-    re.IGNORECASE,
-)
-INTENSITY = re.compile(r"AU\d\d_[rc]")  # OpenFace: r for regressed, c for classified, neither a side
 CONTROL = re.compile(r"(?:.*[:|.])?CTRL_expressions[_.]")
 ENDS = re.compile(r"(?P<base>[A-Za-z]*[a-z](?:Left|Right)?)(?P<quadrant>[UD]?(?:IN|OUT)?[LRCUDM]?)(?P<phase>Ph\d)?")
 SLIDER = re.compile(r"(?P<prefix>Expressions_)?(?P<base>[A-Za-z]\w*?\d*)_(?P<end>min|max)")

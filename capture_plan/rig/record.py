@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from capture_plan.errors import RigError
+from capture_plan.rig.face.record import Understood
 from capture_plan.rig.name_map import NameMap
 from capture_plan.rig.recognise import recognise
 
@@ -25,7 +26,8 @@ class Rig:
     counted from 0. One unit of that file is `unit_mm` long; `up` and `facing` are its signed axes ("+y", "-z"); how
     each of the three was found stands beside it, and `note` says in a sentence what a person should know about it.
     `meanings` is what the user's own name map says of blendshapes: (name, standard name). `turn` is the rotation from
-    the file's axes to the rig's, row by row: its rows are the subject's left, up and facing in the file.
+    the file's axes to the rig's, row by row: its rows are the subject's left, up and facing in the file. `understood`
+    says what unit and axes rest on; None where the rig was made by hand.
     """
 
     name: str
@@ -46,6 +48,7 @@ class Rig:
     note: str = ""
     meanings: tuple[tuple[str, str], ...] = ()
     turn: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    understood: Understood | None = None
 
     def __post_init__(self) -> None:
         v = len(self.neutral)

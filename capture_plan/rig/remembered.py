@@ -6,15 +6,16 @@ Only rigs that lie in one file or in one folder of their own are kept: `.gltf` a
 """
 
 import hashlib
-import json
 from collections.abc import Callable, Iterator
 from dataclasses import fields
 from functools import cache
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
 from capture_plan.cache import Arrays, cached, digest
+from capture_plan.rig.face.record import Understood
 from capture_plan.rig.formats.source import walk
 from capture_plan.rig.record import Rig
 
@@ -63,10 +64,15 @@ def _arrays(rig: Rig) -> Arrays:
     values = {field.name: getattr(rig, field.name) for field in fields(rig)}
     plain = {name: value for name, value in values.items() if not isinstance(value, np.ndarray)}
     arrays = {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
-    return arrays | {"plain": np.frombuffer(json.dumps(plain).encode(), dtype=np.uint8)}
+    return arrays | {"plain": np.frombuffer(msgspec.json.encode(plain), dtype=np.uint8)}
 
 
 def _rig(arrays: Arrays) -> Rig:
-    plain = json.loads(arrays["plain"].tobytes())
-    lists = {name: tuple(value) for name, value in plain.items() if isinstance(value, list)}
+    plain = msgspec.json.decode(arrays["plain"].tobytes())
+    plain["understood"] = msgspec.convert(plain["understood"], Understood | None)
+    lists = {name: _tuples(value) for name, value in plain.items() if isinstance(value, list)}
     return Rig(**{name: value for name, value in arrays.items() if name != "plain"} | plain | lists)
+
+
+def _tuples(values: list) -> tuple:
+    return tuple(_tuples(value) if isinstance(value, list) else value for value in values)

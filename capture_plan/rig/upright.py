@@ -1,10 +1,10 @@
 """The rotation that puts a head upright that lies anyhow in its file, not only along signed axes.
 
 Data     n        normal of the mirror plane (`mesh/mirror.py`): exact to 0.01 degrees, as are yaw and roll by it
-         F, U     which way the face looks and where up is, by shape and motion (`orient.py`), seen across n
-Rotation R        rows left, up, facing: left = n or -n, and the pitch with the largest F . facing + UP U . up,
-                  tan(pitch) = (UP U_z - F_y) / (F_z + UP U_y)
-The pitch is a matter of taste: eight human rigs that stand upright in their files are told 8 degrees down to 9 up.
+         L, F, U  which way left, facing and up are, by all signs (`face/votes.py`), in axes whose x lies along n
+Rotation R        rows left, up, facing: left = s x with s = 1 or -1, up = (0, c, t), facing = s (0, -t, c), with the
+                  largest  U . up + F . facing + L . left  over s and the pitch (c, t)
+The pitch is a matter of taste: human rigs that stand upright in their files are told within 10 degrees of it.
 """
 
 import dataclasses
@@ -14,8 +14,9 @@ from jaxtyping import Float
 from scipy.spatial import KDTree
 
 from capture_plan.mesh.mirror import SAMPLE, Plane, find_mirror_plane, mirror_plane
+from capture_plan.rig.face.axes import together
+from capture_plan.rig.face.frame import head_shape, votes_of
 from capture_plan.rig.formats.raw import RawRig
-from capture_plan.rig.orient import UP, evidence
 
 SYMMETRIC, BETTER = 0.02, 4.0  # of the size; times as near as about any plane across an axis
 PITCH_DEGREES = 10.0  # as well as it is told on human rigs
@@ -24,16 +25,16 @@ TILTED_DEGREES = 5.0  # more than an artist leaves by chance, less than a head t
 
 def upright(raw: RawRig) -> Float[np.ndarray, "3 3"]:
     """Rotation from the file's axes to ours; its rows are the subject's left, up and facing in the file."""
-    n = np.array(find_mirror_plane(raw.neutral).normal)
+    turn = _onto_x(np.array(find_mirror_plane(_near_face(raw)).normal))
+    votes = votes_of(rotated(raw, turn), 0)
+    L, F, U = (together(votes, role) for role in ("left", "facing", "up"))
     found = []
-    for left in (n, -n):
-        R = _onto_x(left)
-        F, U = evidence(rotated(raw, R), 0)
-        along, across = F[2] + UP * U[1], UP * U[2] - F[1]
+    for s in (1.0, -1.0):
+        along, across = U[1] + s * F[2], U[2] - s * F[1]
         pitch = np.arctan2(across, along)
-        c, s = np.cos(pitch), np.sin(pitch)
-        turn = np.array([[1.0, 0, 0], [0, c, s], [0, -s, c]])  # rows: up = (0, c, s), facing = (0, -s, c)
-        found.append((round(float(np.hypot(along, across)), 9), turn @ R))
+        c, t = np.cos(pitch), np.sin(pitch)
+        rows = np.array([[s, 0, 0], [0, c, t], [0, -s * t, s * c]])
+        found.append((round(float(np.hypot(along, across) + s * L[0]), 9), rows @ turn))
     return max(found, key=lambda one: one[0])[1]
 
 
@@ -42,19 +43,24 @@ def tilt_degrees(plane: Plane) -> float:
     return float(np.degrees(np.arccos(min(1.0, max(map(abs, plane.normal))))))
 
 
-def straightened(raw: RawRig) -> RawRig:
-    """The rig itself where its mirror plane lies along an axis, within `TILTED_DEGREES`; else upright, with a note."""
-    plane = find_mirror_plane(raw.neutral)
+def straightened(raw: RawRig) -> tuple[RawRig, Float[np.ndarray, "3 3"]]:
+    """The rig itself where its mirror plane lies along an axis, within `TILTED_DEGREES`; else upright, with a note.
+
+    Second, the rotation that was made.
+    """
+    points = _near_face(raw)
+    plane = find_mirror_plane(points)
     tilt = tilt_degrees(plane)
-    if tilt <= TILTED_DEGREES or not _mirrors(raw, plane):
-        return raw
+    if tilt <= TILTED_DEGREES or not _mirrors(points, plane):
+        return raw, np.eye(3)
     told = f"the head lies turned by {tilt:.0f} degrees in its file: it was put upright"
-    turned = rotated(raw, _onto_axis(np.array(plane.normal)))
+    Q = _onto_axis(np.array(plane.normal))
+    turned = rotated(raw, Q)
     R = upright(turned)
     if np.degrees(np.arccos((np.trace(R @ np.round(R).T) - 1) / 2)) > PITCH_DEGREES:  # not about one axis of the file
         told += f", its pitch to about {PITCH_DEGREES:.0f} degrees"
-        turned = dataclasses.replace(rotated(turned, R), up=None, facing=None)
-    return dataclasses.replace(turned, note="; ".join(filter(None, (raw.note, told))))
+        turned, Q = dataclasses.replace(rotated(turned, R), up=None, facing=None), R @ Q
+    return dataclasses.replace(turned, note="; ".join(filter(None, (raw.note, told)))), Q
 
 
 def rotated(raw: RawRig, R: Float[np.ndarray, "3 3"]) -> RawRig:
@@ -63,9 +69,14 @@ def rotated(raw: RawRig, R: Float[np.ndarray, "3 3"]) -> RawRig:
     return dataclasses.replace(raw, neutral=raw.neutral @ R.T, deltas=deltas)
 
 
-def _mirrors(raw: RawRig, plane: Plane) -> bool:
-    """Whether the neutral is symmetric about `plane`, and about no plane across an axis nearly as well."""
-    v = raw.neutral
+def _near_face(raw: RawRig) -> Float[np.ndarray, "n 3"]:
+    """Vertices of a head without what hangs on it; all of them where that leaves too few."""
+    near = head_shape(raw).near
+    return raw.neutral[near] if near.sum() > 3 else raw.neutral
+
+
+def _mirrors(v: Float[np.ndarray, "n 3"], plane: Plane) -> bool:
+    """Whether points are symmetric about `plane`, and about no plane across an axis nearly as well."""
     size = float(np.linalg.norm(np.std(v, axis=0)))
     across = [mirror_plane(np.roll(v, -axis, axis=1)) for axis in range(3)]
     axes = [Plane((float(axis == 0), float(axis == 1), float(axis == 2)), c) for axis, c in enumerate(across)]

@@ -26,7 +26,8 @@ from scipy.spatial import KDTree
 from capture_plan.errors import RigError
 from capture_plan.mesh import boundary_vertices, pieces, surface_graph, vertex_normals
 from capture_plan.mesh.mirror import mirror_map
-from capture_plan.rig.anchors import border_loops, eyeballs
+from capture_plan.rig.anchors import eyeballs
+from capture_plan.rig.face.shape import border_loops
 from capture_plan.rig.record import Rig
 from capture_plan.rig.regions import FaceRegions, face_regions
 from capture_plan.visibility import hemisphere_visibility

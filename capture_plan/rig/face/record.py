@@ -36,6 +36,19 @@ class Unit(Struct, frozen=True, forbid_unknown_fields=True):
     signs: tuple[Sign, ...] = ()
 
 
+class Understood(Struct, frozen=True, forbid_unknown_fields=True):
+    """What was understood of a file when it was read, in the file's own axes and unit.
+
+    `left_out` names the parts of the file that do not belong to the rig that is shown (hidden meshes, spare heads);
+    `set_aside` the blendshapes that do not move the face itself (hats, bodies, whole heads), which decide nothing here.
+    """
+
+    axes: Axes
+    unit: Unit
+    left_out: tuple[str, ...] = ()
+    set_aside: tuple[str, ...] = ()
+
+
 class Eyes(Struct, frozen=True, forbid_unknown_fields=True):
     """Middles of the eyes, the subject's own left and right, millimetres in the rig's frame; None where not found."""
 

@@ -12,11 +12,12 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_plan.errors import RigError
+from capture_plan.rig.face.axes import axes_matrix
+from capture_plan.rig.face.frame import check_given, find_frame
 from capture_plan.rig.formats.raw import UNITS_MM, RawRig
 from capture_plan.rig.formats.usd import SUFFIXES as USD
 from capture_plan.rig.name_map import NameMap
 from capture_plan.rig.neutral import read_neutral
-from capture_plan.rig.orient import axes_matrix, check_given, find_frame
 from capture_plan.rig.read import read_rig
 from capture_plan.rig.record import Rig
 from capture_plan.rig.sequence.animation import read_animation

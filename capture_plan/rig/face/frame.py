@@ -1,0 +1,151 @@
+"""Unit and axes of a rig: what a person gives, else what the format and the face itself speak for, with a doubt."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from capture_plan.errors import RigError
+from capture_plan.rig.face.axes import AXES, Vote, axes_matrix, decide
+from capture_plan.rig.face.channels import Channels, find_channels
+from capture_plan.rig.face.points import Points, find_points
+from capture_plan.rig.face.record import Axes, Sign, Unit
+from capture_plan.rig.face.shape import Shape
+from capture_plan.rig.face.unit import find_unit
+from capture_plan.rig.face.votes import all_votes, names_agree
+from capture_plan.rig.formats.raw import RawRig
+from capture_plan.rig.record import Found
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """Unit and axes of a file with their signs, how each was found, and a sentence where a person should know one.
+
+    `channels` are in the file's axes and unit; `points` in the rig's axes and the file's unit.
+    """
+
+    axes: Axes
+    unit: Unit
+    unit_found: Found
+    up_found: Found
+    facing_found: Found
+    note: str
+    channels: Channels
+    points: Points
+
+    @property
+    def unit_mm(self) -> float:
+        """Millimetres in one unit of the file."""
+        return self.unit.mm
+
+    @property
+    def up(self) -> str:
+        """Signed axis of the file that points up."""
+        return self.axes.up
+
+    @property
+    def facing(self) -> str:
+        """Signed axis of the file that the face looks along."""
+        return self.axes.facing
+
+
+def find_frame(raw: RawRig, *, unit_mm: float | None, up: str | None, facing: str | None) -> Frame:
+    """Unit and axes of `raw`: what is given here, else what its format says where that can be, else what is found."""
+    shape = head_shape(raw)
+    mirror, _ = shape.mirror()
+    stated = (raw.up, raw.facing) if raw.up and raw.facing else None
+    axes = decide(
+        all_votes(shape, int(np.argmax(mirror))),
+        mirror,
+        stated=stated if not (up or facing) else None,
+        up=up,
+        facing=facing,
+        speaking=int(shape.channels.facial.sum()),
+    )
+    points = face_points(raw, axes_matrix(axes.up, axes.facing), shape.channels)
+    pupils = None
+    if points.eyes.places is not None and points.eyes.sure:
+        pupils = float(np.linalg.norm(points.eyes.places[0] - points.eyes.places[1]))
+    unit = Unit(unit_mm, True, (Sign("given", f"{unit_mm:g} mm", 0.0),)) if unit_mm else None
+    unit = unit or find_unit(raw.unit_mm, pupils, shape.channels.rho)
+    agrees = stated == (axes.up, axes.facing) and not (up or facing)
+    found: tuple[Found, Found] = ("given" if up else "detected", "given" if facing else "detected")
+    return Frame(
+        axes=axes,
+        unit=unit,
+        unit_found="given" if unit_mm else "format" if unit.mm == raw.unit_mm else "detected",
+        up_found="format" if agrees else found[0],
+        facing_found="format" if agrees else found[1],
+        note="; ".join([*axes_note(raw, axes, given=bool(up or facing)), *unit_note(raw, unit, pupils, unit_mm)]),
+        channels=shape.channels,
+        points=points,
+    )
+
+
+def head_shape(raw: RawRig) -> Shape:
+    """What the blendshapes move, and the shape near it, in the file's own axes. RigError where nothing moves."""
+    try:
+        channels = find_channels(raw.neutral, raw.triangles, raw.deltas, raw.names)
+    except RigError as error:
+        raise RigError(f"{raw.name}: {error}") from error
+    return Shape(raw.neutral, raw.triangles, raw.deltas, channels)
+
+
+def face_points(raw: RawRig, R: Float[np.ndarray, "3 3"], channels: Channels) -> Points:
+    """Eyes and mouth of a rig in the axes that R turns the file's into."""
+    turned = Shape(raw.neutral @ R.T, raw.triangles, raw.deltas @ R.T.astype(raw.deltas.dtype), channels.turned(R))
+    return find_points(turned, raw.parts, raw.part_names, named=names_agree(channels))
+
+
+def axes_note(raw: RawRig, axes: Axes, *, given: bool) -> list[str]:
+    """What a person should know of the axes."""
+    if given:
+        return []
+    notes = []
+    if raw.up and (raw.up, raw.facing) != (axes.up, axes.facing):
+        against = sorted((sign for sign in axes.signs if sign.weight > 0), key=lambda sign: -sign.weight)
+        told = ", ".join(sign.name for sign in against[:3])
+        notes.append(
+            f"the format says {raw.up} up and facing {raw.facing}, this head has {axes.up} up and faces {axes.facing}"
+            f" ({told})"
+        )
+    if not axes.sure:
+        notes.append(
+            f"not sure how the head lies: {axes.up} up and facing {axes.facing} was taken; "
+            "look at the picture of the audit, and give --up and --facing where it is wrong"
+        )
+    return notes
+
+
+def unit_note(raw: RawRig, unit: Unit, pupils: float | None, given: float | None) -> list[str]:
+    """What a person should know of the unit."""
+    if given:
+        return []
+    apart = f", which puts the pupils {pupils * unit.mm:.0f} mm apart" if pupils else ""
+    if raw.unit_mm and unit.mm != raw.unit_mm:
+        stated = f", {pupils * raw.unit_mm:,.0f} mm by the file" if pupils else ""
+        return [f"one unit is {raw.unit_mm:g} mm by the file; taken as {unit.mm:g} mm{apart}{stated}"]
+    if unit.sure:
+        return []
+    if unit.signs and unit.signs[0].name.startswith("no usual unit"):
+        return [
+            f"fits no usual unit: scaled to the size of a human face, one unit is {unit.mm:.4g} mm; "
+            "give --unit-mm where that is wrong"
+        ]
+    return [f"not sure how long a unit is: one unit was taken as {unit.mm:g} mm{apart}; give --unit-mm where it is not"]
+
+
+def check_given(unit_mm: float | None, up: str | None, facing: str | None) -> None:
+    """RigError unless what a person gave can be."""
+    for what, axis in (("up", up), ("facing", facing)):
+        if axis is not None and axis not in AXES:
+            raise RigError(f"{what} is '{axis}', expected one of {', '.join(AXES)}")
+    if up and facing and up[1] == facing[1]:
+        raise RigError(f"up is {up} and facing is {facing}: choose two different axes")
+    if unit_mm is not None and not (np.isfinite(unit_mm) and unit_mm > 0):
+        raise RigError(f"the unit is {unit_mm} mm, expected a length above 0, such as 10 for centimetres")
+
+
+def votes_of(raw: RawRig, sides: int) -> list[Vote]:
+    """Every sign of a head's pose, whose two sides mirror each other along the axis `sides`."""
+    return all_votes(head_shape(raw), sides)

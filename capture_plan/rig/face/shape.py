@@ -1,0 +1,163 @@
+"""What the shape of a head tells without names: its mirror axis, where skin tears apart, balls, and rims of openings.
+
+Region   vertices within REACH rho of the middle of the face: bodies and stages do not count
+Mirror   m[axis]  60th percentile of the distance in (v, rho n / 2) from a reflected point to the nearest one; normals
+         tell a head that is turned within its plane, which places alone do not
+Tear     t[i, j] = max over k of |d_ki - d_kj| / (|v_i - v_j| + rho / 25) for neighbours i, j in space: lips and lids
+         part where skin meets skin without an edge; 1 is the strain of a wide smile
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+from capture_plan.mesh import half_edges, pieces, vertex_areas, vertex_normals
+from capture_plan.rig.face.channels import REACH, Channels
+from capture_plan.rig.skin import is_ball
+
+SAMPLE = 1500  # points that are reflected
+NORMALS = 0.5  # rho that a turned normal counts for
+MIRRORED = 60  # percentile: ears, hair and partings have no image
+LOWEST = -4.0  # nats that one axis can lose to the best
+NEIGHBOURS = 8
+SOFT = 0.04  # rho: closer neighbours than that tear no faster
+TORN = 2.5  # tear of lips and lids; cheeks stay below 1
+LINK = 0.2  # rho between torn vertices of one opening
+COMPACT = 0.45  # least over largest extent of an eyeball, or of the half that shows
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """A rig near its face, in any unit and any axes; `near` are its vertices within reach."""
+
+    neutral: Float[np.ndarray, "v 3"]
+    triangles: Int[np.ndarray, "f 3"]
+    deltas: Float[np.ndarray, "k v 3"]
+    channels: Channels
+
+    @cached_property
+    def near(self) -> Bool[np.ndarray, " v"]:
+        """Vertices of a surface within reach of the face."""
+        used = np.zeros(len(self.neutral), dtype=bool)
+        used[self.triangles] = True
+        return used & (np.linalg.norm(self.neutral - self.channels.middle, axis=1) < REACH * self.channels.rho)
+
+    @cached_property
+    def areas(self) -> Float[np.ndarray, " v"]:
+        """Area around every vertex."""
+        return vertex_areas(self.neutral, self.triangles)
+
+    @cached_property
+    def normals(self) -> Float[np.ndarray, "v 3"]:
+        """Unit normals that point out of the head, whichever way its triangles wind."""
+        n, a = vertex_normals(self.neutral, self.triangles), self.areas * self.near
+        away = self.neutral - a @ self.neutral / a.sum()
+        outward = np.einsum("v,vx,vx->", a, away, n)
+        return -n if outward < 0 else n
+
+    @cached_property
+    def piece(self) -> Int[np.ndarray, " v"]:
+        """Connected piece of every vertex."""
+        return pieces(self.triangles, len(self.neutral))
+
+    def mirror(self) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]:
+        """Log likelihood of each axis to be the sideways one, and where each axis' best mirror plane lies on it."""
+        rho = self.channels.rho
+        at = np.flatnonzero(self.near)
+        v, n = self.neutral[at], NORMALS * rho * self.normals[at]
+        tree = KDTree(np.hstack([v, n]))
+        some = np.unique(np.linspace(0, len(at) - 1, SAMPLE).astype(int))
+        found = [_axis_mirror(tree, v, n, some, axis, float(self.channels.middle[axis])) for axis in range(3)]
+        apart, offset = np.array([one[0] for one in found]) + 1e-3 * rho, np.array([one[1] for one in found])
+        return np.clip(2 * np.log(apart.min() / apart), LOWEST, 0), offset
+
+    @cached_property
+    def tears(self) -> tuple[Float[np.ndarray, " n"], Int[np.ndarray, "n 2"]]:
+        """How far each pair of neighbours in space is torn apart by the worst facial blendshape, and the pairs."""
+        rho = self.channels.rho
+        at = np.flatnonzero(self.near & (self.channels.moved > 0))
+        if len(at) < 2:
+            return np.zeros(0), np.zeros((0, 2), dtype=np.int64)
+        tree = KDTree(self.neutral[at])
+        distance, other = tree.query(self.neutral[at], k=min(NEIGHBOURS + 1, len(at)), distance_upper_bound=LINK * rho)
+        i = np.repeat(np.arange(len(at)), other.shape[1])
+        j, distance = other.ravel(), distance.ravel()
+        fits = (j < len(at)) & (i < j)
+        i, j, distance = i[fits], j[fits], distance[fits]
+        torn = np.zeros(len(i))
+        for k in np.flatnonzero(self.channels.facial):
+            d = self.deltas[k, at]
+            torn = np.maximum(torn, np.linalg.norm(d[i] - d[j], axis=1))
+        return torn / (distance + SOFT * rho), np.stack([at[i], at[j]], axis=1)
+
+    @cached_property
+    def openings(self) -> list[tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]]]:
+        """Places and tears of each set of torn neighbours that lie together, the strongest set first."""
+        tear, pair = self.tears
+        tear, pair = tear[tear > TORN], pair[tear > TORN]
+        if len(tear) == 0:
+            return []
+        place = self.neutral[pair].mean(axis=1)
+        links = KDTree(place).query_pairs(LINK * self.channels.rho, output_type="ndarray")
+        graph = coo_array((np.ones(len(links), dtype=bool), (links[:, 0], links[:, 1])), shape=(len(place),) * 2)
+        count, label = connected_components(graph, directed=False)
+        sets = [(place[label == c], tear[label == c]) for c in range(count)]
+        return sorted(sets, key=lambda one: -float(one[1].sum()))
+
+    @cached_property
+    def balls(self) -> list[Float[np.ndarray, "n 3"]]:
+        """Pieces near the face that are balls or half balls, the largest first."""
+        numbers, count = np.unique(self.piece[self.near], return_counts=True)
+        found = [self.neutral[self.piece == number] for number in numbers[count >= 12]]
+        found = [points for points in found if compact(points) and is_ball(points)]
+        return sorted(found, key=lambda points: -float(np.prod(np.ptp(points, axis=0))))
+
+    @cached_property
+    def rims(self) -> list[Int[np.ndarray, " _"]]:
+        """Vertices of every border of the surface near the face, the longest first."""
+        return [loop for loop in border_loops(self.triangles) if self.near[loop].all()]
+
+
+def compact(points: Float[np.ndarray, "n 3"]) -> bool:
+    """Whether a piece is as deep as an eyeball, or the half of it that shows."""
+    extent = np.ptp(points, axis=0)
+    return bool(extent.min() > COMPACT * extent.max())
+
+
+def border_loops(triangles: Int[np.ndarray, "f 3"]) -> list[Int[np.ndarray, " _"]]:
+    """Vertices of each connected border of the triangles, the longest border first."""
+    edge, count = np.unique(np.sort(half_edges(triangles), axis=1), axis=0, return_counts=True)
+    edge = edge[count == 1]
+    vertex, index = np.unique(edge, return_inverse=True)
+    index = index.reshape(edge.shape)
+    graph = coo_array((np.ones(len(edge), dtype=bool), index.T), shape=(len(vertex),) * 2)
+    count, label = connected_components(graph, directed=False)
+    return sorted((vertex[label == i] for i in range(count)), key=lambda loop: (-len(loop), loop[0]))
+
+
+def _axis_mirror(
+    tree: KDTree,
+    v: Float[np.ndarray, "n 3"],
+    n: Float[np.ndarray, "n 3"],
+    some: Int[np.ndarray, " s"],
+    axis: int,
+    middle: float,
+) -> tuple[float, float]:
+    """Distance to the mirror image in the best plane across an axis, and where that plane lies."""
+    flip = np.where(np.arange(3) == axis, -1.0, 1.0)
+    best = (np.inf, middle)
+    for c in (middle, (v[:, axis].min() + v[:, axis].max()) / 2):
+        for _ in range(12):
+            shift = np.where(np.arange(3) == axis, 2 * c, 0.0)
+            distance, image = tree.query(np.hstack([v[some] * flip + shift, n[some] * flip]))
+            best = min(best, (float(np.percentile(distance, MIRRORED)), float(c)))
+            moved = float(np.median((v[some, axis] + v[image, axis]) / 2))
+            if abs(moved - c) < 1e-4 * np.ptp(v[:, axis]):
+                break
+            c = moved
+    return best

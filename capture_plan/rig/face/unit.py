@@ -1,0 +1,65 @@
+"""How long one unit of a file is: what the format states, and how large the face then would be.
+
+Letters    p     pupil distance, rho  size of what moves (`channels.py`), both in the file's unit
+Score of a unit u, nats = its commonness + FORMAT where the format states it + log f(p u) + log g(rho u)
+           f, g  mixtures of log-normal densities over the usual one: human, roughly human, anything
+Sure       the lead over every other unit is LEAD, and the face has a size that faces have
+The format's unit stands while the face lies within what cartoons have; a face that fits no usual unit is scaled to a
+human's, which is never sure.
+"""
+
+import numpy as np
+
+from capture_plan.rig.face.record import Sign, Unit
+from capture_plan.rig.formats.raw import UNITS_MM
+
+HUMAN_MM = (50.0, 80.0)  # between the pupils: outside of it only the format's word is enough
+PUPILS_MM, RHO_MM = 63.0, 54.0  # adults; four human rigs 49 to 60
+FORMAT = 4.5  # nats: of the units that files state about one in a hundred is wrong
+COMMON = {1.0: 0.0, 10.0: 0.0, 1000.0: 0.0, 100.0: -0.7, 25.4: -1.2, 304.8: -2.5}
+ODD = -4.0  # a unit that only this file has
+PUPILS = ((0.75, 0.08), (0.22, 0.35))  # share and spread of the logarithm
+SIZES = ((0.60, 0.20), (0.35, 0.50))
+FLOOR = 0.03
+LEAD = 2.0
+FITS = 0.15  # of the best possible: below it a face has no size of a face
+
+
+def find_unit(stated: float | None, pupils: float | None, rho: float) -> Unit:
+    """Millimetres in a unit of the file; `pupils` is None where the eyes were not found for sure."""
+    units = list(dict.fromkeys([*COMMON, *UNITS_MM.values(), *([stated] if stated else [])]))
+    common = np.array([COMMON.get(unit, ODD if unit != stated else 0.0) for unit in units])
+    by_format = np.array([FORMAT * (unit == stated) for unit in units])
+    by_eyes = np.array([_log_mixture(pupils * unit / PUPILS_MM, PUPILS) if pupils else 0.0 for unit in units])
+    by_size = np.array([_log_mixture(rho * unit / RHO_MM, SIZES) for unit in units])
+    total = common + by_format + by_eyes + by_size
+    best = int(np.argmax(total))
+    lead = float(total[best] - np.delete(total, best).max())
+    fits = _fits(pupils * units[best] / PUPILS_MM, PUPILS) if pupils else _fits(rho * units[best] / RHO_MM, SIZES)
+    if not fits and not stated:
+        scaled = PUPILS_MM / pupils if pupils else RHO_MM / rho
+        return Unit(
+            float(scaled), False, (Sign("no usual unit fits", f"scaled to a human face, {scaled:.4g} mm", 0.0),)
+        )
+    told = [("the format", by_format)] if stated else []
+    told += [("the distance between the pupils", by_eyes)] if pupils else []
+    told += [("the size of what moves", by_size), ("how common the unit is", common)]
+    rest = np.delete(np.arange(len(units)), best)
+    signs = tuple(
+        Sign(name, f"{units[int(np.argmax(score))]:g} mm", round(float(score[best] - score[rest].max()), 2))
+        for name, score in told
+    )
+    human = pupils is None or HUMAN_MM[0] <= pupils * units[best] <= HUMAN_MM[1]
+    sure = lead > LEAD and (units[best] == stated or human) and fits
+    return Unit(float(units[best]), sure, signs)
+
+
+def _log_mixture(ratio: float, parts: tuple[tuple[float, float], ...]) -> float:
+    x = np.log(ratio)
+    return float(np.log(FLOOR + sum(share / spread * np.exp(-0.5 * (x / spread) ** 2) for share, spread in parts)))
+
+
+def _fits(ratio: float, parts: tuple[tuple[float, float], ...]) -> bool:
+    """Whether a length is one that a human or a cartoon has."""
+    widest = max(spread for _, spread in parts)
+    return bool(abs(np.log(ratio)) < widest * np.sqrt(-2 * np.log(FITS)))

@@ -1,0 +1,160 @@
+"""The signs of a head's pose: what each name, motion and shape says of up, facing and left.
+
+A name alone is no sign: its blendshape has to move something, and the direction is that of the motion or of the line
+between two centres of motion. Signs by name fall silent where the names contradict each other (`names_agree`).
+"""
+
+import numpy as np
+from jaxtyping import Float
+
+from capture_plan.rig.face.axes import Role, Vote
+from capture_plan.rig.face.channels import Channels
+from capture_plan.rig.face.shape import Shape
+
+EYES = ("blink", "eye wide", "eye squint")
+MOUTH = (
+    *("jaw open", "mouth open", "mouth close", "mouth narrow", "mouth wide", "smile", "frown"),
+    *("lip up", "lip down", "lip roll", "lip press", "mouth other"),
+)
+BROWS = ("brow up", "brow down")
+BY_MOTION: tuple[tuple[str, tuple[str, ...], Role, float, float, float], ...] = (
+    # words, kinds, role, sign of the motion, kappa, eps
+    ("a blink closes downwards", ("blink",), "up", -1, 6, 0.04),
+    ("the jaw opens downwards", ("jaw open",), "up", -1, 6, 0.04),
+    ("the mouth opens downwards", ("mouth open",), "up", -1, 4, 0.10),
+    ("brows are raised upwards", ("brow up",), "up", 1, 6, 0.03),
+    ("brows are drawn downwards", ("brow down",), "up", -1, 5, 0.06),
+    ("eyes look upwards", ("gaze up",), "up", 1, 4, 0.10),
+    ("eyes look downwards", ("gaze down",), "up", -1, 4, 0.10),
+    ("a smile goes upwards", ("smile",), "up", 1, 4, 0.06),
+    ("the jaw is pushed forward", ("jaw forward",), "facing", 1, 5, 0.06),
+    ("lips are pushed forward", ("mouth narrow",), "facing", 1, 3, 0.12),
+    ("the tongue comes out forward", ("tongue",), "facing", 1, 3, 0.12),
+)
+SPREAD = 0.7  # of the summed lengths: left and right names that agree on a direction add up to more
+SEVERAL = 3  # pairs of names that can contradict each other
+BODY_BEYOND = 5.0  # rho from the face: what lies there is a body
+
+
+def all_votes(shape: Shape, sides: int) -> list[Vote]:
+    """Every sign that speaks; `sides` is the axis across which the head mirrors itself best."""
+    channels = shape.channels
+    named = name_votes(channels) if names_agree(channels) else []
+    return [*named, *shape_votes(shape, sides)]
+
+
+def names_agree(channels: Channels) -> bool:
+    """Whether blendshapes called left lie all to one side of those called right."""
+    apart = _left_minus_right(channels)
+    if len(apart) <= SEVERAL:
+        return True
+    return bool(np.linalg.norm(apart.sum(axis=0)) >= SPREAD * np.linalg.norm(apart, axis=1).sum())
+
+
+def name_votes(channels: Channels) -> list[Vote]:
+    """Signs that need names: which way what is called so moves, and what lies above what."""
+    votes = []
+    for words, kinds, role, sign, kappa, eps in BY_MOTION:
+        rows = channels.of(*kinds)
+        if rows:
+            votes.append(Vote(words, role, sign * channels.direction[rows].mean(axis=0), kappa, eps))
+    eyes, mouth, brows = (_middle_of(channels, kinds) for kinds in (EYES, MOUTH, BROWS))
+    for words, above, below, kappa, eps in (
+        ("what is named for the eyes lies above the mouth", eyes, mouth, 8, 0.02),
+        ("what is named for the brows lies above the mouth", brows, mouth, 8, 0.02),
+        ("what is named for the brows lies above the eyes", brows, eyes, 5, 0.08),
+    ):
+        if above is not None and below is not None:
+            votes.append(Vote(words, "up", _unit(above - below), kappa, eps))
+    apart = _left_minus_right(channels)
+    if len(apart):
+        strength = float(np.linalg.norm(apart.sum(axis=0)) / np.linalg.norm(apart, axis=1).sum())
+        votes.append(Vote("names call this side left", "left", strength * _unit(apart.sum(axis=0)), 6, 0.06))
+    return votes
+
+
+def shape_votes(shape: Shape, sides: int) -> list[Vote]:
+    """Signs of shape and motion alone."""
+    channels, rho = shape.channels, shape.channels.rho
+    moved, a = channels.moved, shape.areas * shape.near
+    votes = [Vote("the skin that moves looks forward", "facing", moved @ shape.normals, 6, 0.03)]
+    head = a @ shape.neutral / a.sum()
+    votes.append(Vote("the face lies before the head", "facing", (channels.middle - head) / rho, 4, 0.30))
+    votes += _largest_motion(shape)
+    votes += _small_above_wide(channels, sides)
+    votes += _tear_votes(shape, sides)
+    votes += _body_votes(shape)
+    return votes
+
+
+def _largest_motion(shape: Shape) -> list[Vote]:
+    """The largest motion of a whole face is the jaw's, downwards."""
+    channels = shape.channels
+    rows = np.flatnonzero(channels.facial)
+    size = [float(shape.areas @ np.linalg.norm(shape.deltas[k], axis=1) ** 2) for k in rows]
+    if len(rows) < 8:
+        return []
+    largest = rows[int(np.argmax(size))]
+    return [Vote("the largest motion is the jaw's, downwards", "up", -channels.direction[largest], 3, 0.20)]
+
+
+def _small_above_wide(channels: Channels, sides: int) -> list[Vote]:
+    """Small movements beside the middle (lids, brows) lie above the wide ones of jaw and mouth."""
+    rows = np.flatnonzero(channels.facial)
+    aside = np.abs(channels.centre[rows, sides] - channels.middle[sides]) / channels.rho
+    small = rows[(aside > 0.25) & (channels.radius[rows] < 0.45 * channels.rho)]
+    wide = rows[(aside < 0.15) & (channels.radius[rows] > 0.45 * channels.rho)]
+    if len(small) < 2 or len(wide) < 2:
+        return []
+    up = channels.centre[small].mean(axis=0) - channels.centre[wide].mean(axis=0)
+    return [
+        Vote("small movements at the sides lie above wide ones in the middle", "up", 2 * up / channels.rho, 6, 0.12)
+    ]
+
+
+def _tear_votes(shape: Shape, sides: int) -> list[Vote]:
+    """Skin that parts beside the middle (lids) lies above skin that parts across it (lips)."""
+    channels, rho = shape.channels, shape.channels.rho
+    lips, lids = None, []
+    for place, tear in shape.openings:
+        aside = (place[:, sides] - channels.middle[sides]) / rho
+        middle = tear @ place / tear.sum()
+        if lips is None and aside.min() < 0.05 and aside.max() > -0.05 and abs(np.average(aside, weights=tear)) < 0.2:
+            lips = middle
+        elif abs(np.average(aside, weights=tear)) > 0.3:
+            lids.append(middle)
+    if lips is None or len(lids) < 2:
+        return []
+    up = np.mean(lids[:4], axis=0) - lips
+    return [Vote("lids part above the lips", "up", _unit(up), 6, 0.10)]
+
+
+def _body_votes(shape: Shape) -> list[Vote]:
+    """A body hangs below the head."""
+    channels = shape.channels
+    away = shape.neutral - channels.middle
+    far = shape.areas * (np.linalg.norm(away, axis=1) > BODY_BEYOND * channels.rho)
+    if far.sum() < 0.5 * (shape.areas @ shape.near):
+        return []
+    return [Vote("the body hangs below the head", "up", -_unit(far @ away), 6, 0.15)]
+
+
+def _left_minus_right(channels: Channels) -> Float[np.ndarray, "n 3"]:
+    """From the right to the left one of every pair of names that differ in their side, by kind."""
+    kinds = {m.kind for m in channels.movements if m and m.side and not m.kind.startswith("gaze")}
+    apart = []
+    for kind in sorted(kinds):
+        left, right = (channels.of(kind, side=side) for side in ("left", "right"))
+        if left and right:
+            apart.append(channels.centre[left].mean(axis=0) - channels.centre[right].mean(axis=0))
+    return np.array(apart).reshape(-1, 3)
+
+
+def _middle_of(channels: Channels, kinds: tuple[str, ...]) -> Float[np.ndarray, " 3"] | None:
+    rows = channels.of(*kinds)
+    return channels.centre[rows].mean(axis=0) if rows else None
+
+
+def _unit(u: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " 3"]:
+    length = float(np.linalg.norm(u))
+    return u / length if length > 0 else u

@@ -1,0 +1,56 @@
+"""The words of a name, in any script: at separators and capitals, and inside runs that are known words end to end.
+
+split_words("head__eyeBlink_L")   head eye blink l
+split_words("mouthopen")          mouth open
+split_words("browser")            browser
+split_words("左目を閉じる")         左 目 を 閉じる
+split_words("ｳｨﾝｸ２右")             ウィンク 2 右
+"""
+
+import re
+import tomllib
+import unicodedata
+from functools import cache, lru_cache
+from importlib.resources import files
+
+PIECE = re.compile(r"CTRL|PHM|JCM|[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+|[^\W\d_A-Za-z]+|[^\s\w.:|/,;()\[\]{}!?。、・-]")
+SHORT = ("up",)  # two letters that may close a run: "browup"
+LEAST = 3  # letters of a known word inside a run of Latin letters
+
+
+@lru_cache(maxsize=8192)
+def split_words(name: str) -> tuple[str, ...]:
+    """Words of `name` in small letters, numbers among them; half-width and full-width forms are folded."""
+    folded = unicodedata.normalize("NFKC", name)
+    return tuple(word for piece in PIECE.findall(folded) for word in _split(piece.lower()))
+
+
+def _split(piece: str) -> tuple[str, ...]:
+    """A run as the fewest known words that make it up end to end; the run itself where none do."""
+    if piece.isdigit() or piece in _known():
+        return (piece,)
+    best: list[tuple[str, ...] | None] = [(), *[None] * len(piece)]
+    for end in range(1, len(piece) + 1):
+        ways = [
+            (*before, piece[start:end])
+            for start in range(end)
+            if (before := best[start]) is not None and _is_word(piece[start:end], start, end == len(piece))
+        ]
+        best[end] = min(ways, key=len, default=None)
+    return best[-1] or (piece,)
+
+
+def _is_word(part: str, start: int, last: bool) -> bool:
+    if part not in _known():
+        return False
+    return not part.isascii() or len(part) >= LEAST or (part in SHORT and last and start > 0)
+
+
+@cache
+def _known() -> frozenset[str]:
+    """Every word of the tables that may stand inside a run."""
+    text = files("capture_plan.rig").joinpath("data", "movements.toml").read_text(encoding="utf-8")
+    data = tomllib.loads(text)
+    tables = (data["words"], data["sides"], data["filler"], data["syllables"])
+    words = {word for table in tables for words in table.values() for word in words}
+    return frozenset(words | set(data["mmd"]))
