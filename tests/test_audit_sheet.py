@@ -14,8 +14,8 @@ from PIL import Image
 from capture_plan.errors import RigError
 from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
+from capture_plan.rig.face.axes import axes_matrix
 from capture_plan.rig.face.facts import reading_facts
-from capture_plan.rig.orient import axes_matrix
 from capture_plan.sheets.audit_sheet import A4_ACROSS, DPI, VIEWS_MM, VIEWS_Y, audit_booklet, audit_bytes
 from capture_plan.sheets.page import MARGIN_MM
 from capture_plan.sheets.style import rgb

@@ -67,6 +67,8 @@ def verdict(found: Audit) -> str:
 
 def unsure_words(read: ReadingFacts) -> str:
     """'the axes and the mouth are not certain'; nothing where all is beyond doubt that decides about the plan."""
+    if read.against:
+        return "the face itself speaks against how it was read to lie"
     parts = {"the axes": read.axes, "the unit": read.unit, "the eyes": read.eyes, "the mouth": read.mouth}
     unsure = [name for name, answer in parts.items() if not answer.sure]
     if not unsure:

@@ -19,6 +19,7 @@ from scipy.spatial import KDTree
 from capture_plan.mesh import surface_graph
 from capture_plan.rig.anchors import Anchors, face_anchors
 from capture_plan.rig.face.reading import face_reading
+from capture_plan.rig.face.sense import contradicted
 from capture_plan.rig.record import Rig
 
 REGIONS = (
@@ -98,7 +99,8 @@ def face_regions(rig: Rig) -> FaceRegions:
 def names_known(rig: Rig) -> tuple[bool, bool]:
     """Whether places of a face may be called by their regions, and whether by their sides: the one switch for both."""
     read = face_reading(rig)
-    return read.axes.sure and read.eyes.sure and read.mouth.sure, read.axes.sure
+    lies = read.axes.sure and not contradicted(rig)
+    return lies and read.eyes.sure and read.mouth.sure, lies
 
 
 def _fits(

@@ -9,6 +9,7 @@ from msgspec import Struct
 
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.face.record import Axes, Eyes, Sides, Sign, Spot, Unit, Vector
+from capture_plan.rig.face.sense import contradicted
 from capture_plan.rig.record import Rig
 
 SIGNS = 6  # that a plan keeps of an answer: the strongest, whichever way they speak
@@ -53,7 +54,10 @@ class SpotFacts(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class ReadingFacts(Struct, frozen=True, forbid_unknown_fields=True):
-    """How a rig was understood, what each answer rests on, and what was left out or set aside (see `Reading`)."""
+    """How a rig was understood, what each answer rests on, and what was left out or set aside (see `Reading`).
+
+    `against` is what the face itself says against how it was read to lie, whoever said so (`sense.py`).
+    """
 
     axes: Axes
     unit: Unit
@@ -65,6 +69,7 @@ class ReadingFacts(Struct, frozen=True, forbid_unknown_fields=True):
     sides: Sides
     left_out: tuple[str, ...] = ()
     set_aside: tuple[str, ...] = ()
+    against: tuple[str, ...] = ()
 
     @property
     def no_face(self) -> bool:
@@ -75,7 +80,7 @@ class ReadingFacts(Struct, frozen=True, forbid_unknown_fields=True):
     @property
     def regions_known(self) -> bool:
         """Whether places on the face may be called by the names of its regions."""
-        return self.axes.sure and self.eyes.sure and self.mouth.sure
+        return self.axes.sure and self.eyes.sure and self.mouth.sure and not self.against
 
 
 def reading_facts(rig: Rig) -> ReadingFacts:
@@ -92,6 +97,7 @@ def reading_facts(rig: Rig) -> ReadingFacts:
         sides=Sides(read.sides.sure, read.sides.disagree, _short(read.sides.signs)),
         left_out=read.left_out,
         set_aside=read.set_aside,
+        against=contradicted(rig),
     )
 
 

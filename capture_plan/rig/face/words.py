@@ -6,8 +6,9 @@ from collections.abc import Iterable, Sequence
 
 from capture_plan.rig.face.facts import PairFacts, ReadingFacts, SpotFacts
 from capture_plan.rig.face.record import Sign
+from capture_plan.rig.face.sense import GIVE_AXES
+from capture_plan.rig.face.unit import HUMAN_MM
 
-PUPILS_MM = (50.0, 80.0)  # of nearly every adult and child; beyond it a reading needs a reason
 SPOKEN = 3  # signs that a line names
 NAMED = 6  # parts or blendshapes that a line calls by their names
 
@@ -96,7 +97,9 @@ def _side_words(read: ReadingFacts) -> str:
 def _frame_doubts(read: ReadingFacts) -> list[str]:
     axes, unit, pupils = read.axes, read.unit, read.eyes.apart_mm
     found = []
-    if not axes.sure:
+    if read.against:
+        found.append(f"Against this reading: {'; '.join(read.against)}. {GIVE_AXES[0].upper()}{GIVE_AXES[1:]}.")
+    elif not axes.sure:
         found.append(
             f"How the head lies in its file is not certain: {axes.up} was taken for up and {axes.facing} for forward. "
             "If the picture shows it lying, upside down or from behind, give --up and --facing."
@@ -104,9 +107,9 @@ def _frame_doubts(read: ReadingFacts) -> list[str]:
     if not unit.sure:
         far = "" if pupils is None else f", which puts the pupils {pupils:.0f} mm apart"
         found.append(f"The size is not certain: one unit was taken as {unit.mm:g} mm{far}. Give --unit-mm if it errs.")
-    elif pupils is not None and not PUPILS_MM[0] <= pupils <= PUPILS_MM[1]:
+    elif pupils is not None and not HUMAN_MM[0] <= pupils <= HUMAN_MM[1]:
         found.append(
-            f"The pupils are {pupils:.0f} mm apart, a person's {PUPILS_MM[0]:g} to {PUPILS_MM[1]:g} mm: give --unit-mm "
+            f"The pupils are {pupils:.0f} mm apart, a person's {HUMAN_MM[0]:g} to {HUMAN_MM[1]:g} mm: give --unit-mm "
             "if one unit of the file is not "
             f"{unit.mm:g} mm."
         )
