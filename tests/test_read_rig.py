@@ -9,7 +9,7 @@ from test_gltf import write_sample_glb
 
 from capture_plan.errors import RigError
 from capture_plan.rig import Rig, read_rig, sample_rig
-from capture_plan.rig.orient import axes_matrix
+from capture_plan.rig.face.axes import axes_matrix
 
 K = 4
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from capture_plan.rig import sample_rig
-from capture_plan.rig.orient import find_eyes
+from capture_plan.rig.face.axes import find_eyes
 from capture_plan.rig.sample.rebuild import fan, read_base, read_target, trim
 
 ARKIT = 52

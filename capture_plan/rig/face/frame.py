@@ -52,11 +52,10 @@ class Frame:
 def find_frame(raw: RawRig, *, unit_mm: float | None, up: str | None, facing: str | None) -> Frame:
     """Unit and axes of `raw`: what is given here, else what its format says where that can be, else what is found."""
     shape = head_shape(raw)
-    mirror, _ = shape.mirror()
     stated = (raw.up, raw.facing) if raw.up and raw.facing else None
     axes = decide(
-        all_votes(shape, int(np.argmax(mirror))),
-        mirror,
+        all_votes(shape, int(np.argmax(shape.mirror))),
+        shape.mirror,
         stated=stated if not (up or facing) else None,
         up=up,
         facing=facing,

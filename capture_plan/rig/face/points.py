@@ -45,6 +45,8 @@ STRONG_TEAR = 6.0
 FRONT = 0.25  # rho: lips are about 12 mm deep
 CLOSES = 0.25  # of the width of an opening, by which the largest movement near it moves its border
 ONE_SIDED = 0.8
+WIDER = 1.5  # times the smallest movement of its name: it moves more than that
+WIDEST = 1.2  # rho: a movement of the mouth alone is smaller
 PUPILS_RHO = (0.3, 3.2)  # rho between the pupils: humans 0.9 to 1.3, cartoons up to 2.5
 
 
@@ -78,7 +80,7 @@ class Points:
 
 def find_points(shape: Shape, parts: np.ndarray, part_names: tuple[str, ...], *, named: bool) -> Points:
     """Eyes and mouth of a head in the rig's axes; names are heeded where `named` says that they do not contradict."""
-    x0 = float(shape.mirror()[1][0])
+    x0 = shape.mirror_across(0)[1]
     eyes = [one for one in eye_candidates(shape, x0, parts, part_names, named=named) if _possible(one, shape)]
     mouths = mouth_candidates(shape, x0, named=named)
     return Points(x0, *choose(eyes, mouths))
@@ -151,7 +153,7 @@ def mouth_candidates(shape: Shape, x0: float, *, named: bool) -> list[Candidate]
     """Every place that a sign takes for the mouth."""
     channels, rho = shape.channels, shape.channels.rho
     found = []
-    rows = channels.of(*LIPS) if named else []
+    rows = [k for k in channels.of(*LIPS) if channels.radius[k] < WIDEST * rho] if named else []
     if rows:
         place = np.median(channels.centre[rows], axis=0)
         found.append(Candidate("name", "what is named for the mouth", 2.0, _on_plane(place, x0)))
@@ -190,10 +192,14 @@ def closes(shape: Shape, loop: Int[np.ndarray, " n"]) -> bool:
 def _by_name(shape: Shape, x0: float, kind: str, kinds: tuple[str, ...], words: str, trust: float) -> Candidate | None:
     """Where the movements of these kinds are on either side: the median of v + d / 2, by energy, of what moves most."""
     sides: tuple[list[np.ndarray], list[np.ndarray]] = ([], [])
-    for k in shape.channels.of(*kinds):
+    rows = shape.channels.of(*kinds)
+    smallest = min((float(shape.channels.radius[k]) for k in rows), default=0.0)
+    for k in rows:
         d = shape.deltas[k]
-        length = np.linalg.norm(d, axis=1)
+        length = np.linalg.norm(d, axis=1) * shape.front
         w = np.where(length > LIDS * length.max(), shape.channels.energy[k], 0)
+        if shape.channels.radius[k] > WIDER * smallest or not w.any():  # a grin that closes the eyes too
+            continue
         x = shape.neutral[:, 0] - x0
         balance = float(w @ np.sign(x) / w.sum())
         for side, sign in zip(sides, (1, -1), strict=True):

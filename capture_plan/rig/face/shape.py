@@ -20,7 +20,7 @@ from capture_plan.mesh import half_edges, pieces, vertex_areas, vertex_normals
 from capture_plan.rig.face.channels import REACH, Channels
 from capture_plan.rig.skin import is_ball
 
-SAMPLE = 1500  # points that are reflected
+COARSE, SAMPLE = 200, 600  # points that are reflected: to place a plane, to judge it
 NORMALS = 0.5  # rho that a turned normal counts for
 MIRRORED = 60  # percentile: ears, hair and partings have no image
 LOWEST = -4.0  # nats that one axis can lose to the best
@@ -28,6 +28,8 @@ NEIGHBOURS = 8
 SOFT = 0.04  # rho: closer neighbours than that tear no faster
 TORN = 2.5  # tear of lips and lids; cheeks stay below 1
 LINK = 0.2  # rho between torn vertices of one opening
+CELL, CELLS = 0.15, 32  # rho, and cells to either side of the middle, in which the front is looked for
+FRONT = 0.5  # rho behind the front of its cell
 COMPACT = 0.45  # least over largest extent of an eyeball, or of the half that shows
 
 
@@ -65,16 +67,26 @@ class Shape:
         """Connected piece of every vertex."""
         return pieces(self.triangles, len(self.neutral))
 
-    def mirror(self) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]:
-        """Log likelihood of each axis to be the sideways one, and where each axis' best mirror plane lies on it."""
-        rho = self.channels.rho
+    @cached_property
+    def mirror(self) -> Float[np.ndarray, " 3"]:
+        """Log likelihood of each axis to be the sideways one."""
+        apart = np.array([self.mirror_across(axis)[0] for axis in range(3)]) + 1e-3 * self.channels.rho
+        return np.clip(2 * np.log(apart.min() / apart), LOWEST, 0)
+
+    def mirror_across(self, axis: int) -> tuple[float, float]:
+        """How far the head is from its mirror image in the best plane across an axis, and where that plane lies."""
+        if axis not in self._mirrors:
+            self._mirrors[axis] = self._mirror(axis)
+        return self._mirrors[axis]
+
+    @cached_property
+    def _mirrors(self) -> dict[int, tuple[float, float]]:
+        return {}
+
+    def _mirror(self, axis: int) -> tuple[float, float]:
         at = np.flatnonzero(self.near)
-        v, n = self.neutral[at], NORMALS * rho * self.normals[at]
-        tree = KDTree(np.hstack([v, n]))
-        some = np.unique(np.linspace(0, len(at) - 1, SAMPLE).astype(int))
-        found = [_axis_mirror(tree, v, n, some, axis, float(self.channels.middle[axis])) for axis in range(3)]
-        apart, offset = np.array([one[0] for one in found]) + 1e-3 * rho, np.array([one[1] for one in found])
-        return np.clip(2 * np.log(apart.min() / apart), LOWEST, 0), offset
+        v, n = self.neutral[at], NORMALS * self.channels.rho * self.normals[at]
+        return _axis_mirror(v, n, axis, float(self.channels.middle[axis]))
 
     @cached_property
     def tears(self) -> tuple[Float[np.ndarray, " n"], Int[np.ndarray, "n 2"]]:
@@ -110,6 +122,18 @@ class Shape:
         return sorted(sets, key=lambda one: -float(one[1].sum()))
 
     @cached_property
+    def front(self) -> Bool[np.ndarray, " v"]:
+        """Vertices near the front of what moves, in a head that looks along +z: not throat, palate or nape."""
+        rho, middle = self.channels.rho, self.channels.middle
+        moving = self.near & (self.channels.moved > 0)
+        cell = np.floor((self.neutral[:, :2] - middle[:2]) / (CELL * rho)).astype(np.int64)
+        cell = np.clip(cell, -CELLS, CELLS - 1) + CELLS
+        number = cell[:, 0] * 2 * CELLS + cell[:, 1]
+        front = np.full((2 * CELLS) ** 2, -np.inf)
+        np.maximum.at(front, number[moving], self.neutral[moving, 2])
+        return moving & (self.neutral[:, 2] > front[number] - FRONT * rho)
+
+    @cached_property
     def balls(self) -> list[Float[np.ndarray, "n 3"]]:
         """Pieces near the face that are balls or half balls, the largest first."""
         numbers, count = np.unique(self.piece[self.near], return_counts=True)
@@ -141,23 +165,20 @@ def border_loops(triangles: Int[np.ndarray, "f 3"]) -> list[Int[np.ndarray, " _"
 
 
 def _axis_mirror(
-    tree: KDTree,
-    v: Float[np.ndarray, "n 3"],
-    n: Float[np.ndarray, "n 3"],
-    some: Int[np.ndarray, " s"],
-    axis: int,
-    middle: float,
+    v: Float[np.ndarray, "n 3"], n: Float[np.ndarray, "n 3"], axis: int, middle: float
 ) -> tuple[float, float]:
     """Distance to the mirror image in the best plane across an axis, and where that plane lies."""
-    flip = np.where(np.arange(3) == axis, -1.0, 1.0)
+    flip, along = np.where(np.arange(3) == axis, -1.0, 1.0), np.arange(3) == axis
+    places, both = KDTree(v), KDTree(np.hstack([v, n]))
+    few, some = (np.unique(np.linspace(0, len(v) - 1, count).astype(int)) for count in (COARSE, SAMPLE))
     best = (np.inf, middle)
-    for c in (middle, (v[:, axis].min() + v[:, axis].max()) / 2):
-        for _ in range(12):
-            shift = np.where(np.arange(3) == axis, 2 * c, 0.0)
-            distance, image = tree.query(np.hstack([v[some] * flip + shift, n[some] * flip]))
-            best = min(best, (float(np.percentile(distance, MIRRORED)), float(c)))
-            moved = float(np.median((v[some, axis] + v[image, axis]) / 2))
+    for c in (middle, float(v[:, axis].min() + v[:, axis].max()) / 2):
+        for _ in range(8):
+            _, image = places.query(v[few] * flip + 2 * c * along)
+            moved = float(np.median((v[few, axis] + v[image, axis]) / 2))
             if abs(moved - c) < 1e-4 * np.ptp(v[:, axis]):
                 break
             c = moved
+        distance, _ = both.query(np.hstack([v[some] * flip + 2 * c * along, n[some] * flip]))
+        best = min(best, (float(np.percentile(distance, MIRRORED)), float(c)))
     return best

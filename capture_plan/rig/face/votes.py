@@ -77,12 +77,14 @@ def shape_votes(shape: Shape, sides: int) -> list[Vote]:
     """Signs of shape and motion alone."""
     channels, rho = shape.channels, shape.channels.rho
     moved, a = channels.moved, shape.areas * shape.near
-    votes = [Vote("the skin that moves looks forward", "facing", moved @ shape.normals, 6, 0.03)]
     head = a @ shape.neutral / a.sum()
+    away = shape.neutral - head
+    outer = moved * np.clip(np.einsum("vx,vx->v", away, shape.normals), 0, None)  # not the inside of the mouth
+    votes = [Vote("the skin that moves looks forward", "facing", outer @ shape.normals / outer.sum(), 6, 0.03)]
     votes.append(Vote("the face lies before the head", "facing", (channels.middle - head) / rho, 4, 0.30))
     votes += _largest_motion(shape)
     votes += _small_above_wide(channels, sides)
-    votes += _tear_votes(shape, sides)
+    votes += _eyes_and_mouth(shape, sides)
     votes += _body_votes(shape)
     return votes
 
@@ -112,21 +114,52 @@ def _small_above_wide(channels: Channels, sides: int) -> list[Vote]:
     ]
 
 
-def _tear_votes(shape: Shape, sides: int) -> list[Vote]:
-    """Skin that parts beside the middle (lids) lies above skin that parts across it (lips)."""
-    channels, rho = shape.channels, shape.channels.rho
-    lips, lids = None, []
-    for place, tear in shape.openings:
-        aside = (place[:, sides] - channels.middle[sides]) / rho
-        middle = tear @ place / tear.sum()
-        if lips is None and aside.min() < 0.05 and aside.max() > -0.05 and abs(np.average(aside, weights=tear)) < 0.2:
-            lips = middle
-        elif abs(np.average(aside, weights=tear)) > 0.3:
-            lids.append(middle)
-    if lips is None or len(lids) < 2:
-        return []
-    up = np.mean(lids[:4], axis=0) - lips
-    return [Vote("lids part above the lips", "up", _unit(up), 6, 0.10)]
+def _eyes_and_mouth(shape: Shape, sides: int) -> list[Vote]:
+    """Balls, lids and lips by shape: the eyes lie above the mouth, and lids lie before the balls that they cover."""
+    rho = shape.channels.rho
+    votes = []
+    balls = _mirrored([middle_of_box(ball) for ball in shape.balls], sides, shape, 0.05)
+    openings = [tear @ place / tear.sum() for place, tear in shape.openings]
+    lids = _mirrored(openings, sides, shape, 0.15)
+    lips = next((place for place in openings if _aside(place, sides, shape) < 0.2), None)
+    rims = [shape.neutral[loop] for loop in shape.rims if len(loop) >= 6]
+    eyes = balls[:1] or lids[:1]
+    if lips is not None and eyes:
+        words = "two balls lie above where lips part" if balls else "lids part above the lips"
+        votes.append(Vote(words, "up", _unit(eyes[0].mean(axis=0) - lips), 8, 0.06))
+    for pair in balls[:1]:
+        covers = [rim.mean(axis=0) - ball for ball in pair for rim in rims if _covers(rim, ball, rho)]
+        if covers:
+            votes.append(Vote("lids lie before the eyeballs", "facing", _unit(np.mean(covers, axis=0)), 6, 0.08))
+    return votes
+
+
+def _covers(rim: Float[np.ndarray, "n 3"], ball: Float[np.ndarray, " 3"], rho: float) -> bool:
+    """Whether a rim may be that of the lids over a ball: near it, and no wider than an eye."""
+    return bool(np.linalg.norm(rim.mean(axis=0) - ball) < 0.4 * rho and np.ptp(rim, axis=0).max() < rho)
+
+
+def _mirrored(places: list[np.ndarray], sides: int, shape: Shape, tolerance: float) -> list[Float[np.ndarray, "2 3"]]:
+    """Pairs of places that mirror each other within a share of rho, clear of the middle, in the order given."""
+    middle, rho = shape.mirror_across(sides)[1], shape.channels.rho
+    flip = np.where(np.arange(3) == sides, -1.0, 1.0)
+    found = []
+    for i, one in enumerate(places):
+        image = one * flip + np.where(np.arange(3) == sides, 2 * middle, 0.0)
+        for other in places[i + 1 :]:
+            if np.linalg.norm(image - other) < tolerance * rho and abs(one[sides] - middle) > 0.2 * rho:
+                found.append(np.stack([one, other]))
+    return found
+
+
+def _aside(place: Float[np.ndarray, " 3"], sides: int, shape: Shape) -> float:
+    """How far a place lies from the mirror plane, in rho."""
+    return abs(float(place[sides]) - shape.mirror_across(sides)[1]) / shape.channels.rho
+
+
+def middle_of_box(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " 3"]:
+    """Middle of the box around points."""
+    return (points.min(axis=0) + points.max(axis=0)) / 2
 
 
 def _body_votes(shape: Shape) -> list[Vote]:
@@ -136,7 +169,7 @@ def _body_votes(shape: Shape) -> list[Vote]:
     far = shape.areas * (np.linalg.norm(away, axis=1) > BODY_BEYOND * channels.rho)
     if far.sum() < 0.5 * (shape.areas @ shape.near):
         return []
-    return [Vote("the body hangs below the head", "up", -_unit(far @ away), 6, 0.15)]
+    return [Vote("the body hangs below the head", "up", -_unit(far @ away), 5, 0.25)]
 
 
 def _left_minus_right(channels: Channels) -> Float[np.ndarray, "n 3"]:
