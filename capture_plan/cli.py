@@ -15,6 +15,7 @@ import typer
 if TYPE_CHECKING:
     from capture_plan.plan.settings import Settings
     from capture_plan.rig import Rig
+    from capture_plan.rig.audit import Audit
     from capture_plan.rig.sequence import Sequence
 
 app = typer.Typer(
@@ -79,7 +80,8 @@ def audit(
     rig: RigPath,
     json: Annotated[bool, typer.Option("--json", help="Print the audit as JSON to standard output.")] = False,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write it to FILE instead, to send it on.")
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Write FILE: .png, .pdf or .html with pictures, or .txt."),
     ] = None,
     unit_mm: UnitMm = None,
     up: Up = None,
@@ -87,18 +89,17 @@ def audit(
     skin: Skin = None,
     names: Names = None,
 ) -> None:
-    """Say what is in a rig, what is wrong with it, and what a plan will leave out and why."""
+    """Say and show how a rig was understood, what is wrong with it, and what a plan will leave out and why."""
     import msgspec
 
-    from capture_plan.plan.files import write_whole
     from capture_plan.rig.audit import audit as audit_rig
     from capture_plan.rig.audit_page import audit_text
 
-    report = audit_rig(open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names))
+    found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
+    report = audit_rig(found)
     text = msgspec.json.format(msgspec.json.encode(report)).decode() + "\n" if json else audit_text(report)
     if output is not None:
-        write_whole(output, text.encode())
-        say_written([output])
+        write_audit(report, found, output, text)
     elif json:
         print(text, end="")
     else:
@@ -458,6 +459,16 @@ def open_rig(path: str, **corrections: Any) -> "Rig":
     if given := [name for name, value in corrections.items() if value is not None]:
         raise RigError(f"the sample is read as it is: leave out --{given[0].replace('_', '-')}")
     return sample_rig()
+
+
+def write_audit(report: "Audit", rig: "Rig", path: Path, text: str) -> None:
+    """The audit as a page with pictures where the suffix asks for one, else as this text."""
+    from capture_plan.plan.files import write_whole
+    from capture_plan.sheets.audit_sheet import KINDS, audit_bytes
+
+    kind = path.suffix.lower()
+    write_whole(path, audit_bytes(report, rig, kind) if kind in KINDS else text.encode())
+    say_written([path])
 
 
 def open_take(path: Path, rig: "Rig", names: str | None) -> "Sequence":
