@@ -34,7 +34,7 @@ def find_unit(stated: float | None, pupils: float | None, rho: float, extent: fl
     `extent` is the largest one of the whole mesh; where `few` blendshapes move, rho says little.
     """
     units = list(dict.fromkeys([*COMMON, *UNITS_MM.values(), *([stated] if stated else [])]))
-    sizes = ((1.0, 0.9),) if few else SIZES
+    sizes = ((1.0, 1.4),) if few else SIZES
     common = np.array([COMMON.get(unit, ODD if unit != stated else 0.0) for unit in units])
     by_format = np.array([FORMAT * (unit == stated) for unit in units])
     by_eyes = np.array([_log_mixture(pupils * unit / PUPILS_MM, PUPILS) if pupils else 0.0 for unit in units])
@@ -43,7 +43,9 @@ def find_unit(stated: float | None, pupils: float | None, rho: float, extent: fl
     total = common + by_format + by_eyes + by_size + by_mesh
     best = int(np.argmax(total))
     lead = float(total[best] - np.delete(total, best).max())
-    fits = _fits(pupils * units[best] / PUPILS_MM, PUPILS) if pupils else _fits(rho * units[best] / RHO_MM, sizes)
+    fits = (
+        _fits(pupils * units[best] / PUPILS_MM, PUPILS) if pupils else few or _fits(rho * units[best] / RHO_MM, sizes)
+    )
     if not fits and not stated:
         scaled = PUPILS_MM / pupils if pupils else RHO_MM / rho
         return Unit(
