@@ -9,7 +9,9 @@ import numpy as np
 from jaxtyping import Float
 from msgspec import Struct
 
+from capture_plan.rig.agreement import agreed_meanings, misleading
 from capture_plan.rig.anchors import face_anchors, interpupillary
+from capture_plan.rig.face.facts import ReadingFacts, reading_facts
 from capture_plan.rig.findings import (
     DEPENDENT,
     Finding,
@@ -22,9 +24,7 @@ from capture_plan.rig.findings import (
 from capture_plan.rig.findings_cover import covers
 from capture_plan.rig.findings_mesh import holes, sizes, untidy, windings
 from capture_plan.rig.findings_sides import crooked, misnamed, overlaps, partners
-from capture_plan.rig.name_map import NameMap
 from capture_plan.rig.pairs import blendshape_pairs
-from capture_plan.rig.recognise import recognise_all
 from capture_plan.rig.record import Rig
 from capture_plan.rig.symmetry import SymmetryReport, symmetry_report
 
@@ -62,7 +62,8 @@ class Audit(Struct, frozen=True, forbid_unknown_fields=True):
     """`used` are the blendshapes that are planned for, in the rig's order; `rank` of them can be told apart at all.
 
     `unit_mm`, `up` and `facing` are those of the artist's file, and `note` says how they were found and what else the
-    reader had to say. `details` has every blendshape in the rig's order.
+    reader had to say. `details` has every blendshape in the rig's order. `reading` is how the face was understood;
+    plans of older versions have none.
     """
 
     vertices: int
@@ -80,6 +81,7 @@ class Audit(Struct, frozen=True, forbid_unknown_fields=True):
     name: str = ""
     symmetry: Symmetry | None = None
     details: tuple[BlendshapeFacts, ...] = ()
+    reading: ReadingFacts | None = None
 
 
 def audit(rig: Rig) -> Audit:
@@ -96,7 +98,7 @@ def audit(rig: Rig) -> Audit:
     if used:
         findings += dependent(used, gram) + opposites(used, gram, _sideways(rig, symmetry))
         findings += partners(rig, used) + overlaps(rig, used) + correctives(rig, used)
-    findings += misnamed(rig) + sizes(rig, pupils, used, anchors.pupils) + windings(rig) + covers(rig)
+    findings += misnamed(rig) + misleading(rig) + sizes(rig, pupils, used, anchors.pupils) + windings(rig) + covers(rig)
     findings += crooked(symmetry) + holes(rig, anchors) + untidy(rig)
     return Audit(
         vertices=len(rig.neutral),
@@ -119,6 +121,7 @@ def audit(rig: Rig) -> Audit:
             tilt_degrees=round(symmetry.tilt_degrees, 2),
         ),
         details=_details(rig, symmetry),
+        reading=reading_facts(rig),
     )
 
 
@@ -135,7 +138,7 @@ def _sideways(rig: Rig, symmetry: SymmetryReport) -> list[tuple[str, str]]:
 
 def _details(rig: Rig, symmetry: SymmetryReport) -> tuple[BlendshapeFacts, ...]:
     largest = rig.displacement[:, rig.skin].max(axis=1)
-    means = recognise_all(rig.names, mine=NameMap(dict(rig.meanings)))
+    means = agreed_meanings(rig)
     facts = []
     for image, skin_mm in zip(symmetry.blendshapes, largest.tolist(), strict=True):
         known = means[image.blendshape]
