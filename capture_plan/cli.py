@@ -15,6 +15,7 @@ import typer
 if TYPE_CHECKING:
     from capture_plan.plan.settings import Settings
     from capture_plan.rig import Rig
+    from capture_plan.rig.audit import Audit
     from capture_plan.rig.sequence import Sequence
 
 app = typer.Typer(
@@ -79,7 +80,8 @@ def audit(
     rig: RigPath,
     json: Annotated[bool, typer.Option("--json", help="Print the audit as JSON to standard output.")] = False,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write it to FILE instead, to send it on.")
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Write FILE: .png, .pdf or .html with pictures, or .txt."),
     ] = None,
     unit_mm: UnitMm = None,
     up: Up = None,
@@ -87,18 +89,17 @@ def audit(
     skin: Skin = None,
     names: Names = None,
 ) -> None:
-    """Say what is in a rig, what is wrong with it, and what a plan will leave out and why."""
+    """Say and show how a rig was understood, what is wrong with it, and what a plan will leave out and why."""
     import msgspec
 
-    from capture_plan.plan.files import write_whole
     from capture_plan.rig.audit import audit as audit_rig
     from capture_plan.rig.audit_page import audit_text
 
-    report = audit_rig(open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names))
+    found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
+    report = audit_rig(found)
     text = msgspec.json.format(msgspec.json.encode(report)).decode() + "\n" if json else audit_text(report)
     if output is not None:
-        write_whole(output, text.encode())
-        say_written([output])
+        write_audit(report, found, output, text)
     elif json:
         print(text, end="")
     else:
@@ -157,6 +158,7 @@ def plan(
     from capture_plan.plan.make import make_plan
     from capture_plan.plan.settings import Settings
     from capture_plan.plan.summary import summary
+    from capture_plan.progress import listen
 
     chosen = override(
         read_settings(settings) if settings else Settings(),
@@ -172,7 +174,8 @@ def plan(
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     reference = refer_to(found, rig, output, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     settled = settings_seen_from(output.parent, chosen)
-    made = make_plan(found, settled, reference=reference, folder=output.parent)
+    with listen(say):
+        made = make_plan(found, settled, reference=reference, folder=output.parent)
     write_plan(made, output)
     say(summary(made))
     say_written([output])
@@ -458,12 +461,24 @@ def open_rig(path: str, **corrections: Any) -> "Rig":
     return sample_rig()
 
 
+def write_audit(report: "Audit", rig: "Rig", path: Path, text: str) -> None:
+    """The audit as a page with pictures where the suffix asks for one, else as this text."""
+    from capture_plan.plan.files import write_whole
+    from capture_plan.sheets.audit_sheet import KINDS, audit_bytes
+
+    kind = path.suffix.lower()
+    write_whole(path, audit_bytes(report, rig, kind) if kind in KINDS else text.encode())
+    say_written([path])
+
+
 def open_take(path: Path, rig: "Rig", names: str | None) -> "Sequence":
-    """A take of the rig, its weights matched by the person's own names where there are some."""
+    """A take of the rig, its weights matched by the person's own names where there are any; says what drives what."""
+    from capture_plan.progress import listen
     from capture_plan.rig.name_map import read_name_map
     from capture_plan.rig.sequence import read_sequence
 
-    return read_sequence(path, rig=rig, name_map=read_name_map(names) if names else None)
+    with listen(say):
+        return read_sequence(path, rig=rig, name_map=read_name_map(names) if names else None)
 
 
 def override(settings: "Settings", landmarks: dict, expressions: dict, places: dict, session: dict) -> "Settings":

@@ -45,6 +45,14 @@ def test_an_audit_is_a_page_or_json(folder):
     assert (folder / "audit.txt").read_text() in page.stderr
 
 
+def test_an_audit_is_a_picture_where_its_file_is_called_one(folder):
+    for name, begins in (("audit.png", b"\x89PNG"), ("audit.pdf", b"%PDF"), ("audit.html", b"<!doctype html>")):
+        assert run("audit", "sample", "-o", name, cwd=folder).returncode == 0
+        assert (folder / name).read_bytes().startswith(begins)
+    assert run("audit", "sample", "--json", "-o", "audit.json", cwd=folder).returncode == 0
+    assert json.loads((folder / "audit.json").read_text())["reading"]["axes"]["up"] == "+y"
+
+
 def test_tables_and_schema_are_written_where_asked(folder):
     done = run("export", "plan.json", "-o", "out", "--only", "csv", "--only", "json", cwd=folder)
     assert done.returncode == 0, done.stderr

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from capture_plan.errors import RigError
 from capture_plan.rig import sample_rig
-from capture_plan.rig.formats.raw import RawRig
 from capture_plan.rig.face.axes import AXES, axes_matrix, check_given, find_eyes, find_frame
+from capture_plan.rig.formats.raw import RawRig
 
 PAIRS = [(up, facing) for up in AXES for facing in AXES if up[1] != facing[1]]
 pair = st.sampled_from(PAIRS)

@@ -68,7 +68,7 @@ def _halves(a: Movement, b: Movement) -> bool:
 def _movement(rig: Rig, regions: FaceRegions, name: str) -> Movement | None:
     deltas = rig.deltas[rig.names.index(name)]
     length = np.where(rig.skin, np.linalg.norm(deltas, axis=1), 0)
-    if length.max() <= STILL_MM:
+    if length.max() <= STILL_MM or not regions.known:
         return None
     energy = np.array([[_energy(length, regions, r, side) for side in (1, 0, -1)] for r in range(len(regions.names))])
     region = int(energy.sum(axis=1).argmax())

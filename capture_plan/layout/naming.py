@@ -51,7 +51,7 @@ def _records(
             Landmark(
                 name=f"{letter}{m + 1:02d}",
                 label=labels[m],
-                region=regions.names[regions.of_vertex[vertex]],
+                region=regions.region(vertex),
                 side=SIDES[int(regions.side[vertex])],
                 role=roles[m],
                 vertex=vertex,

@@ -70,6 +70,11 @@ def caps(face: Face, settings: LayoutSettings, sites: Sites) -> list[Limit]:
     """At most so many landmarks in a region."""
     if not settings.caps:
         return []
+    if not face.regions.known:
+        raise InfeasibleError(
+            "caps: eyes or mouth of this face are not certain, so that its regions have no names: leave caps out, or "
+            "correct the reading with --up, --facing or --skin (`capture-plan audit` shows it)"
+        )
     limits = []
     for name, most in settings.caps.items():
         if name not in REGIONS:

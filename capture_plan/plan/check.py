@@ -1,4 +1,4 @@
-"""Check a plan: recompute every claim from the rig, by code that knows no solver.
+"""Check a plan: recompute every claim from the rig, by code that knows no solver; ask whether the rig was read right.
 
 Each claim is one function that says what was found; it holds or it does not. A proof that only the solver has (that no
 cover has fewer landmarks than `minimum`, that no shorter list of expressions exists) is checked as far as its
@@ -18,6 +18,7 @@ from capture_plan.plan.collide import collide
 from capture_plan.plan.landmark_claims import bound_claims, landmark_claims, worth_claims
 from capture_plan.plan.motion_claims import motion_claims
 from capture_plan.plan.places import read_cameras_of, read_rules_of, with_zones_found
+from capture_plan.plan.reading_claims import reading_claims
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
 
@@ -32,6 +33,7 @@ def check_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> tuple[Claim, .
         *worth_claims(plan, face),
         *motion_claims(plan, face, folder),
         *expression_claims(plan, rig, folder),
+        *reading_claims(plan, rig),
     )
 
 

@@ -16,6 +16,7 @@ def summary(plan: Plan) -> tuple[str, ...]:
         *fewer_words(plan),
         *bound_words(plan),
         *motion_words(plan),
+        *region_words(plan),
         *head_words(plan),
         *view_words(plan),
         f"Proved: to see every blendshape at all takes at least {layout.minimum} landmarks.",
@@ -55,6 +56,17 @@ def bound_words(plan: Plan) -> list[str]:
     return [
         f"Proved: no layout of {len(layout.landmarks)} landmarks predicts less than {least:.2f} mm; "
         f"this one is {layout.worth.error_mm / least - 1:.1%} above that."
+    ]
+
+
+def region_words(plan: Plan) -> list[str]:
+    """Why places have no names, where the face was not understood beyond doubt."""
+    read = plan.audit.reading
+    if not read or read.regions_known:
+        return []
+    return [
+        "Eyes, mouth or axes of this face are not certain, so that places go without the names of regions, and zones "
+        "without dots lie where eyes and mouth are assumed: look at `capture-plan audit RIG -o audit.png` first."
     ]
 
 

@@ -10,6 +10,7 @@ from jaxtyping import Float
 from msgspec import Struct
 
 from capture_plan.rig.anchors import face_anchors, interpupillary
+from capture_plan.rig.face.facts import ReadingFacts, reading_facts
 from capture_plan.rig.findings import (
     DEPENDENT,
     Finding,
@@ -62,7 +63,8 @@ class Audit(Struct, frozen=True, forbid_unknown_fields=True):
     """`used` are the blendshapes that are planned for, in the rig's order; `rank` of them can be told apart at all.
 
     `unit_mm`, `up` and `facing` are those of the artist's file, and `note` says how they were found and what else the
-    reader had to say. `details` has every blendshape in the rig's order.
+    reader had to say. `details` has every blendshape in the rig's order. `reading` is how the face was understood;
+    plans of older versions have none.
     """
 
     vertices: int
@@ -80,6 +82,7 @@ class Audit(Struct, frozen=True, forbid_unknown_fields=True):
     name: str = ""
     symmetry: Symmetry | None = None
     details: tuple[BlendshapeFacts, ...] = ()
+    reading: ReadingFacts | None = None
 
 
 def audit(rig: Rig) -> Audit:
@@ -119,6 +122,7 @@ def audit(rig: Rig) -> Audit:
             tilt_degrees=round(symmetry.tilt_degrees, 2),
         ),
         details=_details(rig, symmetry),
+        reading=reading_facts(rig),
     )
 
 

@@ -1,21 +1,22 @@
 """The audit as a page that a rigger reads who never saw this program: the verdict, what to change, what is left out.
 
-Order      can it be shot with; what goes back to the rigger; what the plan leaves out and why; what to know on set;
-           the figures of the rig; every blendshape
+Order      can it be shot with; how the face was understood, and what of it is in doubt; what goes back to the rigger;
+           what the plan leaves out and why; what to know on set; the figures of the rig; every blendshape
 Every finding of an audit is on the page. It fits a terminal and a mail: WIDTH characters, no colours.
 """
 
 import re
 import textwrap
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from capture_plan.rig.audit import Audit
+from capture_plan.rig.face.facts import ReadingFacts
+from capture_plan.rig.face.words import answers, doubts, left_out_words, some
 from capture_plan.rig.findings import KINDS, Finding, Kind
 
 WIDTH = 100  # characters of a line on the terminal
 INDENT = 20
-NAMED = 6  # blendshapes that a line calls by their names
 MIXED_UP = 0.25  # of the blendshapes left out: more are no accident
 NOUNS: dict[Kind, str] = {
     "size": "the size",
@@ -42,6 +43,8 @@ def verdict(found: Audit) -> str:
     out, k = found.blendshapes - len(found.used), found.blendshapes
     if not found.used:
         return "No: no blendshape moves the face skin."
+    if found.reading and found.reading.no_face:
+        return "No: no face was found, neither eyes nor a mouth; see below what to give."
     kept = f"all {k} blendshapes are planned" if out == 0 else f"{len(found.used)} of {k} blendshapes are planned"
     stops = [finding for finding in found.findings if finding.urgency == "stop"]
     if any(finding.kind == "winding" for finding in stops):
@@ -51,13 +54,27 @@ def verdict(found: Audit) -> str:
         apart = "" if pupils is None else f", with pupils {pupils:,.0f} mm apart"
         return f"Check the size first: {kept}{apart}."
     if stops:
-        far = _some([name for finding in stops for name in finding.blendshapes])
+        far = some([name for finding in stops for name in finding.blendshapes])
         return f"Not yet: {kept}, but {far} cannot be right."
+    if found.reading and (unsure := unsure_words(found.reading)):
+        return f"Look at how it was understood first: {kept}, but {unsure}."
     if out > MIXED_UP * k:
         return f"Look at what is left out first: {kept}."
     if found.rank < len(found.used):
         return f"Yes, but only {found.rank} movements can be told apart: {kept}."
     return f"Yes: {kept}{_left_out_words(found)}."
+
+
+def unsure_words(read: ReadingFacts) -> str:
+    """'the axes and the mouth are not certain'; nothing where all is beyond doubt that decides about the plan."""
+    if read.against:
+        return "the face itself speaks against how it was read to lie"
+    parts = {"the axes": read.axes, "the unit": read.unit, "the eyes": read.eyes, "the mouth": read.mouth}
+    unsure = [name for name, answer in parts.items() if not answer.sure]
+    if not unsure:
+        return ""
+    are = "are" if len(unsure) > 1 or unsure[0] in ("the axes", "the eyes") else "is"
+    return f"{', '.join(unsure[:-1])}{' and ' * (len(unsure) > 1)}{unsure[-1]} {are} not certain"
 
 
 def audit_text(found: Audit) -> str:
@@ -68,18 +85,29 @@ def audit_text(found: Audit) -> str:
     title = f"Audit of {found.name}" if found.name else "Audit"
     lines = [title, "", *_paragraph("Shoot with it?", verdict(found), indent=0)]
     lines += _paragraph("Send back", _asked_words(asked), indent=0)
+    lines += understood(found.reading) if found.reading else []
     lines += _section("SEND BACK TO THE RIGGER", asked)
     lines += _section("LEFT OUT OF THE PLAN", [finding for finding in out if finding not in asked])
     again = [finding for finding in out if finding in asked]
     if again:
-        also = (
-            f"{_some([name for finding in again for name in finding.blendshapes], len(found.details))}, as said above"
-        )
+        also = f"{some([name for finding in again for name in finding.blendshapes], len(found.details))}, as said above"
         lines += ([""] if len(out) > len(again) else ["", "LEFT OUT OF THE PLAN"]) + _paragraph("", f"{also}.")
     lines += _section("PLANNED, AND WORTH KNOWING ON SET", known)
     lines += ["", "THE RIG", *(row for label, text in facts(found) for row in _paragraph(label, text))]
     lines += ["", *table(found)]
     return "\n".join(lines) + "\n"
+
+
+def understood(read: ReadingFacts) -> list[str]:
+    """How the face was understood: every answer with what it rests on, what was left out, what is in doubt."""
+    lines = ["", "WHAT WAS UNDERSTOOD"]
+    for label, text, sure in answers(read):
+        lines += _paragraph(label if sure else f"{label} (not sure)", text)
+    for label, text in left_out_words(read):
+        lines += _paragraph(label, text)
+    for place, doubt in enumerate(doubts(read)):
+        lines += _paragraph("" if place else "In doubt", doubt)
+    return lines
 
 
 def facts(found: Audit) -> list[tuple[str, str]]:
@@ -107,7 +135,7 @@ def names_words(found: Audit) -> str:
     told = [f"{number} of {found.blendshapes} by {standard}" for standard, number in sorted(count.items())]
     unknown = [one.name for one in found.details if not one.standard]
     if unknown:
-        own = f"{len(unknown)} by no known standard: {_some(unknown, 12)}" if told else "none follows a known standard"
+        own = f"{len(unknown)} by no known standard: {some(unknown, 12)}" if told else "none follows a known standard"
         told.append(f"{own} (paired by shape; for recorded weights say in a --names file what they are)")
     return "; ".join(told) if told else "none"
 
@@ -173,7 +201,7 @@ def _left_out_words(found: Audit) -> str:
         of_kind = [finding for finding in found.findings if finding.left_out and finding.kind == kind]
         names = [name for finding in of_kind for name in finding.blendshapes]
         if names:
-            parts.append(f"{_some(names)} ({reason})")
+            parts.append(f"{some(names)} ({reason})")
     return f", without {', '.join(parts)}" if parts else ""
 
 
@@ -204,12 +232,6 @@ def _paragraph(label: str, text: str, *, indent: int = 2) -> list[str]:
     rows = textwrap.wrap(text, WIDTH - INDENT, subsequent_indent="   " if text.startswith("->") else "")
     rows = [row.replace("\N{NO-BREAK SPACE}", " ") for row in rows]
     return [f"{' ' * indent}{label}".ljust(INDENT) + rows[0], *(" " * INDENT + row for row in rows[1:])]
-
-
-def _some(names: Iterable[str], most: int = NAMED) -> str:
-    """'a, b and 3 more'."""
-    names = list(names)
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
 def _cut(text: str, width: int) -> str:

@@ -5,6 +5,7 @@ Letters    x, y, z   place of a vertex from the midline, the eye line and the ey
            s         height between mouth (0) and eye line (1), going on above and below
 Rule       lids and lips are told into upper and lower by the shorter way along the skin, since closed lips touch;
            everything else by lines between anchors, the first region that fits in the order of REGIONS
+Doubt      where eyes or mouth are not certain, a place has a side and no region; where the axes are not, neither
 """
 
 from dataclasses import dataclass
@@ -17,6 +18,8 @@ from scipy.spatial import KDTree
 
 from capture_plan.mesh import surface_graph
 from capture_plan.rig.anchors import Anchors, face_anchors
+from capture_plan.rig.face.reading import face_reading
+from capture_plan.rig.face.sense import contradicted
 from capture_plan.rig.record import Rig
 
 REGIONS = (
@@ -38,21 +41,39 @@ REGIONS = (
 )
 MIDDLE = 0.06  # of u: 4 mm to either side of the midline have no side
 NO_REGION = -1
+UNNAMED = "face"  # where a place is whose region is not certain
+SIDE_WORDS = {1: "left side", 0: "middle", -1: "right side"}
+SIDELESS = "marker"
 
 
 @dataclass(frozen=True, eq=False)
 class FaceRegions:
-    """`names[of_vertex[v]]` is the region of vertex v, -1 no skin; `side[v]` is 1 left, 0 middle, -1 right."""
+    """`names[of_vertex[v]]` is the region of vertex v, -1 no skin; `side[v]` is 1 left, 0 middle, -1 right.
+
+    `known` says whether eyes and mouth are certain enough to call places by these names, `sided` whether the axes are
+    certain enough to tell left from right.
+    """
 
     names: tuple[str, ...]
     of_vertex: Int[np.ndarray, " v"]
     side: Int[np.ndarray, " v"]
     anchors: Anchors
+    known: bool = True
+    sided: bool = True
+
+    def region(self, vertex: int) -> str:
+        """The region of a skin vertex; `UNNAMED` where regions are not certain."""
+        return self.names[self.of_vertex[vertex]] if self.known else UNNAMED
 
     def label(self, vertex: int) -> str:
-        """What to call the place of a vertex: 'left brow', 'nose'; 'not skin' where it is none."""
-        region = int(self.of_vertex[vertex])
-        return "not skin" if region == NO_REGION else region_label(self.names[region], int(self.side[vertex]))
+        """What to call the place of a vertex: 'left brow', 'nose', 'left side' where regions are not certain, 'marker'
+        where sides are not; 'not skin' where it is none."""
+        region, side = int(self.of_vertex[vertex]), int(self.side[vertex])
+        if region == NO_REGION:
+            return "not skin"
+        if not self.sided:
+            return SIDELESS
+        return region_label(self.names[region], side) if self.known else SIDE_WORDS[side]
 
 
 def region_label(region: str, side: int) -> str:
@@ -70,7 +91,16 @@ def face_regions(rig: Rig) -> FaceRegions:
     of_vertex = np.full(len(rig.neutral), NO_REGION)
     of_vertex[at] = np.stack([fits[name] for name in REGIONS]).argmax(axis=0)
     x = rig.neutral[:, 0] - anchors.midline
-    return FaceRegions(REGIONS, of_vertex, np.where(np.abs(x) <= MIDDLE * u, 0, np.sign(x)).astype(int), anchors)
+    side = np.where(np.abs(x) <= MIDDLE * u, 0, np.sign(x)).astype(int)
+    known, sided = names_known(rig)
+    return FaceRegions(REGIONS, of_vertex, side, anchors, known, sided)
+
+
+def names_known(rig: Rig) -> tuple[bool, bool]:
+    """Whether places of a face may be called by their regions, and whether by their sides: the one switch for both."""
+    read = face_reading(rig)
+    lies = read.axes.sure and not contradicted(rig)
+    return lies and read.eyes.sure and read.mouth.sure, lies
 
 
 def _fits(

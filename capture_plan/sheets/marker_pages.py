@@ -13,7 +13,7 @@ from capture_plan.layout.record import Layout, MotionFit
 from capture_plan.progress import track
 from capture_plan.rig import Rig
 from capture_plan.rig.anchors import Anchors
-from capture_plan.rig.regions import face_regions
+from capture_plan.rig.regions import UNNAMED, face_regions
 from capture_plan.sheets.furniture import HeadLine, check_bar, head_line, legend, sides
 from capture_plan.sheets.head import Head, pose
 from capture_plan.sheets.marker_table import Column, draw_table, rows_per_page
@@ -110,6 +110,8 @@ class MarkerPages:
         notes = ["hollow: a spare"] if any(m.role == "backup" for m in placed.landmarks) else []
         if any(m.role == "head" for m in placed.landmarks):
             notes.append("H: for the head's own motion")
+        if any(m.region == UNNAMED for m in face.landmarks):
+            notes.append("places have no names: eyes or mouth of the rig are not certain")
         if len(placed.landmarks) < len(face.landmarks):
             notes.append(f"{len(placed.landmarks)} of {len(face.landmarks)} markers are seen from here")
         book.text(book.paper.width - MARGIN_MM, y + 13.2, "  ·  ".join(notes), 7.4, align="right", colour=SOFT)

@@ -23,7 +23,7 @@ from capture_plan.sheets.head import Posed, make_head, pose
 from capture_plan.sheets.leaders import assign_anchors
 from capture_plan.sheets.markers import unhidden
 from capture_plan.sheets.page import MARGIN_MM, Booklet, Paper
-from capture_plan.sheets.style import INK, LOOKS, SOFT, Look
+from capture_plan.sheets.style import INK, SOFT, Look, looks_of
 from capture_plan.sheets.view import FRONT, LEFT, RIGHT, View, picture, pixels
 
 VIEWS = (RIGHT, FRONT, LEFT)  # as one walks round the face, from its right to its left
@@ -76,9 +76,8 @@ def placement_picture(
 
 
 def _dots(posed: Posed, regions: FaceRegions, names: tuple[str, ...], vertices: Int[np.ndarray, " n"]) -> Dots:
-    of_point = tuple(regions.names[region] for region in regions.of_vertex[vertices])
-    looks = {region: look for region, look in LOOKS.items() if region in of_point}
-    return Dots(names, posed.vertices[vertices], posed.normals[vertices], of_point, looks)
+    of_point = tuple(regions.region(vertex) for vertex in vertices.tolist())
+    return Dots(names, posed.vertices[vertices], posed.normals[vertices], of_point, looks_of(of_point))
 
 
 def _draw_views(

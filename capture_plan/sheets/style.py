@@ -39,8 +39,13 @@ LOOKS = {
 
 
 def region_looks(landmarks: Iterable[Landmark]) -> dict[str, Look]:
-    """The look of each region that has landmarks, in the order of `LOOKS`; regions not listed there take free looks."""
-    regions = list(dict.fromkeys(landmark.region for landmark in landmarks))
+    """The look of each region that has landmarks."""
+    return looks_of(landmark.region for landmark in landmarks)
+
+
+def looks_of(names: Iterable[str]) -> dict[str, Look]:
+    """The look of each region, in the order of `LOOKS`; regions not listed there take free looks."""
+    regions = list(dict.fromkeys(names))
     free = [look for name, look in LOOKS.items() if name not in regions] or list(LOOKS.values())
     unknown = [region for region in regions if region not in LOOKS]
     looks = {region: free[i % len(free)] for i, region in enumerate(unknown)}

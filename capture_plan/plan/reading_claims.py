@@ -1,0 +1,151 @@
+"""Whether what a plan was made from makes sense: recomputed on the rig, whoever said how it lies and how large it is.
+
+Asked    of the rig      how it lies, its sides, its size (`rig/face/sense.py`)
+         of the markers  most are seen from the front; left ones lie on the left; a marker's region is one that the
+                         blendshape moves which moves it most
+         of the plan     its reading is what the rig is understood to be today
+Each claim that fails says what to correct.
+"""
+
+import numpy as np
+
+from capture_plan.layout.record import Landmark
+from capture_plan.mesh.mirror import mirror_plane
+from capture_plan.plan.claims import Claim
+from capture_plan.plan.record import Plan
+from capture_plan.rig import Rig
+from capture_plan.rig.face.facts import PairFacts, Place, ReadingFacts, SpotFacts, reading_facts
+from capture_plan.rig.face.of_rig import rig_channels
+from capture_plan.rig.face.sense import Sense, kinds_of, looks_forward, pose_senses, side_senses
+from capture_plan.rig.face.sense_size import size_sense
+from capture_plan.rig.face.votes import BROWS, EYES, MOUTH, names_agree
+from capture_plan.rig.regions import UNNAMED
+
+SAME_MM = 0.5  # between two readings of one rig: what another machine's rounding may do
+MISPLACED = 0.1  # of the markers whose region and motion may disagree: a lip dragged along by a cheek
+GAZE = ("gaze up", "gaze down", "gaze left", "gaze right", "gaze in", "gaze out")
+BELOW = frozenset(("upper lip", "lower lip", "mouth corner", "chin", "jaw", "neck"))
+ABOVE = frozenset(("forehead", "brow", "upper eyelid", "scalp"))
+# What moves a marker most, and the regions that it then cannot lie in.
+NEVER_IN = (
+    (("jaw open", *MOUTH), ABOVE),
+    ((*EYES, *GAZE), BELOW),
+    (BROWS, BELOW | {"cheek"}),
+)
+LOOK_AGAIN = (
+    "eyes or mouth were taken for something else: look at `capture-plan audit RIG -o audit.png`, and give --skin, --up "
+    "or --facing"
+)
+
+
+def reading_claims(plan: Plan, rig: Rig) -> list[Claim]:
+    """Every claim about how the rig was understood."""
+    senses = (
+        *pose_senses(rig),
+        *side_senses(rig),
+        size_sense(rig),
+        *_markers_forward(plan, rig),
+        *_markers_sided(plan, rig),
+        *_regions_moved(plan, rig),
+        *_same_reading(plan, rig),
+    )
+    return [_claim(sense) for sense in senses]
+
+
+def _claim(sense: Sense) -> Claim:
+    return Claim(sense.what, sense.holds, sense.found if sense.holds else f"{sense.found}: {sense.mend}")
+
+
+def _markers_forward(plan: Plan, rig: Rig) -> list[Sense]:
+    """Most landmarks look forward; head markers sit on temples and do not."""
+    which = np.zeros(len(rig.neutral), dtype=bool)
+    which[[m.vertex for m in plan.layout.landmarks]] = True
+    return looks_forward(rig, which, "the markers")
+
+
+def _markers_sided(plan: Plan, rig: Rig) -> list[Sense]:
+    """Markers that are called left lie on the subject's left."""
+    middle = mirror_plane(rig.neutral[rig.skin])
+    sided = [m for m in plan.layout.markers if m.side != "middle"]
+    wrong = [m.name for m in sided if (rig.neutral[m.vertex, 0] > middle) != (m.side == "left")]
+    found = f"{len(sided) - len(wrong)} of {len(sided)}" + (f", not {', '.join(wrong[:4])}" if wrong else "")
+    return [Sense("markers called left lie on the subject's left", not wrong, found, "make the plan again")]
+
+
+def _regions_moved(plan: Plan, rig: Rig) -> list[Sense]:
+    """No marker lies in a region that what moves it most cannot belong to."""
+    named = [m for m in plan.layout.landmarks if m.region != UNNAMED]
+    if not named:
+        return []
+    strongest = strongest_kinds(plan, rig, named)
+    wrong = [
+        f"{m.name} {m.label} moves most with {blendshape}"
+        for m, (blendshape, kind) in zip(named, strongest, strict=True)
+        if any(kind in kinds and m.region in regions for kinds, regions in NEVER_IN)
+    ]
+    asked = sum(kind is not None for _, kind in strongest)
+    if not asked:
+        return []
+    found = f"{asked - len(wrong)} of {asked} are" + (f"; {'; '.join(wrong[:3])}" if wrong else "")
+    holds = len(wrong) <= max(1, MISPLACED * asked)
+    return [Sense("markers are called by regions that move as they do", holds, found, LOOK_AGAIN)]
+
+
+def strongest_kinds(plan: Plan, rig: Rig, markers: list[Landmark]) -> list[tuple[str, str | None]]:
+    """For each marker the blendshape that moves it furthest, and the kind of that: by its name, else the jaw by its
+    motion."""
+    rows = [rig.names.index(name) for name in plan.audit.used]
+    kinds = kinds_of(rig) if names_agree(rig_channels(rig)) else (None,) * len(rig.names)
+    jaw = largest_downward(rig)
+    told = []
+    for m in markers:
+        k = rows[int(rig.displacement[rows, m.vertex].argmax())]
+        kind = kinds[k]
+        told.append((rig.names[k], kind.kind if kind else "jaw open" if k == jaw else None))
+    return told
+
+
+def largest_downward(rig: Rig) -> int | None:
+    """The blendshape that moves most skin most, where that goes down; the jaw's, on a whole face."""
+    channels = rig_channels(rig)
+    if channels.facial.sum() < 8:
+        return None
+    squared = np.where(channels.facial, (rig.displacement**2 * rig.skin).sum(axis=1), 0)
+    k = int(squared.argmax())
+    return k if channels.direction[k, 1] < -np.abs(channels.direction[k, 0]) else None
+
+
+def _same_reading(plan: Plan, rig: Rig) -> list[Sense]:
+    """The reading in the plan is a fresh one; plans of older versions carry none."""
+    told = plan.audit.reading
+    if told is None:
+        return []
+    apart = different(told, reading_facts(rig))
+    found = f"it differs in {', '.join(apart)}" if apart else "axes, unit and points are the same"
+    return [Sense("the reading in the plan is that of the rig", not apart, found, "make the plan again")]
+
+
+def different(a: ReadingFacts, b: ReadingFacts) -> list[str]:
+    """Answers in which two readings differ by more than rounding."""
+    pairs = [(name, getattr(a, name), getattr(b, name)) for name in ("eyes", "mouth", "nose", "chin", "ears")]
+    apart = [name for name, one, other in pairs if one.sure != other.sure or not _near(_points(one), _points(other))]
+    same_axes = (a.axes.up, a.axes.facing, a.axes.sure) == (b.axes.up, b.axes.facing, b.axes.sure)
+    same_unit = np.isclose(a.unit.mm, b.unit.mm, rtol=1e-6) and a.unit.sure == b.unit.sure
+    same_sides = (a.sides.sure, a.sides.disagree) == (b.sides.sure, b.sides.disagree)
+    rest = (a.left_out, a.set_aside) == (b.left_out, b.set_aside)
+    others = (("axes", same_axes), ("unit", same_unit), ("sides", same_sides), ("what was left out", rest))
+    return [*apart, *(name for name, same in others if not same)]
+
+
+def _points(answer: PairFacts | SpotFacts) -> list[tuple[float, float, float] | None]:
+    if isinstance(answer, SpotFacts):
+        return [answer.mm]
+    return [place.mm if isinstance(place, Place) else None for place in (answer.left, answer.right)]
+
+
+def _near(a: list[tuple[float, float, float] | None], b: list[tuple[float, float, float] | None]) -> bool:
+    return all(
+        (one is None and other is None)
+        or (one is not None and other is not None and np.linalg.norm(np.subtract(one, other)) < SAME_MM)
+        for one, other in zip(a, b, strict=True)
+    )

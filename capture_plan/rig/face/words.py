@@ -1,0 +1,141 @@
+"""What was understood of a face, in sentences for people: each answer, the signs it rests on, and every doubt with what
+a person can give to settle it.
+"""
+
+from collections.abc import Iterable, Sequence
+
+from capture_plan.rig.face.facts import PairFacts, ReadingFacts, SpotFacts
+from capture_plan.rig.face.record import Sign
+from capture_plan.rig.face.sense import GIVE_AXES
+from capture_plan.rig.face.unit import HUMAN_MM
+
+SPOKEN = 3  # signs that a line names
+NAMED = 6  # parts or blendshapes that a line calls by their names
+
+
+def answers(read: ReadingFacts) -> list[tuple[str, str, bool]]:
+    """Label, text and whether it is certain, of every answer."""
+    axes, unit = read.axes, read.unit
+    turned = f", turned by {axes.turned_degrees:.0f} degrees" if axes.turned_degrees else ""
+    pupils = read.eyes.apart_mm
+    apart = "" if pupils is None else f"; pupils {pupils:.1f} mm apart"
+    rows = [
+        ("Axes", f"up is {axes.up} of the file, the face looks along {axes.facing}{turned}", axes),
+        ("Unit", f"1 unit of the file is {unit.mm:g} mm{apart}", unit),
+        ("Eyes", _pair_words(read.eyes), read.eyes),
+        ("Mouth", _spot_words(read.mouth), read.mouth),
+        ("Nose", _spot_words(read.nose), read.nose),
+        ("Chin", _spot_words(read.chin), read.chin),
+        ("Ears", _pair_words(read.ears), read.ears),
+        ("Sides", _side_words(read), read.sides),
+    ]
+    return [(label, text + signs_words(answer.signs), answer.sure) for label, text, answer in rows]
+
+
+def signs_words(signs: Sequence[Sign]) -> str:
+    """', by the format, the jaw opens downwards; against it: ...': the strongest signs of an answer."""
+    told = sorted(signs, key=lambda sign: -abs(sign.weight))
+    speak = [sign.name for sign in told if sign.weight > 0]
+    against = [f"{sign.name} ({sign.says})" if sign.says else sign.name for sign in told if sign.weight < 0]
+    words = f"; by {some(speak, SPOKEN)}" if speak else ""
+    return words + (f"; against it: {some(against, SPOKEN)}" if against else "")
+
+
+def doubts(read: ReadingFacts) -> list[str]:
+    """Everything that is not certain, one sentence each, with what a person can give."""
+    if read.no_face:
+        return [no_face_words()]
+    return [sentence for sentence in (*_frame_doubts(read), *_face_doubts(read), *_side_doubts(read)) if sentence]
+
+
+def no_face_words() -> str:
+    """What to do with a thing that has neither eyes nor a mouth."""
+    return (
+        "No face was found: neither eyes nor a mouth. Export the face mesh with its blendshapes; if this is one, say "
+        "how it lies with --up and --facing, how large it is with --unit-mm, and what is skin with --skin."
+    )
+
+
+def left_out_words(read: ReadingFacts) -> list[tuple[str, str]]:
+    """Label and text of what does not belong to the face that is shown."""
+    rows = []
+    if read.left_out:
+        rows.append(("Left out", f"{some(read.left_out)}: no part of the rig that is shown"))
+    if read.set_aside:
+        rows.append(("Set aside", f"{some(read.set_aside)}: not of the face itself, and no sign of where it is"))
+    return rows
+
+
+def some(names: Iterable[str], most: int = NAMED) -> str:
+    """'a, b and 3 more'."""
+    names = list(names)
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
+def _pair_words(pair: PairFacts) -> str:
+    if pair.left is None and pair.right is None:
+        return "not found"
+    if pair.left is None or pair.right is None:
+        return f"only the {'right' if pair.left is None else 'left'} one was found"
+    return f"at {_point(pair.left.file)} and {_point(pair.right.file)} in the file"
+
+
+def _spot_words(spot: SpotFacts) -> str:
+    return "not found" if spot.file is None else f"at {_point(spot.file)} in the file"
+
+
+def _point(point: tuple[float, float, float]) -> str:
+    return f"({', '.join(f'{c:.4g}' for c in point)})"
+
+
+def _side_words(read: ReadingFacts) -> str:
+    if not read.sides.disagree:
+        return "names and movements agree on left and right" if read.sides.sure else "left and right are not certain"
+    return f"{len(read.sides.disagree)} blendshapes move the other side than their names say"
+
+
+def _frame_doubts(read: ReadingFacts) -> list[str]:
+    axes, unit, pupils = read.axes, read.unit, read.eyes.apart_mm
+    found = []
+    if read.against:
+        found.append(f"Against this reading: {'; '.join(read.against)}. {GIVE_AXES[0].upper()}{GIVE_AXES[1:]}.")
+    elif not axes.sure:
+        found.append(
+            f"How the head lies in its file is not certain: {axes.up} was taken for up and {axes.facing} for forward. "
+            "If the picture shows it lying, upside down or from behind, give --up and --facing."
+        )
+    if not unit.sure:
+        far = "" if pupils is None else f", which puts the pupils {pupils:.0f} mm apart"
+        found.append(f"The size is not certain: one unit was taken as {unit.mm:g} mm{far}. Give --unit-mm if it errs.")
+    elif pupils is not None and not HUMAN_MM[0] <= pupils <= HUMAN_MM[1]:
+        found.append(
+            f"The pupils are {pupils:.0f} mm apart, a person's {HUMAN_MM[0]:g} to {HUMAN_MM[1]:g} mm: give --unit-mm "
+            "if one unit of the file is not "
+            f"{unit.mm:g} mm."
+        )
+    return found
+
+
+def _face_doubts(read: ReadingFacts) -> list[str]:
+    missing = [word for word, gone in (("eyes", not read.eyes.found), ("mouth", read.mouth.mm is None)) if gone]
+    unsure = [
+        word for word, answer in (("eyes", read.eyes), ("mouth", read.mouth)) if not answer.sure and word not in missing
+    ]
+    found = []
+    if missing:
+        found.append(f"No {' and no '.join(missing)} found: say with --skin what is face, if clothes or hair mislead.")
+    if unsure:
+        are = "is" if unsure == ["mouth"] else "are"
+        found.append(f"Where {' and '.join(unsure)} {are}, is not certain: look at the picture, and try --skin.")
+    if not read.regions_known:
+        found.append("So places on the face go without the names of regions: markers have a number and a side.")
+    return found
+
+
+def _side_doubts(read: ReadingFacts) -> list[str]:
+    if read.sides.disagree:
+        return [
+            f"Names and movements disagree about left and right in {some(read.sides.disagree)}: exchange these names, "
+            "or give --facing if the picture shows the head from behind."
+        ]
+    return [] if read.sides.sure else ["Left and right are not certain: compare the picture, and give --facing."]

@@ -1,0 +1,117 @@
+"""`check` asks whether the reading makes sense, also where the plan was made from the same wrong one."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from capture_plan.layout.settings import LayoutSettings
+from capture_plan.plan.make import make_plan
+from capture_plan.plan.reading_claims import different, reading_claims, strongest_kinds
+from capture_plan.plan.settings import Settings
+from capture_plan.rig import sample_rig
+from capture_plan.rig.read import read_rig
+
+COVER = Settings(landmarks=LayoutSettings(method="cover"))
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return sample_rig()
+
+
+@pytest.fixture(scope="module")
+def plan(rig):
+    return make_plan(rig, COVER)
+
+
+@pytest.fixture(scope="module")
+def file(rig, tmp_path_factory):
+    """The sample in centimetres, as a file that says nothing of its axes; and its mirror image."""
+    folder = tmp_path_factory.mktemp("rigs")
+    for name, flip in (("head.npz", [1, 1, 1]), ("mirrored.npz", [-1, 1, 1])):
+        arrays = {"faces": rig.triangles[:, :: flip[0]], "names": np.array(rig.names), "units": "cm"}
+        np.savez(folder / name, vertices=rig.neutral * flip / 10, deltas=rig.deltas * flip / 10, **arrays)
+    return folder / "head.npz"
+
+
+def broken(plan, rig):
+    return {claim.what: claim.found for claim in reading_claims(plan, rig) if not claim.holds}
+
+
+def test_a_plan_that_was_read_right_makes_sense(plan, rig):
+    assert broken(plan, rig) == {}
+
+
+@pytest.mark.parametrize(
+    ("given", "what", "says"),
+    [
+        ({"up": "+z", "facing": "+y"}, "what moves the eyes lies above what moves the mouth", "--up and --facing"),
+        ({"up": "+y", "facing": "-z"}, "most of the markers are seen from the front", "--up and --facing"),
+        ({"up": "-y", "facing": "+z"}, "the jaw opens downwards", "--up and --facing"),
+        ({"unit_mm": 20}, "the pupils are 50 to 80 mm apart, or there is a reason why not", "give 10"),
+    ],
+)
+def test_a_wrong_reading_fails_though_the_plan_was_made_with_it(file, given, what, says):
+    wrong = read_rig(file, **given)
+    found = broken(make_plan(wrong, COVER), wrong)
+    assert says in found[what]
+
+
+def test_a_mirrored_rig_fails(file):
+    mirrored = read_rig(file.with_name("mirrored.npz"))
+    found = broken(make_plan(mirrored, COVER), mirrored)
+    assert "exchange left and right" in found["what is called left moves the subject's left"]
+
+
+def test_the_command_exits_with_one_and_says_what_to_correct(file):
+    def run(*arguments):
+        command = [sys.executable, "-c", "from capture_plan.cli import main; main()", *map(str, arguments)]
+        return subprocess.run(command, capture_output=True, text=True, cwd=file.parent)
+
+    run("plan", file.name, "--up", "+z", "--facing", "+y", "--method", "cover", "-o", "plan.json")
+    checked = run("check", "plan.json")
+    assert checked.returncode == 1
+    assert "give --up and --facing" in checked.stderr
+
+
+def named(plan, region):
+    """The plan with every marker called by one region."""
+    markers = tuple(replace(m, region=region, label=region) for m in plan.layout.landmarks)
+    return replace(plan, layout=replace(plan.layout, landmarks=markers))
+
+
+@pytest.mark.parametrize("region", ["forehead", "chin", "cheek", "upper lip"])
+def test_regions_that_move_otherwise_are_caught(plan, rig, region):
+    found = broken(named(plan, region), rig)
+    assert "moves most with" in found["markers are called by regions that move as they do"]
+
+
+def test_a_marker_that_the_jaw_moves_most_is_no_forehead(plan, rig):
+    kinds = strongest_kinds(plan, rig, list(plan.layout.landmarks))
+    by_the_jaw = [m for m, (name, _) in zip(plan.layout.landmarks, kinds, strict=True) if name == "jawOpen"]
+    assert by_the_jaw
+    assert {m.region for m in by_the_jaw} <= {"chin", "lower lip", "jaw", "neck", "cheek", "mouth corner"}
+
+
+def test_markers_called_left_lie_on_the_left(plan, rig):
+    exchanged = {"left": "right", "right": "left", "middle": "middle"}
+    markers = tuple(replace(m, side=exchanged[m.side]) for m in plan.layout.landmarks)
+    found = broken(replace(plan, layout=replace(plan.layout, landmarks=markers)), rig)
+    assert "markers called left lie on the subject's left" in found
+
+
+def test_a_reading_that_is_not_that_of_the_rig_is_caught(plan, rig):
+    read = plan.audit.reading
+    lie = replace(plan, audit=replace(plan.audit, reading=replace(read, mouth=replace(read.mouth, mm=(0.0, 0.0, 0.0)))))
+    assert "mouth" in broken(lie, rig)["the reading in the plan is that of the rig"]
+    assert different(read, read) == []
+    assert different(read, replace(read, axes=replace(read.axes, up="+z"))) == ["axes"]
+    assert different(read, replace(read, unit=replace(read.unit, mm=25.4))) == ["unit"]
+
+
+def test_a_plan_of_an_older_version_has_no_reading_to_compare(plan, rig):
+    old = replace(plan, audit=replace(plan.audit, reading=None))
+    assert broken(old, rig) == {}
