@@ -33,7 +33,7 @@ OPENING, MOUTH_OPENING = 0.4, 0.25  # pupil distances from the place found to th
 BEHIND_EARS = 0.4  # pupil distances that a head goes on; a mask ends with what is furthest to its side
 
 
-Border = tuple[Float[np.ndarray, "n 3"], Int[np.ndarray, " n"]]  # places and numbers of the vertices of a border
+Border = tuple[Float[np.ndarray, "_ 3"], Int[np.ndarray, " _"]]  # places and numbers of the vertices of a border
 
 
 @dataclass(frozen=True, eq=False)
