@@ -29,6 +29,7 @@ MOUTH_BELOW_EYES, MOUTH_WIDTH = 1.1, 0.8  # of the pupil distance
 EARS_WITHIN = 1.9  # pupil distances from the midline: four human heads have 1.4, a fox's whiskers 2.2
 SAME_FACE = 0.5  # of the given skin; where less is found to be skin, the search went astray and the person is right
 REMEMBERED = 8  # rigs of a session; the search for skin casts rays
+ASKEW = 0.15  # rho between the mirror planes of the skin and of the head
 OPENING, MOUTH_OPENING = 0.4, 0.25  # pupil distances from the place found to the middle of the opening that is it
 BEHIND_EARS = 0.4  # pupil distances that a head goes on; a mask ends with what is furthest to its side
 
@@ -82,6 +83,8 @@ def face_anchors(rig: Rig) -> Anchors:
 def surface_anchors(rig: Rig, points: Points) -> Anchors:
     """The anchors of a face whose skin is all of its surface, near the points that were found."""
     x0 = mirror_plane(rig.neutral[rig.skin])
+    if abs(x0 - points.x0) > ASKEW * rig_channels(rig).rho:  # a skin of one side only
+        x0 = points.x0
     loops = border_loops(rig.triangles[rig.skin[rig.triangles].all(axis=1)])
     eyes, lids = _eyes(rig, loops, x0, points.eyes)
     found = ("eyes",) if points.eyes.sure else ()

@@ -34,6 +34,7 @@ SKIN = re.compile(r"skin|face|head|neck|ear(?!ring)|scalp|lip|body", re.IGNORECA
 HIDDEN, DIM = 0.02, 0.10  # ICT-FaceKit: 99 % of the mouth bag is below the first, lips at rest apart above the second
 RIM_MM = 4.0  # ICT-FaceKit: keeps 10,695 of its 11,248 skin vertices and takes 42 of the mouth bag
 PIECE_AREA, PIECE_SEEN = 0.01, 0.4  # ears: 2 % and 0.5; a lash strip 0.3 %; rows of teeth 0.38
+LITTLE = 0.1  # of the largest piece: no face is so small a part of its head
 COVER_AREA = 0.15  # of what moves: a piece so large that never moves is hair or clothes; an eyeball has 0.08
 ROUND = 0.06  # scatter of the radius of a fitted ball over the radius: eyeballs 0.00 to 0.05, teeth and heads from 0.09
 MOVES = 0.05  # share of the largest displacement
@@ -60,6 +61,8 @@ def find_skin(
     area = np.bincount(piece[kept[:, 0]], areas, piece.max() + 1)
     moves = np.bincount(piece, moving, len(area)) > 0
     main = np.where(moves, area, area * 1e-9).argmax()
+    if area[main] < LITTLE * area.max():  # eyes and lips move as pieces of their own on a head that stands still
+        main = area.argmax()
 
     # what is worn over the skin hides nothing that make-up cannot reach
     worn = (

@@ -88,13 +88,14 @@ def head_shape(raw: RawRig) -> Shape:
         channels = find_channels(raw.neutral, raw.triangles, raw.deltas, raw.names)
     except RigError as error:
         raise RigError(f"{raw.name}: {error}") from error
-    return Shape(raw.neutral, raw.triangles, raw.deltas, channels)
+    return Shape(raw.neutral, raw.triangles, raw.deltas, channels, raw.parts, raw.part_names)
 
 
 def face_points(raw: RawRig, R: Float[np.ndarray, "3 3"], channels: Channels) -> Points:
     """Eyes and mouth of a rig in the axes that R turns the file's into."""
-    turned = Shape(raw.neutral @ R.T, raw.triangles, raw.deltas @ R.T.astype(raw.deltas.dtype), channels.turned(R))
-    return find_points(turned, raw.parts, raw.part_names, named=names_agree(channels))
+    neutral, deltas = raw.neutral @ R.T, raw.deltas @ R.T.astype(raw.deltas.dtype)
+    turned = Shape(neutral, raw.triangles, deltas, channels.turned(R), raw.parts, raw.part_names)
+    return find_points(turned, named=names_agree(channels))
 
 
 def axes_note(raw: RawRig, axes: Axes, *, given: bool) -> list[str]:

@@ -21,5 +21,5 @@ def rig_channels(rig: Rig) -> Channels:
 def rig_points(rig: Rig) -> Points:
     """Eyes and mouth of a rig, with their doubt."""
     channels = rig_channels(rig)
-    shape = Shape(rig.neutral, rig.triangles, rig.deltas, channels)
-    return find_points(shape, rig.parts, rig.part_names, named=names_agree(channels))
+    shape = Shape(rig.neutral, rig.triangles, rig.deltas, channels, rig.parts, rig.part_names)
+    return find_points(shape, named=names_agree(channels))

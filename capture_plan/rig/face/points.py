@@ -12,7 +12,6 @@ Sure       the score leads that of every other place by LEAD, at least two kinds
 Trusts are those of a trial on 1,200 generated heads of three base meshes; the width of an opening is no argument.
 """
 
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -23,10 +22,6 @@ from scipy.spatial import KDTree
 from capture_plan.rig.face.record import Sign
 from capture_plan.rig.face.shape import Shape, middle_of_box
 
-EYE_PART = re.compile(
-    r"sclera|iris|cornea|pupil|eye(?!.?(lash|brow|lid|occl|blend|wet|shadow|socket|tear|lac|line|shell|fluid|glass))",
-    re.IGNORECASE,
-)
 LIPS = (
     *("mouth narrow", "mouth wide", "smile", "frown", "lip up", "lip down", "lip roll", "lip press"),
     *("mouth close", "mouth other", "mouth side", "mouth open"),
@@ -46,6 +41,7 @@ FRONT = 0.25  # rho: lips are about 12 mm deep
 CLOSES = 0.25  # of the width of an opening, by which the largest movement near it moves its border
 ONE_SIDED = 0.8  # of a movement's energy on one side less that on the other
 ONE_SIDE = 0.6  # of the trust in both sides
+SHARPEST = 6  # movements of either side that are paired
 WIDER = 1.5  # times the smallest movement of its name: it moves more than that
 LARGEST_LIDS = 0.45  # rho: spread of a movement of one eye, lids 0.2
 WIDEST = 1.2  # rho: a movement of the mouth alone is smaller
@@ -80,10 +76,10 @@ class Points:
     mouth: Found
 
 
-def find_points(shape: Shape, parts: np.ndarray, part_names: tuple[str, ...], *, named: bool) -> Points:
+def find_points(shape: Shape, *, named: bool) -> Points:
     """Eyes and mouth of a head in the rig's axes; names are heeded where `named` says that they do not contradict."""
     x0 = shape.mirror_across(0)[1]
-    eyes = [one for one in eye_candidates(shape, x0, parts, part_names, named=named) if _possible(one, shape)]
+    eyes = [one for one in eye_candidates(shape, x0, named=named) if _possible(one, shape)]
     mouths = mouth_candidates(shape, x0, named=named)
     return Points(x0, *choose(eyes, mouths))
 
@@ -132,17 +128,16 @@ def pupils(eyes: Candidate) -> float:
     return float(np.linalg.norm(eyes.places[0] - eyes.places[1]))
 
 
-def eye_candidates(
-    shape: Shape, x0: float, parts: np.ndarray, part_names: tuple[str, ...], *, named: bool
-) -> list[Candidate]:
+def eye_candidates(shape: Shape, x0: float, *, named: bool) -> list[Candidate]:
     """Every pair of places that a sign takes for the eyes."""
     found: list[Candidate] = []
     if named:
         found += _by_name(shape, x0, "blink", ("blink",), "what a blink moves", 2.5)
-        found += _by_part(shape, x0, parts, part_names)
+        found += _by_part(shape, x0)
         found += _by_name(shape, x0, "eye name", OTHER_EYES, "what is named for the eyes", 0.8)
     balls = [(np.r_[middle_of_box(b)[:2], b[:, 2].max()], _width(b)) for b in shape.balls]
     found += _pairs("ball", "two balls", 1.5, balls, x0)
+    found += _sharpest(shape, x0)
     tears = [(np.average(place, axis=0, weights=tear), _width(place)) for place, tear in shape.openings]
     found += _pairs("tear", "skin parts beside the middle", 0.7, tears, x0)
     loops = [loop for loop in shape.rims if len(loop) >= 6]
@@ -220,6 +215,33 @@ def _by_name(shape: Shape, x0: float, kind: str, kinds: tuple[str, ...], words: 
     return _pair(kind, words, trust, left, right, x0)
 
 
+def _sharpest(shape: Shape, x0: float) -> list[Candidate]:
+    """Where skin moves furthest for its extent, on both sides of the middle: lids close by more than their height."""
+    x, front = shape.neutral[:, 0] - x0, shape.front
+    halves: tuple[list[tuple[float, np.ndarray]], list[tuple[float, np.ndarray]]] = ([], [])
+    for k in np.flatnonzero(shape.channels.facial):
+        length = np.linalg.norm(shape.deltas[k], axis=1) * front
+        for half, sign in zip(halves, (1, -1), strict=True):
+            own = np.where((length > LIDS * length.max()) & (sign * x > 0), shape.channels.energy[k], 0)
+            if not own.any():
+                continue
+            posed = shape.neutral + shape.deltas[k] / 2
+            place = weighted_median(posed, own)
+            spread = float(np.sqrt(own @ ((posed - place) ** 2).sum(axis=1) / own.sum()))
+            half.append((length.max() / max(spread, 0.02 * shape.channels.rho), place))
+    left, right = (sorted(half, key=lambda one: -one[0])[:SHARPEST] for half in halves)
+    pairs = [
+        (a + b, np.stack([p, q]))
+        for a, p in left
+        for b, q in right
+        if np.linalg.norm(p - _image(q, x0)) < 0.15 * shape.channels.rho
+    ]
+    return [
+        Candidate("motion", "what moves most sharply on both sides", 0.5, pair)
+        for _, pair in sorted(pairs, key=lambda one: -one[0])[:1]
+    ]
+
+
 def _of_the_smallest(found: list[tuple[float, Float[np.ndarray, " 3"]]], most: float) -> Float[np.ndarray, " 3"] | None:
     """Mean of the places of movements as small as the smallest: a grin that closes the eyes too is left out."""
     smallest = min((spread for spread, _ in found), default=np.inf)
@@ -237,9 +259,9 @@ def weighted_median(x: Float[np.ndarray, "v 3"], w: Float[np.ndarray, " v"]) -> 
     return x[order[at, np.arange(3)], np.arange(3)]
 
 
-def _by_part(shape: Shape, x0: float, parts: np.ndarray, part_names: tuple[str, ...]) -> list[Candidate]:
+def _by_part(shape: Shape, x0: float) -> list[Candidate]:
     """Middles of the parts called eyes, at their front."""
-    named = np.isin(parts, [i for i, name in enumerate(part_names) if EYE_PART.search(name)]) & shape.near
+    named = shape.called_eyes
     x = shape.neutral[:, 0] - x0
     halves = [shape.neutral[named & (sign * x > 0)] for sign in (1, -1)]
     left, right = (np.r_[middle_of_box(h)[:2], h[:, 2].max()] if len(h) > 2 else None for h in halves)

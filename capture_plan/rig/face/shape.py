@@ -7,6 +7,7 @@ Tear     t[i, j] = max over k of |d_ki - d_kj| / (|v_i - v_j| + rho / 25) for ne
          part where skin meets skin without an edge; 1 is the strain of a wide smile
 """
 
+import re
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -26,6 +27,11 @@ NORMALS = 0.5  # rho that a turned normal counts for
 MIRRORED = 60  # percentile: ears, hair and partings have no image
 LOWEST = -4.0  # nats that one axis can lose to the best
 NEIGHBOURS = 8
+LEAST = 1e-3  # of the facial energy: a piece with less does not move with the face
+EYE_PART = re.compile(
+    r"sclera|iris|cornea|pupil|eye(?!.?(lash|brow|lid|occl|blend|wet|shadow|socket|tear|lac|line|shell|fluid|glass))",
+    re.IGNORECASE,
+)
 SOFT = 0.04  # rho: closer neighbours than that tear no faster
 TORN = 2.5  # tear of lips and lids; cheeks stay below 1
 LINK = 0.2  # rho between torn vertices of one opening
@@ -42,6 +48,8 @@ class Shape:
     triangles: Int[np.ndarray, "f 3"]
     deltas: Float[np.ndarray, "k v 3"]
     channels: Channels
+    parts: Int[np.ndarray, " v"]
+    part_names: tuple[str, ...]
 
     @cached_property
     def near(self) -> Bool[np.ndarray, " v"]:
@@ -56,6 +64,24 @@ class Shape:
         return used & (away < reach)
 
     @cached_property
+    def head(self) -> Bool[np.ndarray, " v"]:
+        """Of these the pieces that the face moves: no hat, no stand, no hair of its own."""
+        moving = np.bincount(self.piece, self.channels.moved) > LEAST
+        of_head = self.near & moving[self.piece]
+        return of_head if of_head.any() else self.near
+
+    @cached_property
+    def called_eyes(self) -> Bool[np.ndarray, " v"]:
+        """Vertices near the face of parts whose names say eyes."""
+        return np.isin(self.parts, [i for i, name in enumerate(self.part_names) if EYE_PART.search(name)]) & self.near
+
+    def eye_parts(self, sides: int) -> list[Float[np.ndarray, "2 3"]]:
+        """Middles of the parts called eyes on either side of the mirror plane across an axis; nothing without them."""
+        aside = self.neutral[:, sides] - self.mirror_across(sides)[1]
+        halves = [self.neutral[self.called_eyes & (sign * aside > 0)] for sign in (1, -1)]
+        return [np.stack([middle_of_box(half) for half in halves])] if min(map(len, halves)) > 2 else []
+
+    @cached_property
     def areas(self) -> Float[np.ndarray, " v"]:
         """Area around every vertex."""
         return vertex_areas(self.neutral, self.triangles)
@@ -63,7 +89,7 @@ class Shape:
     @cached_property
     def normals(self) -> Float[np.ndarray, "v 3"]:
         """Unit normals that point out of the head, whichever way its triangles wind."""
-        n, a = vertex_normals(self.neutral, self.triangles), self.areas * self.near
+        n, a = vertex_normals(self.neutral, self.triangles), self.areas * self.head
         away = self.neutral - a @ self.neutral / a.sum()
         outward = np.einsum("v,vx,vx->", a, away, n)
         return -n if outward < 0 else n

@@ -33,7 +33,7 @@ BY_MOTION: tuple[tuple[str, tuple[str, ...], Role, float, float, float], ...] = 
 )
 SPREAD = 0.7  # of the summed lengths: left and right names that agree on a direction add up to more
 SEVERAL = 3  # pairs of names that can contradict each other
-BODY_BEYOND = 5.0  # rho from the face: what lies there is a body
+BODY_BEYOND = 7.0  # rho from the face: what lies there is a body
 
 
 def all_votes(shape: Shape, sides: int) -> list[Vote]:
@@ -91,7 +91,7 @@ def _names_and_balls(shape: Shape, sides: int) -> list[Vote]:
 def shape_votes(shape: Shape, sides: int) -> list[Vote]:
     """Signs of shape and motion alone."""
     channels, rho = shape.channels, shape.channels.rho
-    moved, a = channels.moved, shape.areas * shape.near
+    moved, a = channels.moved, shape.areas * shape.head
     head = a @ shape.neutral / a.sum()
     away = shape.neutral - head
     outer = moved * np.clip(np.einsum("vx,vx->v", away, shape.normals), 0, None)  # not the inside of the mouth
@@ -141,10 +141,19 @@ def _eyes_and_mouth(shape: Shape, sides: int) -> list[Vote]:
     lids = _mirrored(openings, sides, shape, 0.15)
     lips = next((place for place in openings if _aside(place, sides, shape) < 0.2), None)
     rims = [shape.neutral[loop] for loop in shape.rims if len(loop) >= 6]
-    eyes = balls[:1] or lids[:1]
-    if lips is not None and eyes:
-        words = "two balls lie above where lips part" if balls else "lids part above the lips"
-        votes.append(Vote(words, "up", _unit(eyes[0].mean(axis=0) - lips), 8.0, 0.06))
+    if lips is not None:
+        lids = [pair for pair in lids if np.linalg.norm(pair.mean(axis=0) - lips) > 0.5 * rho]  # no mouth corners
+        pairs = _mirrored([rim.mean(axis=0) for rim in rims if np.ptp(rim, axis=0).max() < rho], sides, shape, 0.05)
+        pairs = [pair for pair in pairs if np.linalg.norm(pair.mean(axis=0) - lips) > 0.5 * rho]
+        for eyes, words, eps in (
+            (shape.eye_parts(sides), "parts called eyes lie above where lips part", 0.04),
+            (balls[:1], "two balls lie above where lips part", 0.06),
+            (lids[:1], "lids part above the lips", 0.10),
+            (pairs[:1], "two openings lie above where lips part", 0.25),
+        ):
+            if eyes:
+                votes.append(Vote(words, "up", _unit(eyes[0].mean(axis=0) - lips), 8.0, eps))
+                break
     for pair in balls[:1]:
         before = pair.mean(axis=0) - shape.areas @ shape.neutral / shape.areas.sum()
         votes.append(Vote("two balls lie before the head", "facing", before / rho, 4.0, 0.25))
@@ -155,7 +164,7 @@ def _eyes_and_mouth(shape: Shape, sides: int) -> list[Vote]:
 
 
 def _balls(shape: Shape, sides: int) -> list[Float[np.ndarray, "2 3"]]:
-    """Middles of two balls that mirror each other, the largest pair first."""
+    """Middles of two balls that mirror each other, the pair nearest to what moves first: earrings lie further."""
     return _mirrored([middle_of_box(ball) for ball in shape.balls], sides, shape, 0.05)
 
 
@@ -182,16 +191,17 @@ def _covers(rim: Float[np.ndarray, "n 3"], ball: Float[np.ndarray, " 3"], rho: f
 
 
 def _mirrored(places: list[np.ndarray], sides: int, shape: Shape, tolerance: float) -> list[Float[np.ndarray, "2 3"]]:
-    """Pairs of places that mirror each other within a share of rho, clear of the middle, in the order given."""
+    """Pairs of places that mirror each other within a share of rho, as far apart as eyes are; the nearest first."""
     middle, rho = shape.mirror_across(sides)[1], shape.channels.rho
     flip = np.where(np.arange(3) == sides, -1.0, 1.0)
     images = [one * flip + np.where(np.arange(3) == sides, 2 * middle, 0.0) for one in places]
-    return [
+    pairs = [
         np.stack([one, other])
         for i, (one, image) in enumerate(zip(places, images, strict=True))
         for other in places[i + 1 :]
-        if np.linalg.norm(image - other) < tolerance * rho and abs(one[sides] - middle) > 0.2 * rho
+        if np.linalg.norm(image - other) < tolerance * rho and 0.15 < abs(one[sides] - middle) / rho < 1.6
     ]
+    return sorted(pairs, key=lambda pair: float(np.linalg.norm(pair.mean(axis=0) - shape.channels.middle)))
 
 
 def _aside(place: Float[np.ndarray, " 3"], sides: int, shape: Shape) -> float:
