@@ -35,6 +35,7 @@ USUAL, LOOSE = (
     0.35,
 )  # of the pupil distance from the eyes to the mouth: four human heads 0.9 to 1.15; in logarithms
 LEAD = 0.5
+WITHOUT_MOUTH, NO_FACE = 1.5, 4.0  # trust that eyes lose that no mouth fits, or one that is not below them
 BELOW, DEEP = (0.3, 1.9), 0.9  # pupil distances from the eyes down and in depth to the mouth
 STRONG_TEAR = 6.0
 FRONT = 0.25  # rho: lips are about 12 mm deep
@@ -223,7 +224,7 @@ def _sharpest(shape: Shape, x0: float) -> list[Candidate]:
         length = np.linalg.norm(shape.deltas[k], axis=1) * front
         for half, sign in zip(halves, (1, -1), strict=True):
             own = np.where((length > LIDS * length.max()) & (sign * x > 0), shape.channels.energy[k], 0)
-            if not own.any():
+            if not own.any() or weighted_median(sign * x[:, None], own)[0] < 0.5 * PUPILS_RHO[0] * shape.channels.rho:
                 continue
             posed = shape.neutral + shape.deltas[k] / 2
             place = weighted_median(posed, own)
@@ -236,10 +237,11 @@ def _sharpest(shape: Shape, x0: float) -> list[Candidate]:
         for b, q in right
         if np.linalg.norm(p - _image(q, x0)) < 0.15 * shape.channels.rho
     ]
-    return [
-        Candidate("motion", "what moves most sharply on both sides", 0.5, pair)
-        for _, pair in sorted(pairs, key=lambda one: -one[0])[:1]
-    ]
+    apart: list[np.ndarray] = []
+    for _, pair in sorted(pairs, key=lambda one: -one[0]):
+        if all(np.linalg.norm(pair[0] - other[0]) > 0.3 * shape.channels.rho for other in apart):
+            apart.append(pair)
+    return [Candidate("motion", "what moves most sharply on both sides", 0.5, pair) for pair in apart[:3]]
 
 
 def _of_the_smallest(found: list[tuple[float, Float[np.ndarray, " 3"]]], most: float) -> Float[np.ndarray, " 3"] | None:
@@ -250,13 +252,13 @@ def _of_the_smallest(found: list[tuple[float, Float[np.ndarray, " 3"]]], most: f
     return np.mean([place for spread, place in found if spread <= WIDER * smallest], axis=0)
 
 
-def weighted_median(x: Float[np.ndarray, "v 3"], w: Float[np.ndarray, " v"]) -> Float[np.ndarray, " 3"]:
+def weighted_median(x: Float[np.ndarray, "v n"], w: Float[np.ndarray, " v"]) -> Float[np.ndarray, " n"]:
     """The median of each coordinate, with weights."""
     x, w = x[w > 0], w[w > 0]
     order = np.argsort(x, axis=0, kind="stable")
     below = np.cumsum(w[order], axis=0)
-    at = (below < below[-1] / 2).sum(axis=0)
-    return x[order[at, np.arange(3)], np.arange(3)]
+    at, axes = (below < below[-1] / 2).sum(axis=0), np.arange(x.shape[1])
+    return x[order[at, axes], axes]
 
 
 def _by_part(shape: Shape, x0: float) -> list[Candidate]:
@@ -326,11 +328,11 @@ def _trust(one: Candidate, all_of_them: Iterable[Candidate], p: float) -> float:
 
 def _trust_of_mouth(eye: Candidate, mouth: Candidate | None, mouths: list[Candidate]) -> float:
     if mouth is None:
-        return 0.0
+        return -WITHOUT_MOUTH if mouths else 0.0
     p = pupils(eye)
     h = float(np.linalg.norm(eye.places.mean(axis=0) - mouth.places[0]))
     usual = np.log(max(h, 1e-9) / (USUAL * p)) / LOOSE
-    return _trust(mouth, mouths, p) - 0.5 * float(usual) ** 2 - (0 if _face_like(eye, mouth) else 2.0)
+    return _trust(mouth, mouths, p) - 0.5 * float(usual) ** 2 - (0 if _face_like(eye, mouth) else NO_FACE)
 
 
 def _face_like(eye: Candidate, mouth: Candidate) -> bool:

@@ -2,7 +2,7 @@
 
 Letters    p     pupil distance, rho  size of what moves (`channels.py`), both in the file's unit
 Score of a unit u, nats = its commonness + FORMAT where the format states it + log f(p u) + log g(rho u)
-                         + log h(extent of the mesh u)
+                         + log h(extent of the mesh u) where the eyes were not found
            f, g, h  mixtures of log-normal densities over the usual one: human, roughly human, anything
 Sure       the lead over every other unit is LEAD, and the face has a size that faces have
 The format's unit stands while the face is as large as those of mascots may be, but is not sure of what no person has; a
@@ -40,7 +40,7 @@ def find_unit(stated: float | None, pupils: float | None, rho: float, extent: fl
     by_format = np.array([FORMAT * (unit == stated) for unit in units])
     by_eyes = np.array([_log_mixture(pupils * unit / PUPILS_MM, PUPILS) if pupils else 0.0 for unit in units])
     by_size = np.array([_log_mixture(rho * unit / RHO_MM, sizes) for unit in units])
-    by_mesh = np.array([_log_mixture(extent * unit / HEAD_MM, WHOLE) for unit in units])
+    by_mesh = np.array([0.0 if pupils else _log_mixture(extent * unit / HEAD_MM, WHOLE) for unit in units])
     total = common + by_format + by_eyes + by_size + by_mesh
     best = int(np.argmax(total))
     if stated and _can_be(stated, pupils, rho, extent, few=few):
@@ -56,7 +56,8 @@ def find_unit(stated: float | None, pupils: float | None, rho: float, extent: fl
         )
     told = [("the format", by_format)] if stated else []
     told += [("the distance between the pupils", by_eyes)] if pupils else []
-    told += [("the size of what moves", by_size), ("the size of the mesh", by_mesh), ("how common the unit is", common)]
+    told += [] if pupils else [("the size of the mesh", by_mesh)]
+    told += [("the size of what moves", by_size), ("how common the unit is", common)]
     rest = np.delete(np.arange(len(units)), best)
     signs = tuple(
         Sign(name, f"{units[int(np.argmax(score))]:g} mm", round(float(score[best] - score[rest].max()), 2))
