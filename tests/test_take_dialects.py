@@ -110,6 +110,10 @@ def documents(w):
         "columns": {"fps": 60, **dict(zip(NAMES, w.T.tolist(), strict=True))},
         "Faceware": [{"time": t / 60, "animationValues": row} for t, row in enumerate(rows)],
         "times beside": {"timestamps": [t / 60 for t in range(len(w))], "frames": rows},
+        "numbers in quotes": [
+            {"timestamp": t / 60, "blendShapes": {name: str(x) for name, x in row.items()}}
+            for t, row in enumerate(rows)
+        ],
         "text codes": [{"timecode": code(t), **row} for t, row in enumerate(rows)],
     }
 
@@ -305,3 +309,10 @@ def test_arrays_of_meshes_are_frames_whatever_they_are_called(tmp_path):
     np.save(tmp_path / "few.npy", np.zeros((4, 52)))
     with pytest.raises(RigError, match=r"expected frames \(t, v, 3\)"):
         read_sequence(tmp_path / "few.npy", rig=rig)
+
+
+def test_numbers_without_names_are_refused_as_such(tmp_path):
+    with pytest.raises(RigError, match="has no line of names above its numbers"):
+        read(tmp_path / "take.csv", table(weights()).partition("\n")[2])
+    with pytest.raises(RigError, match="decimal commas between commas"):
+        read(tmp_path / "take.csv", table(weights(), decimal=","))
