@@ -262,6 +262,7 @@ def planned(rig, anna, bert, tmp_path_factory):
         options += ["--sequence", str(folder / f"{take.name}.npz"), "--sequence-weight", weight]
     ended = CliRunner().invoke(app, ["plan", "sample", *options, "--vertex-weights", str(folder / "w.txt")])
     assert ended.exit_code == 0, ended.output
+    assert "anna: 20 frames, 30 in a second" in ended.stderr
     return folder / "plans" / "plan.json"
 
 

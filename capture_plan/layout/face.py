@@ -21,7 +21,7 @@ from capture_plan.rig.painted import painted_zone
 from capture_plan.rig.performed import performed_deltas
 from capture_plan.rig.regions import FaceRegions, face_regions
 from capture_plan.rig.zones import ZONES, Ground, check_zone
-from capture_plan.visibility import Camera, camera_visibility, global_visibility
+from capture_plan.visibility import Camera, camera_visibility, global_visibility, why_blind
 from capture_plan.visibility.views import Views, camera_views
 
 SIXTY_EIGHT = "68 points (iBUG)"
@@ -68,6 +68,8 @@ class Face:
             InfeasibleError: there is none.
         """
         allowed = self.markable & (self.visibility >= settings.min_visibility)
+        if not allowed.any() and self.cameras:
+            raise InfeasibleError(why_blind(self.cameras, self.rig.neutral[self.markable]))
         if not allowed.any():
             raise InfeasibleError(
                 f"no moving skin is seen from {settings.min_visibility:.0%} of the directions: lower min_visibility"

@@ -34,7 +34,8 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     Wishes, by vertex number in the artist's file: `pins` carry a landmark whatever else is decided, `forbidden` carry
     none. `keep_out`: zones without landmarks and the margin around each, by name (`rig.zones`) or as a file that paints
     one. `caps`: most landmarks in a region, by its name ("nose"). `min_views`: cameras that have to see a landmark in
-    every expression, where cameras are known (2 where they triangulate). `dot_mm`: diameter of a marker.
+    every expression, where cameras are known (2 where they triangulate); one of them never smaller than 3 pixels; 0
+    leaves cameras out of it. `dot_mm`: diameter of a marker.
     `head_markers`: 3 to 5 further markers where the face hardly moves, from which the motion of the head is taken.
     """
 

@@ -4,7 +4,7 @@ pins, forbidden    vertices by their number in the artist's file; mirrored where
 keep-outs          zones of the skin; a site with either landmark inside is out
 caps               landmarks of a region, both of a mirrored pair counted
 number, budget     landmarks in all
-views              cameras that see a site in every expression
+views              cameras that see a site in every expression, one of them never smaller than `FEWEST_PIXELS`
 """
 
 from collections.abc import Sequence
@@ -19,6 +19,7 @@ from capture_plan.layout.limits import Limit
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites
 from capture_plan.rig.regions import REGIONS
+from capture_plan.visibility.views import FEWEST_PIXELS, Views
 
 OTHER_SHARE = 0.2  # of the landmarks: fewer is the same layout with a dot or two moved
 
@@ -95,18 +96,44 @@ def numbers(settings: LayoutSettings, sites: Sites) -> list[Limit]:
 
 
 def views(face: Face, settings: LayoutSettings, sites: Sites) -> list[Limit]:
-    """Only what enough cameras see at once in every expression, where cameras are known."""
+    """Only what enough cameras see at once in every expression, and one of them reads, where cameras are known.
+
+    Raises:
+        InfeasibleError: more views than cameras, or no place is read by any camera.
+    """
     if not (face.cameras and settings.min_views):
         return []
     if settings.min_views > len(face.cameras):
         raise InfeasibleError(
             f"min_views is {settings.min_views} and there are {len(face.cameras)} cameras: lower it or add cameras"
         )
-    few = np.ones(len(face.rig.neutral), dtype=bool)
-    few[face.rig.skin] = face.views(settings.dot_mm).views < settings.min_views
+    found, few = face.views(settings.dot_mm), np.ones(len(face.rig.neutral), dtype=bool)
+    few[face.rig.skin] = (found.views < settings.min_views) | ~found.readable.any(axis=0)
+    if touching(sites, few).all():
+        raise InfeasibleError(too_small(found, settings))
     cameras = "camera" if settings.min_views == 1 else "cameras"
-    name = f"every landmark seen by {settings.min_views} {cameras} at once in every expression"
+    name = (
+        f"every landmark seen by {settings.min_views} {cameras} at once in every expression, "
+        f"and by one always {FEWEST_PIXELS:g} px wide or more"
+    )
     return [Limit(name, touching(sites, few).astype(int), most=0)]
+
+
+def too_small(found: Views, settings: LayoutSettings) -> str:
+    """Why no place on the skin is read by a camera, and what would help."""
+    widest = float(np.where(found.seen, found.pixels, 0).max())
+    if found.views.max() < settings.min_views or widest == 0:
+        return (
+            f"no place on the skin is seen by {settings.min_views} cameras at once in every expression "
+            f"(at most {found.views.max()}): lower min_views, or move the cameras to the front"
+        )
+    if widest >= FEWEST_PIXELS:
+        return "no place on the skin where a landmark may stand is read by a camera: allow more of it, or add a camera"
+    larger = np.ceil(2 * settings.dot_mm * FEWEST_PIXELS / widest) / 2
+    return (
+        f"a dot of {settings.dot_mm:g} mm is at most {widest:.1f} px wide in a camera that always sees it, "
+        f"{FEWEST_PIXELS:g} px are needed: use dots of {larger:g} mm, or move the cameras closer"
+    )
 
 
 def differences(face: Face, settings: LayoutSettings, sites: Sites, unlike: Sequence[Sequence[int]]) -> list[Limit]:

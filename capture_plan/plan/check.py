@@ -13,6 +13,7 @@ from msgspec.structs import replace
 from capture_plan.expressions.certificate import packing_claims
 from capture_plan.expressions.session import session
 from capture_plan.layout.face import see_face
+from capture_plan.plan.camera_claims import camera_claims
 from capture_plan.plan.claims import Claim, claim
 from capture_plan.plan.collide import collide
 from capture_plan.plan.landmark_claims import bound_claims, landmark_claims, worth_claims
@@ -29,6 +30,7 @@ def check_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> tuple[Claim, .
     face = see_face(rig, plan.audit.used, read_cameras_of(rig, plan.settings, folder))
     return (
         *landmark_claims(plan, rig, face),
+        *camera_claims(plan, face),
         *bound_claims(plan, face),
         *worth_claims(plan, face),
         *motion_claims(plan, face, folder),

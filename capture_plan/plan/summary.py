@@ -121,17 +121,21 @@ def head_words(plan: Plan) -> list[str]:
 
 
 def view_words(plan: Plan) -> list[str]:
-    """Markers that a camera sees too small."""
+    """Cameras that see no marker, and markers that a camera sees too small."""
     small = [
         f"{m.name} ({min(view.pixels for view in m.views if view.always):.1f})"
         for m in plan.layout.markers
         if any(view.always and view.pixels < FEWEST_PIXELS for view in m.views)
     ]
+    cameras = [view.camera for view in plan.layout.markers[0].views] if plan.layout.markers else []
+    blind = [name for c, name in enumerate(cameras) if not any(m.views[c].pixels for m in plan.layout.markers)]
+    lines = [f"No marker is ever seen by {', '.join(blind)}: check where it stands and looks."] if blind else []
     if not small:
-        return []
+        return lines
     return [
+        *lines,
         f"Narrower than {FEWEST_PIXELS:g} px in some camera at {plan.settings.landmarks.dot_mm:g} mm, "
-        f"use larger dots or move the camera closer: {', '.join(small)} px."
+        f"use larger dots or move the camera closer: {', '.join(small)} px.",
     ]
 
 

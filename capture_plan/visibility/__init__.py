@@ -1,5 +1,6 @@
 """Who sees which vertex: the whole hemisphere, or known cameras; functions of meshes."""
 
+from capture_plan.visibility.blind import why_blind
 from capture_plan.visibility.camera import Camera, look_at
 from capture_plan.visibility.camera_file import read_cameras
 from capture_plan.visibility.hemisphere import global_visibility, hemisphere_visibility
@@ -19,4 +20,5 @@ __all__ = [
     "hemisphere_visibility",
     "look_at",
     "read_cameras",
+    "why_blind",
 ]

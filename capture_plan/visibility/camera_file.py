@@ -68,6 +68,11 @@ def cameras_of(content: dict[str, Any], path: Path) -> tuple[Camera, ...]:
     if not isinstance(tables, list) or not tables or not all(isinstance(table, dict) for table in tables):
         raise RigError(f"{path}: has no cameras: write one [[cameras]] table for each, or one [head_mounted] table")
     cameras = tuple(camera_from(table, f"{path}, camera {number}") for number, table in enumerate(tables, start=1))
+    return distinct(cameras, path)
+
+
+def distinct(cameras: tuple[Camera, ...], path: Path) -> tuple[Camera, ...]:
+    """The cameras. RigError where two have one name."""
     names = [camera.name for camera in cameras]
     if len(set(names)) < len(names):
         twice = next(name for name in names if names.count(name) > 1)

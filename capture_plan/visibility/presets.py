@@ -26,6 +26,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from capture_plan.errors import RigError
+from capture_plan.visibility.calibration import is_calibration, read_calibration
 from capture_plan.visibility.camera import Camera, look_at
 from capture_plan.visibility.camera_file import cameras_of, numbers, read_toml, whole
 
@@ -43,6 +44,8 @@ def cameras_for(spec: str, neutral: Float[np.ndarray, "v 3"], skin: Bool[np.ndar
     if not path.is_file():
         raise RigError(f"cameras: '{spec}' is neither a file nor one of {', '.join(PRESETS)}")
     content = read_toml(path)
+    if "cameras" not in content and is_calibration(content):
+        return read_calibration(content, path, neutral[skin])
     if "head_mounted" not in content:
         return cameras_of(content, path)
     if "cameras" in content:

@@ -103,10 +103,11 @@ def from_codes(found: Sequence[re.Match[str]]) -> Timing:
 def clock_frames(f: Float[np.ndarray, " t"], seconds: Int[np.ndarray, " t"]) -> tuple[int, bool]:
     """Frames in a second of the clock, and whether the codes show it: a whole second of them, or its last frame."""
     highest = int(f.max())
-    n = next((clock for clock in CLOCKS if clock > highest), highest + 1)
     inside = np.diff(f)[np.diff(seconds) == 0]
     step = float(np.median(inside[inside > 0])) if (inside > 0).any() else 1.0
-    return n, len(np.unique(seconds)) > 2 or highest + step >= n
+    last = highest + round(step)  # 0, 5, ..., 20 are a clock of 25
+    n = last if last in CLOCKS else next((clock for clock in CLOCKS if clock > highest), highest + 1)
+    return n, len(np.unique(seconds)) > 2 or last >= n
 
 
 def skipped_frames(

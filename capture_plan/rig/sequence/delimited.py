@@ -102,9 +102,14 @@ def find_header(lines: Lines) -> tuple[str, int]:
             score = (float(share) + 0.1 * (delimiter == lines.delimiter), len(fields))
             if score > best:
                 best, found = score, (delimiter, first)
-    if NUMBER.fullmatch(lines.texts[found[1]].strip().split(found[0])[0].strip()) and best[0] < 0:
+    if best[0] < 0 and any(map(mostly_numbers, (split(lines.texts[0], delimiter) for delimiter in DELIMITERS))):
         raise RigError("has no line of names above its numbers: export the take with names")
     return found
+
+
+def mostly_numbers(fields: Sequence[str]) -> bool:
+    """Whether half of these or more are numbers."""
+    return 2 * sum(bool(NUMBER.fullmatch(field.strip())) for field in fields) >= len(fields)
 
 
 def numeric_columns(table: TextTable) -> list[bool]:
@@ -145,7 +150,7 @@ def numbers(table: TextTable, rows: Sequence[str], chosen: Sequence[int]) -> Flo
         return np.loadtxt(texts, delimiter=table.delimiter, usecols=chosen, comments=None, quotechar='"', ndmin=2)
     except ValueError:  # a cell without a number
         cells = [split(row, table.delimiter) for row in rows]
-        return np.array([[to_number(fields[c]) for c in chosen] for fields in cells])
+        return np.array([[to_number(fields[c]) if c < len(fields) else np.nan for c in chosen] for fields in cells])
 
 
 def uneven(table: TextTable, t: int, chosen: Sequence[int]) -> tuple[Float[np.ndarray, " c"], str]:

@@ -9,6 +9,7 @@ A name that some frames leave out has weight 0 there, which is said. A frame who
 the face; one in which a weight is no number is damaged.
 """
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -28,6 +29,7 @@ SHAPE_KEYS = (
 NEST_KEYS = ("result", "results", "face", "faces", "frame", "data", "params")
 LABEL_KEYS = ("categoryname", "name", "displayname", "label", "shape")
 SCORE_KEYS = ("score", "value", "weight", "coefficient")
+QUOTED = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
 SAME_RATE = 0.02
 CONTAINERS, NUMBERS = {dict, list, type(None)}, {int, float}
 NO = (False, 0, "0", "false", "False", "no")
@@ -172,14 +174,14 @@ def has_key(value: Any, keys: Sequence[str]) -> bool:
 
 def has_numbers(value: Any) -> bool:
     """Whether an object holds a number under a name that can be a weight's."""
-    return isinstance(value, dict) and any(is_number(x) and not why_not(name) for name, x in value.items())
+    return isinstance(value, dict) and any(is_weight(x) and not why_not(name) for name, x in value.items())
 
 
 def named_numbers(value: Mapping[str, Any]) -> Mapping[str, Any]:
     """The numbers and nulls under names that can be weights'."""
     if set(map(type, value.values())) <= NUMBERS and all_weights(tuple(value)):
         return value
-    return {name: x for name, x in value.items() if (x is None or is_number(x)) and not why_not(name)}
+    return {name: x for name, x in value.items() if (x is None or is_weight(x)) and not why_not(name)}
 
 
 @lru_cache(64)
@@ -203,6 +205,11 @@ def categories(values: Sequence[Any]) -> Mapping[str, Any]:
         )
         for one in found
     }
+
+
+def is_weight(value: Any) -> bool:
+    """Whether a value is a number, also one in quotes."""
+    return is_number(value) or (isinstance(value, str) and bool(QUOTED.fullmatch(value)))
 
 
 def is_number(value: Any) -> TypeGuard[int | float]:
