@@ -1,9 +1,12 @@
 """A movement in words, from geometry alone: where, which way, how far.
 
 Data     d[k, v] deltas, millimetres; regions of the face with their sides, the subject's own
-Where    the region and side with the most of sum_v |d|^2; both sides where the weaker has at least half of the stronger
+Where    of the regions that move nearly as far as anything does, the one with the most of sum_v |d|^2; both sides where
+         the weaker has at least half of the stronger. A chin that goes along as a whole is the jaw. Where none of
+         these has a name, the upper or the lower face
 Which    the mean of d over the region's vertices that move at least half as far as its most moved one; an axis is named
-         where it has at least half of the largest component; sideways is outwards or inwards where there are two sides
+         where it has at least half of the largest component; sideways is outwards or inwards where there are two sides,
+         unless both go to one side. Lids do not turn eyes outwards: they go apart
 How far  the largest |d| in the region
 """
 
@@ -11,13 +14,19 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from jaxtyping import Bool, Float
 
 from capture_plan.expressions.active import STILL_MM
+from capture_plan.expressions.together import driven
 from capture_plan.rig import Rig
 from capture_plan.rig.anchors import REMEMBERED
 from capture_plan.rig.regions import FaceRegions, face_regions
 
-NAMELESS = ("scalp", "neck")  # what is left over on heads that are built unlike ours: the picture says it better
+NAMELESS = ("scalp", "neck")  # what is left over on heads that are built unlike ours
+NEARLY = 0.8  # of the largest movement: what moves less may have more of the skin, and is not what one sees
+JAW = ("lower lip", "chin", "jaw")
+WHOLLY = 0.7  # of the largest movement goes half of a chin with its bone: 0.76 to 0.97, under a pulled lip to 0.5
+LIDS = ("upper eyelid", "lower eyelid")
 PAIRED = {"mouth corner", "upper eyelid", "lower eyelid", "brow", "cheek", "temple", "ear"}
 SIDE = {1: "left", -1: "right"}
 
@@ -41,7 +50,7 @@ class Movement:
 
 
 def movements(rig: Rig, names: tuple[str, ...]) -> tuple[str, ...]:
-    """'both brows up by 6 mm' for every blendshape whose place has a name; mirrored halves are told as one."""
+    """'both brows up by 6 mm' for every blendshape that moves the skin; mirrored halves are told as one."""
     regions = regions_of(rig)
     found = [movement for name in names if (movement := _movement(rig, regions, name)) is not None]
     told: list[Movement] = []
@@ -62,33 +71,60 @@ def regions_of(rig: Rig) -> FaceRegions:
 
 
 def _halves(a: Movement, b: Movement) -> bool:
-    return a.region == b.region and a.ways == b.ways and a.side * b.side == -1
+    """Whether two movements are one on both sides; eyelids that go to either side are two looks, never one."""
+    looks = a.region in LIDS and {"outwards", "inwards"} & set(a.ways)
+    return a.region == b.region and a.ways == b.ways and a.side * b.side == -1 and not looks
 
 
 def _movement(rig: Rig, regions: FaceRegions, name: str) -> Movement | None:
-    deltas = rig.deltas[rig.names.index(name)]
+    deltas = rig.deltas[rig.names.index(name)] + _held(rig, name)
     length = np.where(rig.skin, np.linalg.norm(deltas, axis=1), 0)
     if length.max() <= STILL_MM or not regions.known:
         return None
-    energy = np.array([[_energy(length, regions, r, side) for side in (1, 0, -1)] for r in range(len(regions.names))])
-    region = int(energy.sum(axis=1).argmax())
-    left, _, right = energy[region]
+    region, here = _place(rig, regions, length, deltas)
+    left, _, right = (float((length[here & (regions.side == side)] ** 2).sum()) for side in (1, 0, -1))
     side = 0 if min(left, right) >= max(left, right) / 2 else int(np.sign(left - right))
-    here = regions.of_vertex == region
     if side:
         here &= regions.side == side
-    if regions.names[region] in NAMELESS:
-        return None
     far = length[here].max()
     moved = here & (length >= far / 2)
-    two = side == 0 and regions.names[region] in PAIRED
+    two = side == 0 and region in PAIRED
     outwards = deltas[moved, 0] * regions.side[moved] if side or two else deltas[moved, 0]
-    mean = np.array([outwards.mean(), *deltas[moved, 1:].mean(axis=0)])
-    return Movement(regions.names[region], side, _ways(mean, bool(side) or two), float(far))
+    one_way = two and abs(deltas[moved, 0].mean()) > abs(outwards.mean())
+    mean = np.array([deltas[moved, 0].mean() if one_way else outwards.mean(), *deltas[moved, 1:].mean(axis=0)])
+    ways = _ways(mean, (bool(side) or two) and not one_way)
+    if region in LIDS and side == 0:
+        ways = tuple({"outwards": "apart", "inwards": "together"}.get(way, way) for way in ways)
+    return Movement(region, side, ways, float(far))
 
 
-def _energy(length: np.ndarray, regions: FaceRegions, region: int, side: int) -> float:
-    return float((length[(regions.of_vertex == region) & (regions.side == side)] ** 2).sum())
+def _held(rig: Rig, name: str) -> Float[np.ndarray, "v 3"]:
+    """What is held besides: a corrective moves nothing by itself."""
+    bases = [rig.names.index(base) for of, base in driven(rig, rig.names) if of == name]
+    return rig.deltas[bases].sum(axis=0)
+
+
+def _place(
+    rig: Rig, regions: FaceRegions, length: Float[np.ndarray, " v"], deltas: Float[np.ndarray, "v 3"]
+) -> tuple[str, Bool[np.ndarray, " v"]]:
+    """The name of the place that a movement is seen at, and its vertices."""
+    each = [(regions.of_vertex == r) & rig.skin for r in range(len(regions.names))]
+    named = [
+        (float((length[at] ** 2).sum()), name, at)
+        for name, at in zip(regions.names, each, strict=True)
+        if name not in NAMELESS and at.any() and length[at].max() >= NEARLY * length.max()
+    ]
+    chin = each[regions.names.index("chin")]
+    lifted = deltas[chin, 1].sum() > length[chin].sum() / 2  # by the lip: a jaw at rest goes no further up
+    if chin.any() and float(np.median(length[chin])) >= WHOLLY * length.max() and not lifted:
+        return "jaw", np.isin(regions.of_vertex, [regions.names.index(name) for name in JAW]) & rig.skin
+    if named:
+        _, name, at = max(named, key=lambda place: place[0])
+        return name, at
+    eyes, mouth = (regions.anchors.eye_left + regions.anchors.eye_right) / 2, regions.anchors.mouth
+    lower = rig.neutral[:, 1] < (eyes[1] + mouth[1]) / 2
+    below = bool(lower[length.argmax()])
+    return ("lower face" if below else "upper face"), rig.skin & (lower if below else ~lower)
 
 
 def _ways(mean: np.ndarray, sided: bool) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ from importlib.resources import files
 from itertools import pairwise
 from typing import Any
 
+from capture_plan.expressions.lips import stays_open
 from capture_plan.expressions.movement import movements
 from capture_plan.rig import Rig
 from capture_plan.rig.meaning import arkit_by_motion, base_name
@@ -22,7 +23,7 @@ FROM_REST = "From a relaxed face: "  # every expression starts from the neutral,
 
 def sentence(rig: Rig, blendshapes: tuple[str, ...]) -> str:
     """What to do to show `blendshapes` at full weight, all at once."""
-    parts = [_list(part) for part in _breaths(spoken(_known(rig, blendshapes)))]
+    parts = [_list(part) for part in _breaths(_said(rig, blendshapes))]
     if unknown := _unknown(rig, blendshapes):
         found = movements(rig, unknown)
         parts.append(f"match the picture: move {_list(found)}" if found else "match the picture")
@@ -38,16 +39,26 @@ def from_rest(sentence: str) -> str:
 def told(rig: Rig, blendshapes: tuple[str, ...]) -> tuple[str, ...]:
     """The separate movements in words; those that only the picture tells are one."""
     unknown = _unknown(rig, blendshapes)
-    return spoken(_known(rig, blendshapes)) + ((movements(rig, unknown) or ("match the picture",)) if unknown else ())
+    return _said(rig, blendshapes) + ((movements(rig, unknown) or ("match the picture",)) if unknown else ())
 
 
 def mistakes(rig: Rig, blendshapes: tuple[str, ...]) -> tuple[str, ...]:
     """What people often do wrong here, as a warning: of the highest and of the lowest place that has one."""
     table, _ = phrases()
     bases = {base_name(arkit) for arkit in _known(rig, blendshapes)}
+    bases -= {"mouthClose"} if stays_open(rig, blendshapes) is not None else set()
     found = [table[base] for base in table if base in bases and "mistake" in table[base]]
     warnings = [entry["mistake"] for entry in found if bases.isdisjoint(entry.get("unless", ()))]
     return tuple(dict.fromkeys([*warnings[:1], *warnings[-1:]]))
+
+
+def _said(rig: Rig, blendshapes: tuple[str, ...]) -> tuple[str, ...]:
+    """The phrases of what has one; lips that the rig leaves open are not asked to be closed."""
+    said, gap = spoken(_known(rig, blendshapes)), stays_open(rig, blendshapes)
+    if gap is None:
+        return said
+    entry = phrases()[0]["mouthClose"]
+    return tuple(entry["open"].format(gap=gap) if phrase == entry["both"] else phrase for phrase in said)
 
 
 def _known(rig: Rig, blendshapes: tuple[str, ...]) -> tuple[str, ...]:

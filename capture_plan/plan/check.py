@@ -13,6 +13,7 @@ from msgspec.structs import replace
 from capture_plan.expressions.certificate import packing_claims
 from capture_plan.expressions.session import session
 from capture_plan.layout.face import see_face
+from capture_plan.plan.apart_claims import apart_claims
 from capture_plan.plan.camera_claims import camera_claims
 from capture_plan.plan.claims import Claim, claim
 from capture_plan.plan.collide import collide
@@ -21,6 +22,7 @@ from capture_plan.plan.motion_claims import motion_claims
 from capture_plan.plan.places import read_cameras_of, read_rules_of, with_zones_found
 from capture_plan.plan.reading_claims import reading_claims
 from capture_plan.plan.record import Plan
+from capture_plan.plan.sentence_claims import sentence_claims
 from capture_plan.rig import Rig
 
 
@@ -36,6 +38,8 @@ def check_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> tuple[Claim, .
         *motion_claims(plan, face, folder),
         *expression_claims(plan, rig, folder),
         *reading_claims(plan, rig),
+        *sentence_claims(plan, rig),
+        *apart_claims(plan, rig),
     )
 
 

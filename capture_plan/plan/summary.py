@@ -3,6 +3,7 @@
 from capture_plan.layout.record import Layout, MotionFit, Worth
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
+from capture_plan.rig.kinds import apart_lines
 from capture_plan.visibility import FEWEST_PIXELS
 
 
@@ -28,6 +29,7 @@ def summary(plan: Plan) -> tuple[str, ...]:
         f"the first 5 cover {first_share(plan, 5):.0%} of the importance.",
         f"The session takes about {plan.session.minutes:.0f} minutes. {plan.session.stop}".strip(),
     ]
+    lines += [f"{heading}, planned apart: {names}." for heading, names, _ in apart_lines(audit.apart)]
     if layout.uncovered and layout.method == "motion":
         lines.append(f"Chosen for the take, the layout has no landmark on {', '.join(layout.uncovered)}.")
     elif layout.uncovered and (layout.programs or plan.settings.landmarks.method != "budget"):

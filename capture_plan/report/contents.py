@@ -13,6 +13,7 @@ from capture_plan.report.proofs import minimum_proof, packing_proof, proofs
 from capture_plan.report.shots import session_intro
 from capture_plan.report.words import count, millimetres, percent
 from capture_plan.rig.findings import KINDS
+from capture_plan.rig.kinds import apart_lines
 from capture_plan.sheets import Look, region_looks
 from capture_plan.sheets.style import outline
 
@@ -58,6 +59,7 @@ def contents(plan: Plan, shot_list: Session) -> dict[str, Any]:
         "take": " ".join(fit_words(layout.motion)) if layout.motion else "",
         "proofs": proofs(plan),
         "rig_facts": rig_facts(plan),
+        "apart": apart_lines(plan.audit.apart),
         "left_out": [finding for finding in findings(plan) if finding["left_out"]],
         "findings": [finding for finding in findings(plan) if not finding["left_out"]],
         "settings": settings(plan),

@@ -21,9 +21,11 @@ from capture_plan.rig.findings import (
     motionless,
     opposites,
 )
+from capture_plan.rig.findings_apart import apart_findings
 from capture_plan.rig.findings_cover import covers
 from capture_plan.rig.findings_mesh import holes, sizes, untidy, windings
 from capture_plan.rig.findings_sides import crooked, misnamed, overlaps, partners
+from capture_plan.rig.kinds import Kind, expression_kinds, set_apart
 from capture_plan.rig.pairs import blendshape_pairs
 from capture_plan.rig.record import Rig
 from capture_plan.rig.symmetry import SymmetryReport, symmetry_report
@@ -62,8 +64,8 @@ class Audit(Struct, frozen=True, forbid_unknown_fields=True):
     """`used` are the blendshapes that are planned for, in the rig's order; `rank` of them can be told apart at all.
 
     `unit_mm`, `up` and `facing` are those of the artist's file, and `note` says how they were found and what else the
-    reader had to say. `details` has every blendshape in the rig's order. `reading` is how the face was understood;
-    plans of older versions have none.
+    reader had to say. `details` has every blendshape in the rig's order, `apart` those that are no expression of the
+    face. `reading` is how the face was understood; plans of older versions have none.
     """
 
     vertices: int
@@ -82,11 +84,13 @@ class Audit(Struct, frozen=True, forbid_unknown_fields=True):
     symmetry: Symmetry | None = None
     details: tuple[BlendshapeFacts, ...] = ()
     reading: ReadingFacts | None = None
+    apart: tuple[Kind, ...] = ()
 
 
 def audit(rig: Rig) -> Audit:
     """What a rig holds and every finding; `used` leaves out exactly the blendshapes of findings with `left_out`."""
-    findings = motionless(rig)
+    findings, kinds = motionless(rig), expression_kinds(rig)
+    findings += apart_findings(kinds, {name for finding in findings for name in finding.blendshapes})
     unseen = {name for finding in findings for name in finding.blendshapes}
     names = tuple(name for name in rig.names if name not in unseen)
     findings += duplicates(names, _gram(rig, names))
@@ -122,6 +126,7 @@ def audit(rig: Rig) -> Audit:
         ),
         details=_details(rig, symmetry),
         reading=reading_facts(rig),
+        apart=set_apart(kinds),
     )
 
 

@@ -35,6 +35,9 @@ REASONS: dict[Kind, str] = {
     "noise": "too weak to see",
     "non-face": "moves no skin",
     "duplicate": "there twice",
+    "head": "moves the whole head",
+    "elsewhere": "not of the face",
+    "calls": "only calls others",
 }
 
 

@@ -6,8 +6,9 @@ Data     d[k]     deltas of the skin, millimetres;  a[k] = max_v |d[k, v]|;  o[k
 Left out        static     a[k] = o[k] = 0
                 non-face   a[k] < NOISE_MM <= o[k]
                 noise      0 < a[k] < NOISE_MM, and o[k] too
-                duplicate  c[i, k] = 1 for an earlier i
-Only reported   dependent  d[k] is a sum of earlier ones
+                duplicate  c[i, k] = 1 for an earlier i; the negative of another is none, since weights never are
+                head movements, what lies off the face and plain sums of others (`kinds.py`, `findings_apart.py`)
+Only reported   dependent  two sums of blendshapes, their weights above 0, are one movement
                 opposite   c[i, j] near -1, or mirror images of each other that move the whole face sideways
                 corrective undoes part of a larger blendshape and folds the skin when used alone
 """
@@ -33,7 +34,7 @@ CORRECTIVE_WORD = re.compile(r"correct|(^|[^a-z])(corr|fix|combo)([^a-z]|$)", re
 
 Kind = Literal[
     "static", "noise", "duplicate", "dependent", "opposite", "non-face", "partner", "overlap", "corrective", "name",
-    "size", "winding", "cover", "geometry",
+    "size", "winding", "cover", "geometry", "head", "elsewhere", "calls",
 ]  # fmt: skip
 KINDS: dict[Kind, str] = {
     "size": "Size",
@@ -41,6 +42,9 @@ KINDS: dict[Kind, str] = {
     "static": "Does not move",
     "noise": "Too weak to see",
     "non-face": "Not on the face",
+    "head": "Head movements",
+    "elsewhere": "Not of the face",
+    "calls": "Mixes of others",
     "duplicate": "There twice",
     "dependent": "Mix of others",
     "name": "Names",
@@ -119,9 +123,10 @@ def duplicates(names: tuple[str, ...], gram: Float[np.ndarray, "k k"]) -> list[F
 
 
 def dependent(names: tuple[str, ...], gram: Float[np.ndarray, "k k"]) -> list[Finding]:
-    """Blendshapes that are sums of earlier ones: their weights cannot be told apart from a face.
+    """Blendshapes of which two sums are one movement: their weights, never negative, cannot be told apart from a face.
 
-    The part of d[k] that the earlier ones leave over has the squared length G[k, k] - G[k, m] G[m, m]^-1 G[m, k].
+    The part of d[k] that the earlier ones leave over has the squared length G[k, k] - G[k, m] G[m, m]^-1 G[m, k]. A
+    blendshape that only takes back what earlier ones do is told apart from them by its direction, and is no finding.
     """
     length = np.sqrt(np.diag(gram))
     cosine = gram / np.outer(length, length)
@@ -133,12 +138,27 @@ def dependent(names: tuple[str, ...], gram: Float[np.ndarray, "k k"]) -> list[Fi
             continue
         share *= length[k] / length[members]
         parts = [i for i in np.abs(share).argsort()[::-1] if abs(share[i]) > 0.02]
-        total = " + ".join(f"{share[i]:.2f} {names[members[i]]}" for i in parts[:4]) + (" + ..." if parts[4:] else "")
-        message = f"{name} is the sum {total.replace('+ -', '- ')}: its weight cannot be told from theirs"
-        advice = "Remove it or one of its parts, or expect the solver to share the movement between them as it likes."
-        involved = (name, *(names[members[i]] for i in parts))
-        findings.append(Finding("dependent", involved, message, advice, False, "rigger"))
+        weights = {names[members[i]]: float(share[i]) for i in parts}
+        if any(weight > 0 for weight in weights.values()):
+            advice = "Remove one of them, or expect the solver to share the movement between them as it likes."
+            message = _same_movement(name, weights)
+            findings.append(Finding("dependent", (name, *weights), message, advice, False, "rigger"))
     return findings
+
+
+def _same_movement(name: str, weights: dict[str, float]) -> str:
+    """That a blendshape is a sum of others; with `weights` below 0, which two sums are the same."""
+    adds = {other: weight for other, weight in weights.items() if weight > 0}
+    takes = {other: -weight for other, weight in weights.items() if weight < 0}
+    if not takes:
+        return f"{name} is the sum {_sum(adds)}: its weight cannot be told from theirs"
+    return f"{_sum({name: 1.0} | takes)} is the same movement as {_sum(adds)}: their weights cannot be told apart"
+
+
+def _sum(weights: dict[str, float]) -> str:
+    """'0.50 smile + 1.00 squint', four at most."""
+    told = " + ".join(f"{weight:.2f} {name}" for name, weight in list(weights.items())[:4])
+    return told + (" + ..." if len(weights) > 4 else "")
 
 
 def opposites(names: tuple[str, ...], gram: Float[np.ndarray, "k k"], sideways: Pairs) -> list[Finding]:

@@ -1,19 +1,24 @@
 """Findings on blendshapes that are no expression of the face to scan: planned apart, and said."""
 
+from capture_plan.rig import findings
 from capture_plan.rig.findings import Finding
 from capture_plan.rig.kinds import Kind
+from capture_plan.rig.motion_kinds import MotionKind
 
-ADVICE = {
-    "head movement": "Film it with the head's own markers if the character needs it; no scan of the face shows more.",
-    "not of the face": "Capture or animate it without the face's markers, if the character needs it.",
-    "calls others": "Scan its parts and mix them; to see the mix itself, ask for it as an extra take.",
+FOUND: dict[MotionKind, tuple[findings.Kind, str]] = {
+    "head movement": (
+        "head",
+        "Film it with the head's own markers if the character needs it; no scan of the face shows more.",
+    ),
+    "not of the face": ("elsewhere", "Capture or animate it without the face's markers, if the character needs it."),
+    "calls others": ("calls", "Scan its parts and mix them; to see the mix itself, ask for it as an extra take."),
 }
 
 
-def apart_findings(kinds: tuple[Kind, ...], said: tuple[str, ...]) -> list[Finding]:
-    """One finding for each blendshape that is planned apart, but for those that are `said` already."""
+def apart_findings(kinds: tuple[Kind, ...], said: set[str]) -> list[Finding]:
+    """One finding for each blendshape that is planned apart, but for those of which it is `said` already."""
     return [
-        Finding(one.kind, (one.name,), f"{one.name} {one.why}", ADVICE[one.kind], True)
+        Finding(FOUND[one.kind][0], (one.name,), f"{one.name} {one.why}", FOUND[one.kind][1], True)
         for one in kinds
-        if one.kind in ADVICE and one.name not in said
+        if one.kind in FOUND and one.name not in said
     ]

@@ -20,9 +20,11 @@ from capture_plan.mesh import vertex_areas
 from capture_plan.mesh.mirror import mirror_plane
 from capture_plan.rig.anchors import eyeballs
 from capture_plan.rig.face.reading import face_reading
+from capture_plan.rig.movements import movement_of
 from capture_plan.rig.record import Rig
 
 Way = Literal["left", "right", "up", "down"]
+SAID = ("gaze left", "gaze right", "gaze in", "gaze out")
 LEAST_DEGREES = 2.0  # a blink rocks a ball by less; gaze turns it by 10 and more
 AROUND = 0.45  # of the pupil distance: the lids, not the brow nor the nose
 ALONE = 0.9  # of |d|^2 around the eyes: looks on four heads have 0.99, sneers and squints up to 0.9
@@ -98,8 +100,8 @@ def _from_turns(turned: dict[int, Float[np.ndarray, " 2"]]) -> Gaze | None:
 
 def _from_name(rig: Rig, k: int) -> Gaze | None:
     """What a name that says gaze means by the way in which its eye's skin moves."""
-    said = rig.arkit(rig.names[k]) or ""
-    if not said.startswith(("eyeLookIn", "eyeLookOut")) or not _moves_skin(rig, k):
+    said = movement_of(dict(rig.meanings).get(rig.names[k], rig.names[k]))
+    if said is None or said.kind not in SAID or not _moves_skin(rig, k):
         return None
     e, middle, along = _moved(rig, k)
     if abs(along[0]) < SAID_ASIDE:

@@ -14,9 +14,11 @@ from msgspec import Struct
 
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.findings import NOISE_MM, STILL_MM
-from capture_plan.rig.motion_kinds import FACE_REACH, MotionKind, Sphere, motion_kinds
+from capture_plan.rig.motion_kinds import FACE_REACH, MotionKind, motion_kinds
+from capture_plan.rig.movements import movements_of
 from capture_plan.rig.pairs import blendshape_pairs
 from capture_plan.rig.record import Rig
+from capture_plan.rig.whole_head import Sphere
 
 REMEMBERED = 8  # rigs of a session
 NAMED = 4  # parts of a sum that are called by their names
@@ -34,8 +36,20 @@ TODO: dict[MotionKind, str] = {
 }
 
 
+SAYS: dict[str, MotionKind] = {
+    "head turn": "head movement",
+    "body": "not of the face",
+    "hair or clothes": "not of the face",
+    "hide or shrink": "not of the face",
+    "teeth": "not of the face",
+    "pupil": "not of the face",
+}
+PLAINLY = 0.75  # confidence of a name
+DRAGGED = 0.3  # of the largest motion: the scalp under a hat that is hidden; lids under an eye that turns have 0.2
+
+
 class Kind(Struct, frozen=True, forbid_unknown_fields=True):
-    """What blendshape `name` is, and `why`, in words that end a sentence on it: 'turns the whole head by 31 degrees'."""
+    """What blendshape `name` is, and `why` as the rest of a sentence: 'moves the whole head as one'."""
 
     name: str
     kind: MotionKind
@@ -48,8 +62,15 @@ def expression_kinds(rig: Rig) -> tuple[Kind, ...]:
     index = {name: k for k, name in enumerate(rig.names)}
     halves = tuple((index[a], index[b]) for a, b in blendshape_pairs(rig))
     skin = rig.triangles[rig.skin[rig.triangles].all(axis=1)]
-    found = motion_kinds(rig.neutral, skin, rig.deltas, face=face_sphere(rig), halves=halves)
-    return tuple(_kind(rig, k, kind, found.shares[k]) for k, kind in enumerate(found.kinds))
+    said = called(rig)
+    found = motion_kinds(rig.neutral, skin, rig.deltas, face=face_sphere(rig), halves=halves, called=said)
+    return tuple(_kind(rig, k, kind, said[k], found.shares[k]) for k, kind in enumerate(found.kinds))
+
+
+def called(rig: Rig) -> tuple[MotionKind | None, ...]:
+    """What the names say of what moves, where they say it plainly."""
+    told = movements_of([dict(rig.meanings).get(name, name) for name in rig.names])
+    return tuple(SAYS.get(one.kind) if one is not None and one.confidence >= PLAINLY else None for one in told)
 
 
 def set_apart(kinds: tuple[Kind, ...]) -> tuple[Kind, ...]:
@@ -78,20 +99,23 @@ def face_sphere(rig: Rig) -> Sphere | None:
     return Sphere((eyes.mean(axis=0) + np.array(mouth)) / 2, FACE_REACH * pupils)
 
 
-def _kind(rig: Rig, k: int, kind: MotionKind, share: Float[np.ndarray, " k"]) -> Kind:
+def _kind(rig: Rig, k: int, kind: MotionKind, said: MotionKind | None, share: Float[np.ndarray, " k"]) -> Kind:
     name, moved = rig.names[k], rig.displacement[k]
     on_skin, off_skin = float(moved[rig.skin].max()), float(np.where(rig.skin, 0, moved).max())
     if max(on_skin, off_skin) < STILL_MM:
         return Kind(name, "moves nothing", "moves nothing: its shape is the neutral")
-    if on_skin < NOISE_MM:  # less than a marker's noise is for the audit to say
-        what = f"moves {part_words(rig, k)} by up to {off_skin:.1f} mm and not the skin"
-        return Kind(name, "not of the face", what) if off_skin >= NOISE_MM else Kind(name, "face", "")
+    dragged = DRAGGED * off_skin if said == "not of the face" else NOISE_MM
+    if on_skin < max(dragged, NOISE_MM) and off_skin >= NOISE_MM:
+        skin = f"by {on_skin:.1f} mm" if on_skin >= NOISE_MM else "not"
+        return Kind(name, "not of the face", f"moves {part_words(rig, k)} by up to {off_skin:.1f} mm, the skin {skin}")
     why = {
         "head movement": f"moves the whole head as one, by up to {on_skin:.0f} mm",
         "not of the face": f"moves what lies off the face, by up to {on_skin:.1f} mm",
         "calls others": f"is {_sum_words(rig, share)}, which are planned themselves",
     }
-    return Kind(name, kind, why[kind]) if kind in why else Kind(name, "face", "")
+    if kind not in why or on_skin < NOISE_MM:  # less than a marker's noise is for the audit to say
+        return Kind(name, "face", "")
+    return Kind(name, kind, why[kind])
 
 
 def part_words(rig: Rig, k: int) -> str:

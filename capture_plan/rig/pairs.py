@@ -23,6 +23,7 @@ from jaxtyping import Bool, Float
 from scipy.optimize import linear_sum_assignment
 
 from capture_plan.mesh.mirror import mirror_map, mirror_plane
+from capture_plan.rig.movements import movements_of
 from capture_plan.rig.record import Rig
 
 ACTIVE = 0.3  # share of the largest displacement, the recommended middle of Carrigan et al. 2020, eq. 2
@@ -41,7 +42,7 @@ WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+|[^A-Za-z0-9]+")
 def blendshape_pairs(rig: Rig) -> tuple[tuple[str, str], ...]:
     """(left, right) names of partners, the subject's own sides, in the order of the left ones in the rig."""
     side, overlap = laterality(rig), self_symmetry(rig)
-    unlike = np.where(opposite_movements(rig), 1, unlikeness(rig))
+    unlike = np.where(opposite_movements(rig) | said_to_part(rig.names), 1, unlikeness(rig))
     one_sided = (overlap <= SELF_SYMMETRIC) | (np.abs(side) >= ONE_SIDED)
     left, right = np.flatnonzero(one_sided & (side > 0)), np.flatnonzero(one_sided & (side < 0))
     cost = np.minimum(unlike[np.ix_(left, right)], UNLIKE)
@@ -88,6 +89,13 @@ def opposite_movements(rig: Rig) -> Bool[np.ndarray, "k k"]:
     everywhere, middle = np.ones(len(x), dtype=bool), x < MIDLINE * x[rig.skin].max()
     aside = (_aside(rig, everywhere) > GOES_ASIDE) & (_aside(rig, middle) > GOES_ASIDE)
     return (cosine < AGAINST) | ((cosine < PERHAPS) & (aside[:, None] & aside))
+
+
+def said_to_part(names: tuple[str, ...]) -> Bool[np.ndarray, "k k"]:
+    """Whether two names say one movement to two sides, as mouthLeft and mouthRight."""
+    said = [(one.kind, one.towards) if one is not None and one.towards else None for one in movements_of(names)]
+    apart = {(a, towards): (a, {"left": "right", "right": "left"}[towards]) for a, towards in filter(None, said)}
+    return np.array([[a is not None and b is not None and apart[a] == b for b in said] for a in said])
 
 
 def _aside(rig: Rig, where: Bool[np.ndarray, " v"]) -> Float[np.ndarray, " k"]:

@@ -20,6 +20,7 @@ from capture_plan.layout.record import Layout
 from capture_plan.plan.record import Plan
 from capture_plan.progress import track
 from capture_plan.rig import Rig
+from capture_plan.rig.kinds import apart_lines
 from capture_plan.sheets.expression_page import Sizes, shoot
 from capture_plan.sheets.furniture import HeadLine, Source, foot_line
 from capture_plan.sheets.head import Head, make_head
@@ -96,7 +97,7 @@ def draw_sheets(plan: Plan, rig: Rig, *, sheet: str, dpi: int) -> Booklet:
     markers.draw(add_page)
     for i, items in enumerate(lists):
         add_page("shot-list" if i == 0 else f"shot-list-{i + 1}")
-        draw_shot_list(book, plan.session, items)
+        draw_shot_list(book, plan.session, items, apart_lines(plan.audit.apart))
     draw_expressions(plan, head, markers, overviews, add_page)
     return book
 

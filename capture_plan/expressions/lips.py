@@ -1,0 +1,64 @@
+"""How far the lips stand apart in a pose, whatever the names say.
+
+Data     jaw    the delta of the open jaw, millimetres; pairs (i, j) of skin, near each other in the neutral, of which
+                the jaw takes j along and leaves i behind: the two lips, since only there is the skin cut
+Gap      median over the pairs of (u_j - u_i) . n, where u is the pose less the neutral and n the way in which the jaw
+         parts a pair; above 0 where lips are open, below where one runs through the other; none without pairs
+"""
+
+from functools import lru_cache
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.spatial import KDTree
+
+from capture_plan.rig import Rig
+from capture_plan.rig.meaning import arkit_by_motion
+
+NEAR_MM = 8.0  # lips at rest: 0 to 5 mm from rim to rim
+BEHIND, ALONG = 0.25, 0.6  # of the jaw's largest motion: upper lips on four heads have 0.05, lower ones 0.7
+OPEN_MM = 2.0  # less a scan cannot tell from lips that touch
+REMEMBERED = 8  # rigs of a session
+
+
+def lips_apart(rig: Rig, blendshapes: tuple[str, ...]) -> float | None:
+    """Millimetres between the lips when `blendshapes` are at full weight, beyond the neutral; None where not found."""
+    found = _lips(rig)
+    if found is None:
+        return None
+    pairs, n = found
+    moved = rig.deltas[np.isin(rig.names, blendshapes)].sum(axis=0)
+    return float(np.median(np.einsum("px,px->p", _parted(moved, pairs), n)))
+
+
+def stays_open(rig: Rig, blendshapes: tuple[str, ...]) -> float | None:
+    """Millimetres between lips that are asked to close over the open jaw; None where they close or none are asked."""
+    if not any(arkit_by_motion(rig, name) == "mouthClose" for name in blendshapes):
+        return None
+    jaw = tuple(name for name in rig.names if arkit_by_motion(rig, name) == "jawOpen")
+    gap = lips_apart(rig, (*blendshapes, *jaw))
+    return gap if gap is not None and gap >= OPEN_MM else None
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _lips(rig: Rig) -> tuple[Int[np.ndarray, "p 2"], Float[np.ndarray, "p 3"]] | None:
+    """Pairs of (upper, lower) vertices that the open jaw parts, and which way; None where it parts none."""
+    jaw = next((k for k, name in enumerate(rig.names) if arkit_by_motion(rig, name) == "jawOpen"), None)
+    if jaw is None:
+        return None
+    moved = rig.displacement[jaw] / max(float(rig.displacement[jaw, rig.skin].max()), 1e-9)
+    upper, lower = np.flatnonzero(rig.skin & (moved < BEHIND)), np.flatnonzero(rig.skin & (moved > ALONG))
+    if len(upper) == 0 or len(lower) == 0:
+        return None
+    distance, near = KDTree(rig.neutral[upper]).query(rig.neutral[lower], distance_upper_bound=NEAR_MM)
+    close = np.isfinite(distance)
+    if not close.any():
+        return None
+    pairs = np.column_stack([upper[np.asarray(near)[close]], lower[close]])
+    way = _parted(rig.deltas[jaw], pairs)
+    return pairs, way / np.linalg.norm(way, axis=1, keepdims=True)
+
+
+def _parted(moved: Float[np.ndarray, "v 3"], pairs: Int[np.ndarray, "p 2"]) -> Float[np.ndarray, "p 3"]:
+    """How far the lower one of each pair moves from the upper one, millimetres."""
+    return (moved[pairs[:, 1]] - moved[pairs[:, 0]]).astype(float)
