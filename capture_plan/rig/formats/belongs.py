@@ -128,9 +128,9 @@ def bodies(raw: RawRig) -> Iterator[Body]:
 def find_faces(moving: list[Body], moves: Bool[np.ndarray, "k v"]) -> list[Body]:
     """Of the bodies that move, those that many blendshapes move and that are large."""
     counts = [int(moves[:, body.at].any(axis=1).sum()) for body in moving]
-    many = [body for body, count in zip(moving, counts, strict=True) if count >= MANY * max(counts)]
-    largest = max(body.area for body in many)
-    return [body for body in many if body.area >= LARGE * largest and not is_ball(body.points)]
+    many = [body for body, count in zip(moving, counts, strict=True) if count >= MANY * max(counts, default=0)]
+    largest = max((body.area for body in many), default=0.0)
+    return [body for body in many if body.area >= LARGE * largest > 0 and not is_ball(body.points)]
 
 
 def loose_pieces(body: Body, area: float) -> list[Body]:
@@ -164,7 +164,7 @@ def copies_in(body: Body, faces: list[Body], moving: Bool[np.ndarray, " v"]) -> 
 
 def first_copy(body: Body, faces: list[Body]) -> Copy | None:
     """How the body repeats one of the faces, if it does."""
-    if is_ball(body.points):
+    if not body.area > 0 or is_ball(body.points):
         return None
     found = (repeats(body, face) for face in faces)
     return next((copy for copy in found if copy is not None), None)
