@@ -142,10 +142,9 @@ def test_a_skinned_mesh_stands_where_its_bones_put_it(tmp_path, as_world):
     """v' = sum_j w_j B_j T_j v, whatever the mesh's own node does after binding."""
     half = {vertex: 0.5 for vertex in EVERY}
     bones = [([0, 5, 0], shifted(0, 5, 0, 90), half), ([2, 9, 0], shifted(2, 7, 0), half)]
-    want = 0.5 * (
-        TETRAHEDRON @ shifted(0, 0, 0, -90)[:3, :3].T + [0, 5, 0] + shifted(0, 0, 0, -90)[:3, :3] @ [0, -5, 0]
-    )
-    want += 0.5 * (TETRAHEDRON + [0, 2, 0])
+    turned = np.linalg.inv(shifted(0, 5, 0, 90))[:3]
+    want = 0.5 * (TETRAHEDRON @ turned[:, :3].T + turned[:, 3] + np.array([0, 5, 0]))
+    want += 0.5 * (TETRAHEDRON + np.array([0, 2, 0]))
     rig = read(tmp_path, *head(Lcl_Translation=[0, 0.25, 0]), skin(bones, as_world=as_world))
     np.testing.assert_allclose(rig.neutral, want, atol=1e-9)
     np.testing.assert_allclose(rig.deltas[0], [[0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 2]], atol=1e-6)
@@ -153,7 +152,7 @@ def test_a_skinned_mesh_stands_where_its_bones_put_it(tmp_path, as_world):
 
 def test_vertices_without_weights_stand_where_their_node_is(tmp_path):
     rig = read(tmp_path, *head(Lcl_Translation=[7, 0, 0]), skin([([0, 5, 0], shifted(0, 5, 0), {0: 1.0})]))
-    np.testing.assert_allclose(rig.neutral, TETRAHEDRON + [[0, 0, 0], [7, 0, 0], [7, 0, 0], [7, 0, 0]], atol=1e-9)
+    np.testing.assert_allclose(rig.neutral, TETRAHEDRON + np.outer([0, 7, 7, 7], [1, 0, 0]), atol=1e-9)
 
 
 def test_a_bone_of_another_mesh_is_refused(tmp_path):
@@ -163,4 +162,4 @@ def test_a_bone_of_another_mesh_is_refused(tmp_path):
 
 def test_bones_at_no_place_leave_the_mesh_to_its_node(tmp_path):
     rig = read(tmp_path, *head(Lcl_Translation=[7, 0, 0]), skin([([0, 0, 0], np.eye(4) * [[np.nan]], EVERY)]))
-    np.testing.assert_array_equal(rig.neutral, TETRAHEDRON + [7, 0, 0])
+    np.testing.assert_array_equal(rig.neutral, TETRAHEDRON + np.array([7, 0, 0]))
