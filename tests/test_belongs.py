@@ -97,6 +97,14 @@ def test_eyes_and_teeth_beside_go_with_their_head():
     assert len(rig.left_out) == 4
 
 
+def test_teeth_that_swung_open_go_with_their_head():
+    jaw = SAMPLE.names.index("jawOpen")
+    teeth, triangles, numbers = part("teeth_lower")
+    others = [("teeth spare", teeth + SAMPLE.deltas[jaw, numbers] + BESIDE, triangles)]
+    rig = what_belongs(rig_with(("spare", posed("jawOpen") + BESIDE, FACES), *others))
+    assert rig.left_out == ("spare", "teeth spare")
+
+
 def ball(middle, radius):
     """A round mesh of 24 by 12 fields."""
     a, b = np.meshgrid(np.linspace(0, 2 * np.pi, 24, endpoint=False), np.linspace(0.1, np.pi - 0.1, 12))

@@ -39,7 +39,10 @@ MIDDLE, MOST = 0.012, 0.03  # of the diagonal: how near half and most points of 
 COVERING, COVERED = 0.9, 0.8  # most of a copy's points, and of the face's: copies often lack the inside of the mouth
 ON = 0.006  # of the diagonal, 2 mm: half the vertices of a level of detail lie so near the face, those of cloth do not
 BESIDE = 0.2  # of the diagonal: what lies so far off its original stands beside it
-ALIKE = 0.01  # of the diagonal: how near a piece beside a copy lies to what it repeats
+ALIKE, SWUNG = (
+    0.01,
+    0.15,
+)  # of the diagonal: how near a piece beside a copy lies to what it repeats; teeth of an open jaw
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,11 +241,11 @@ def goes_with(copy: Copy, still: list[Body], every: list[Body]) -> Iterator[Body
 
 
 def lies_on(points: Float[np.ndarray, "n 3"], other: Body, size: float) -> bool:
-    """Whether the points lie on the vertices of a body about as large as they reach."""
+    """Whether the points lie on the vertices of a body about as large as they reach, or near as many vertices."""
     reach = float(np.linalg.norm(np.ptp(points, axis=0)))
     if not 1 / SAME_SIZE <= reach / max(other.size, 1e-12) <= SAME_SIZE:
         return False
-    limit = 5 * ALIKE * size if len(points) == len(other.points) else ALIKE * size
+    limit = size * (SWUNG if len(points) == len(other.points) else ALIKE)
     return bool(np.quantile(KDTree(other.points).query(points)[0], 0.9) <= limit)
 
 
