@@ -125,6 +125,7 @@ MIDDLE, HEIGHT = SKIN.mean(axis=0), float(np.ptp(SKIN[:, 1]))
 OTHERS = {
     "a hat": raised(lambda c: c[:, 1] > MIDDLE[1] + 0.2 * HEIGHT, 8),
     "a hood": raised(lambda c: c[:, 2] < SKIN[:, 2].min() + 0.75 * np.ptp(SKIN[:, 2]), 6),
+    "a tight hood": raised(lambda c: c[:, 2] < SKIN[:, 2].min() + 0.75 * np.ptp(SKIN[:, 2]), 0),
     "a mask": raised(lambda c: c[:, 2] > MIDDLE[2] + 30, 3),
     "half the head": raised(lambda c: c[:, 0] > 0, 0),
     "a cage": ball(MIDDLE, 220),
