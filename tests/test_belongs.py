@@ -97,6 +97,14 @@ def test_eyes_and_teeth_beside_go_with_their_head():
     assert len(rig.left_out) == 4
 
 
+def test_teeth_that_swung_open_go_with_their_head():
+    jaw = SAMPLE.names.index("jawOpen")
+    teeth, triangles, numbers = part("teeth_lower")
+    others = [("teeth spare", teeth + SAMPLE.deltas[jaw, numbers] + BESIDE, triangles)]
+    rig = what_belongs(rig_with(("spare", posed("jawOpen") + BESIDE, FACES), *others))
+    assert rig.left_out == ("spare", "teeth spare")
+
+
 def ball(middle, radius):
     """A round mesh of 24 by 12 fields."""
     a, b = np.meshgrid(np.linspace(0, 2 * np.pi, 24, endpoint=False), np.linspace(0.1, np.pi - 0.1, 12))
@@ -117,6 +125,7 @@ MIDDLE, HEIGHT = SKIN.mean(axis=0), float(np.ptp(SKIN[:, 1]))
 OTHERS = {
     "a hat": raised(lambda c: c[:, 1] > MIDDLE[1] + 0.2 * HEIGHT, 8),
     "a hood": raised(lambda c: c[:, 2] < SKIN[:, 2].min() + 0.75 * np.ptp(SKIN[:, 2]), 6),
+    "a tight hood": raised(lambda c: c[:, 2] < SKIN[:, 2].min() + 0.75 * np.ptp(SKIN[:, 2]), 0),
     "a mask": raised(lambda c: c[:, 2] > MIDDLE[2] + 30, 3),
     "half the head": raised(lambda c: c[:, 0] > 0, 0),
     "a cage": ball(MIDDLE, 220),

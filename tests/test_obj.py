@@ -139,3 +139,38 @@ def test_a_link_to_nothing_is_not_skipped_in_silence(tmp_path):
     (folder / "gone.obj").symlink_to(folder / "nothing.obj")
     with pytest.raises(RigError, match=r"gone\.obj cannot be read"):
         read_obj_folder(folder)
+
+
+def test_decimal_commas_are_read(tmp_path):
+    neutral, moved = SQUARE.replace("1 1 0", "1,5 1,25 0"), MOVED.replace("1 1 2", "1,5 1,25 -2,5e-1")
+    rig = read_obj_folder(write(tmp_path / "r", neutral=neutral + "f 1 2 3 4\n", a=moved + "f 1 2 3 4\n"))
+    np.testing.assert_array_equal(rig.neutral[2], [1.5, 1.25, 0])
+    np.testing.assert_array_equal(rig.deltas[0][2], [0, 0, -0.25])
+
+
+@pytest.mark.parametrize(
+    "stem",
+    [
+        *("hero-reference", "template", "hero_neutral", "1_neutral", "neutral pose", "neutralPose", "basemesh"),
+        *("NEUTRAL", "head_neutralpose", "hero_base", "Average", "visage_neutre"),
+    ],
+)
+def test_the_neutral_is_known_by_many_names(tmp_path, stem):
+    faces = "f 1 2 3 4\n"
+    rig = read_obj_folder(write(tmp_path / "r", **{stem: SQUARE + faces, "a": MOVED + faces, "b": MOVED + faces}))
+    assert rig.names == ("a", "b")
+
+
+def test_a_word_in_every_name_says_nothing(tmp_path):
+    faces = "f 1 2 3 4\n"
+    files = {"base_neutral": SQUARE, "base_smile": MOVED, "base_blink": MOVED, "base_neutralise": MOVED}
+    rig = read_obj_folder(write(tmp_path / "r", **{stem: text + faces for stem, text in files.items()}))
+    assert rig.names == ("base_blink", "base_neutralise", "base_smile")
+
+
+def test_files_of_equal_names_are_numbered(tmp_path):
+    folder, faces = write(tmp_path / "r", neutral=SQUARE + "f 1 2 3 4\n", a=MOVED + "f 1 2 3 4\n"), "f 1 2 3 4\n"
+    (folder / "a.OBJ").write_text(MOVED + faces)
+    rig = read_obj_folder(folder)
+    assert rig.names == ("a", "a 2")
+    assert "a 2" in rig.note

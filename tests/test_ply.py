@@ -127,3 +127,28 @@ def test_blendshapes_of_another_mesh_are_refused(tmp_path):
         read_ply_folder(write(tmp_path / "r", neutral=ply(SQUARE, MIXED), a=ply(MOVED[:4], [[0, 1, 2]])))
     with pytest.raises(RigError, match="none of 2 PLY files is called neutral"):
         read_ply_folder(write(tmp_path / "s", a=ply(SQUARE, MIXED), b=ply(MOVED, MIXED)))
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_a_blendshape_of_other_faces_is_refused(tmp_path, kind):
+    """Its vertices come in another order, so that its differences from the neutral mean nothing."""
+    polygons = [[0, 1, 2], [0, 2, 3]]
+    order = np.array([1, 0, 2, 3, 4])
+    other = ply(MOVED[order], [[int(order[i]) for i in polygon] for polygon in polygons], kind)
+    with pytest.raises(RigError, match=r"smile\.ply joins its vertices into other faces than the neutral"):
+        read_ply_folder(write(tmp_path / "r", neutral=ply(SQUARE, polygons, kind), smile=other))
+
+
+def test_a_blendshape_without_faces_or_with_turned_ones_is_read(tmp_path):
+    polygons = [[0, 1, 2], [0, 2, 3]]
+    shapes = {"a": ply(MOVED, []), "b": ply(MOVED, [[2, 3, 0], [1, 2, 0]])}
+    rig = read_ply_folder(write(tmp_path / "r", neutral=ply(SQUARE, polygons), **shapes))
+    np.testing.assert_array_equal(rig.deltas[0], rig.deltas[1])
+
+
+def test_decimal_commas_are_read(tmp_path):
+    polygons = [[0, 1, 2], [0, 2, 3]]
+    files = {"neutral": ply(SQUARE, polygons), "a": ply(MOVED + np.float32(0.25), polygons)}
+    commas = {stem: text[:80] + text[80:].replace(b".", b",") for stem, text in files.items()}
+    straight, read = (read_ply_folder(write(tmp_path / name, **some)) for name, some in (("s", files), ("r", commas)))
+    np.testing.assert_array_equal(read.deltas, straight.deltas)

@@ -1,5 +1,7 @@
 """MakeHuman folders: the base mesh's numbers, blendshapes from `.target` files, without shells and joints."""
 
+import gzip
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -58,3 +60,53 @@ def test_more_than_fits_is_refused_before_it_is_made(tmp_path, monkeypatch):
     monkeypatch.setattr("capture_plan.rig.formats.raw.MOST_DISPLACEMENTS", 20)
     with pytest.raises(RigError, match="2 blendshapes of 8 vertices are more than fit"):
         read_raw(write(tmp_path / "r", a="1 1 0 0", b="1 1 0 0"))
+
+
+def packed(folder: Path) -> Path:
+    """The folder with its targets compressed."""
+    for path in sorted(folder.rglob("*.target")):
+        path.with_name(f"{path.name}.gz").write_bytes(gzip.compress(path.read_bytes()))
+        path.unlink()
+    return folder
+
+
+@pytest.mark.parametrize("zipped", [False, True])
+def test_compressed_targets_are_read(tmp_path, zipped):
+    plain = read_raw(write(tmp_path / "r", smile="3 .5 0 -.25\n", blink="2 0,5 0 1\n"))
+    path = packed(write(tmp_path / "s", smile="3 .5 0 -.25\n", blink="2 0.5 0 1\n"))
+    if zipped:
+        with zipfile.ZipFile(tmp_path / "s.zip", "w") as archive:
+            for file in (file for file in path.rglob("*") if file.is_file()):
+                archive.write(file, file.relative_to(path))
+        path = tmp_path / "s.zip"
+    rig = read_raw(path)
+    assert rig.names == plain.names == ("blink", "smile")
+    np.testing.assert_array_equal(rig.deltas, plain.deltas)
+
+
+def test_a_damaged_target_is_refused_in_one_line(tmp_path):
+    folder = packed(write(tmp_path / "r", smile="3 .5 0 -.25\n"))
+    path = next(folder.rglob("*.gz"))
+    path.write_bytes(path.read_bytes()[:-9])
+    with pytest.raises(RigError, match=r"smile\.target\.gz is no whole gzip file"):
+        read_raw(folder)
+
+
+@pytest.mark.parametrize("zipped", [False, True])
+def test_targets_without_their_mesh_are_refused_by_its_name(tmp_path, zipped):
+    path = write(tmp_path / "r", smile="3 1 0 0")
+    (path / "base.obj").unlink()
+    if zipped:
+        with zipfile.ZipFile(tmp_path / "r.zip", "w") as archive:
+            archive.writestr("units/smile.target", "3 1 0 0")
+        path = tmp_path / "r.zip"
+    with pytest.raises(RigError, match=r"MakeHuman's base\.obj"):
+        read_raw(path)
+
+
+def test_targets_of_one_name_in_two_folders_are_numbered(tmp_path):
+    folder = write(tmp_path / "r", smile="3 1 0 0")
+    (folder / "smile.target").write_text("3 2 0 0")
+    rig = read_raw(folder)
+    assert rig.names == ("smile", "smile 2")
+    assert "smile 2" in rig.note

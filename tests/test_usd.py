@@ -341,3 +341,59 @@ def test_damaged_files_are_one_line_even_those_that_end_the_process(tmp_path, su
             with pytest.raises(RigError, match="cannot be read: it is damaged") as error:
                 read_usd(path)
             assert len(str(error.value).splitlines()) == 1
+
+
+def test_blendshapes_of_normals_alone_of_equal_names_and_those_that_are_gone(tmp_path):
+    stage = new_stage(tmp_path / "r.usda")
+    binding = bind(add_mesh(stage), {"a": (LIFT, None), "b": (LIFT, None), "c": ([], [1, 2]), "d": (LIFT, None)})
+    binding.CreateBlendShapesAttr(["a", "a", "c", "d"])
+    targets = binding.GetBlendShapeTargetsRel().GetTargets()
+    binding.GetBlendShapeTargetsRel().SetTargets([*targets[:3], "/no"])
+    rig = save(stage, tmp_path / "r.usda")
+    assert rig.names == ("a", "a 2", "c")
+    assert not rig.deltas[2].any()
+    assert "a 2" in rig.note
+    assert "1 of 4 blendshapes that head is bound to" in rig.note
+
+
+def test_names_that_do_not_fit_give_way_to_the_blendshapes_own(tmp_path):
+    stage = new_stage(tmp_path / "r.usda")
+    bind(add_mesh(stage), {"a": (LIFT, None), "b": (LIFT, None)}).CreateBlendShapesAttr(["x", "a", "b"])
+    rig = save(stage, tmp_path / "r.usda")
+    assert rig.names == ("a_shape", "b_shape")
+    assert "3 names for 2 blendshapes" in rig.note
+
+
+@pytest.mark.parametrize("above", [False, True])
+def test_an_invisible_mesh_is_left_out_and_named(tmp_path, above):
+    stage = new_stage(tmp_path / "r.usda")
+    bind(add_mesh(stage), {"lift": (LIFT, None)})
+    UsdGeom.Xform.Define(stage, "/root/group")
+    mesh = add_mesh(stage, "group/old")
+    UsdGeom.Imageable(stage.GetPrimAtPath("/root/group") if above else mesh.GetPrim()).MakeInvisible()
+    rig = save(stage, tmp_path / "r.usda")
+    assert (rig.part_names, rig.left_out) == (("head",), ("old",))
+    assert "old (invisible)" in rig.note
+
+
+def test_a_rig_whose_only_blendshapes_are_invisible_is_still_read(tmp_path):
+    stage = new_stage(tmp_path / "r.usda")
+    mesh = add_mesh(stage)
+    bind(mesh, {"lift": (LIFT, None)})
+    UsdGeom.Imageable(mesh.GetPrim()).MakeInvisible()
+    add_mesh(stage, "hat")
+    rig = save(stage, tmp_path / "r.usda")
+    assert (rig.part_names, rig.left_out) == (("head", "hat"), ())
+    assert "head (invisible)" in rig.note
+
+
+def test_weights_that_an_animation_holds_are_told(tmp_path):
+    stage = new_stage(tmp_path / "r.usda")
+    bind(add_mesh(stage), {"lift": (LIFT, None), "b": (LIFT, None)})
+    animation = UsdSkel.Animation.Define(stage, "/root/animation")
+    animation.CreateBlendShapesAttr(["lift", "b"])
+    animation.CreateBlendShapeWeightsAttr([0.4, 0.0])
+    rig = save(stage, tmp_path / "r.usda")
+    assert "lift at 40 %" in rig.note
+    assert "b at" not in rig.note
+    np.testing.assert_array_equal(rig.neutral, TETRAHEDRON)

@@ -34,12 +34,15 @@ LARGE = 0.3  # of the area of the largest such mesh, and of a loose piece of the
 SAME_SIZE = 1.4  # between two faces: an open mouth makes a head a fifth longer
 NEARLY = 0.03  # of the vertices: seams are welded otherwise where nothing moves
 RESHAPED = 0.1  # rms of a copy in the same triangles against the face, of its diagonal: an open jaw makes 0.03
-POINTS, MORE_POINTS = 2_000, 20_000  # on either surface; those of a head lie 3 mm apart
+FEW_POINTS, POINTS, MORE_POINTS = 500, 2_000, 20_000  # on either surface; the last lie 3 mm apart on a head
 MIDDLE, MOST = 0.012, 0.03  # of the diagonal: how near half and most points of one surface lie to the other
 COVERING, COVERED = 0.9, 0.8  # most of a copy's points, and of the face's: copies often lack the inside of the mouth
 ON = 0.006  # of the diagonal, 2 mm: half the vertices of a level of detail lie so near the face, those of cloth do not
 BESIDE = 0.2  # of the diagonal: what lies so far off its original stands beside it
-ALIKE = 0.01  # of the diagonal: how near a piece beside a copy lies to what it repeats
+ALIKE, SWUNG = (
+    0.01,
+    0.15,
+)  # of the diagonal: how near a piece beside a copy lies to what it repeats; teeth of an open jaw
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,13 +69,19 @@ class Body:
         """Area of the surface."""
         return float(triangle_areas(self.points, self.triangles).sum())
 
-    def sample(self, n: int) -> Float[np.ndarray, "n 3"]:
+    @cached_property
+    def sample(self) -> Float[np.ndarray, "n 3"]:
         """Points spread evenly over the surface, the same every time."""
         areas, random = triangle_areas(self.points, self.triangles), np.random.default_rng(0)
-        chosen = random.choice(len(areas), n, p=areas / areas.sum())
-        a, b = np.sort(random.random((2, n)), axis=0)
+        chosen = random.choice(len(areas), MORE_POINTS, p=areas / areas.sum())
+        a, b = np.sort(random.random((2, MORE_POINTS)), axis=0)
         shares = np.stack([a, b - a, 1 - b], axis=1)
         return np.einsum("nc,ncx->nx", shares, self.points[self.triangles[chosen]])
+
+    @cached_property
+    def tree(self) -> KDTree:
+        """The same points, to search in."""
+        return KDTree(self.sample)
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,9 +137,9 @@ def bodies(raw: RawRig) -> Iterator[Body]:
 def find_faces(moving: list[Body], moves: Bool[np.ndarray, "k v"]) -> list[Body]:
     """Of the bodies that move, those that many blendshapes move and that are large."""
     counts = [int(moves[:, body.at].any(axis=1).sum()) for body in moving]
-    many = [body for body, count in zip(moving, counts, strict=True) if count >= MANY * max(counts)]
-    largest = max(body.area for body in many)
-    return [body for body in many if body.area >= LARGE * largest and not is_ball(body.points)]
+    many = [body for body, count in zip(moving, counts, strict=True) if count >= MANY * max(counts, default=0)]
+    largest = max((body.area for body in many), default=0.0)
+    return [body for body in many if body.area >= LARGE * largest > 0 and not is_ball(body.points)]
 
 
 def loose_pieces(body: Body, area: float) -> list[Body]:
@@ -164,7 +173,7 @@ def copies_in(body: Body, faces: list[Body], moving: Bool[np.ndarray, " v"]) -> 
 
 def first_copy(body: Body, faces: list[Body]) -> Copy | None:
     """How the body repeats one of the faces, if it does."""
-    if is_ball(body.points):
+    if not body.area > 0 or is_ball(body.points):
         return None
     found = (repeats(body, face) for face in faces)
     return next((copy for copy in found if copy is not None), None)
@@ -178,7 +187,8 @@ def repeats(body: Body, face: Body) -> Copy | None:
         off = float(np.sqrt(((body.points @ R.T + t - face.points) ** 2).sum(axis=1).mean()))
         if same > 1 - NEARLY and off <= RESHAPED * face.size:
             return Copy(body, face, R, t)
-    if not 1 / SAME_SIZE <= body.size / face.size <= SAME_SIZE:
+    sides = np.ptp(body.box, axis=0) / np.maximum(np.ptp(face.box, axis=0), 1e-12)
+    if not ((sides >= 1 / SAME_SIZE) & (sides <= SAME_SIZE)).all():
         return None
     t = over(body, face)
     return None if t is None else Copy(body, face, np.eye(3), t)
@@ -197,17 +207,18 @@ def rigid(
 
 def over(body: Body, face: Body) -> Float[np.ndarray, " 3"] | None:
     """The translation that lays the body's surface over the face's, if it then covers it and is covered."""
-    theirs, ours = body.sample(MORE_POINTS), face.sample(MORE_POINTS)
-    tree = KDTree(ours)
+    theirs, ours = body.sample, face.sample
     t = face.box.mean(axis=0) - body.box.mean(axis=0)
     for _ in range(8):
-        near = tree.query(theirs[:POINTS] + t)[1]
-        t = t + np.median(ours[near] - theirs[:POINTS] - t, axis=0)
+        gap, near = face.tree.query(theirs[:FEW_POINTS] + t)
+        if np.median(gap) > 3 * MIDDLE * face.size:
+            return None
+        t = t + np.median(ours[near] - theirs[:FEW_POINTS] - t, axis=0)
     nearly = abs(len(body.points) - len(face.points)) <= NEARLY * len(face.points)  # then it may be sculpted
-    to_face, to_body = tree.query(theirs[:POINTS] + t)[0], KDTree(theirs + t).query(ours[:POINTS])[0]
+    to_face, to_body = face.tree.query(theirs[:POINTS] + t)[0], body.tree.query(ours[:POINTS] - t)[0]
     gaps = ((to_face, COVERED if nearly else COVERING), (to_body, COVERED))
     fits = all(np.median(gap) <= MIDDLE * face.size and np.quantile(gap, q) <= MOST * face.size for gap, q in gaps)
-    on = nearly or np.median(tree.query(body.points + t)[0]) <= ON * face.size
+    on = nearly or np.median(face.tree.query(body.points + t)[0]) <= ON * face.size
     return t if fits and on else None
 
 
@@ -230,11 +241,11 @@ def goes_with(copy: Copy, still: list[Body], every: list[Body]) -> Iterator[Body
 
 
 def lies_on(points: Float[np.ndarray, "n 3"], other: Body, size: float) -> bool:
-    """Whether the points lie on the vertices of a body about as large as they reach."""
+    """Whether the points lie on the vertices of a body about as large as they reach, or near as many vertices."""
     reach = float(np.linalg.norm(np.ptp(points, axis=0)))
     if not 1 / SAME_SIZE <= reach / max(other.size, 1e-12) <= SAME_SIZE:
         return False
-    limit = 5 * ALIKE * size if len(points) == len(other.points) else ALIKE * size
+    limit = size * (SWUNG if len(points) == len(other.points) else ALIKE)
     return bool(np.quantile(KDTree(other.points).query(points)[0], 0.9) <= limit)
 
 

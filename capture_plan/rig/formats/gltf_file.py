@@ -2,7 +2,7 @@
 
 Every size that a file declares is held against the bytes that are there, or against MOST_BYTES, before an array of
 that size is made; buffers are read from the file's own folder and nowhere else. Packed views (EXT_meshopt_compression)
-are unpacked when an accessor first asks for them.
+are unpacked when an accessor first asks for them, meshes in Draco compression as soon as the file is loaded.
 Own code of JSON and NumPy, because trimesh drops morph targets and pygltflib leaves accessors, sparse ones too, undone.
 
 Errors carry no file name: who reads the file puts it in front. Sections are those of the glTF 2.0 specification.
@@ -18,13 +18,13 @@ from urllib.parse import unquote
 import numpy as np
 
 from capture_plan.errors import RigError
-from capture_plan.rig.formats import meshopt
+from capture_plan.rig.formats import draco, meshopt
 from capture_plan.rig.formats.source import Source, beside
 
 COMPONENT = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}  # 3.6.2.2
 WIDTH = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 PACKINGS = ("EXT_meshopt_compression", "KHR_meshopt_compression")
-KNOWN = ("KHR_mesh_quantization", *PACKINGS)  # the ones that change geometry
+KNOWN = ("KHR_mesh_quantization", draco.NAME, *PACKINGS)  # the ones that change geometry
 HARMLESS = (
     *("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "KHR_animation_", "KHR_xmp"),
     *("KHR_node_visibility", "VRM", "MSFT_texture_"),
@@ -36,11 +36,15 @@ AGAIN = "export it again"
 
 @dataclass(frozen=True, eq=False)
 class Gltf:
-    """The document and the bytes of its buffers; `unpacked` holds the packed views that were asked for."""
+    """The document and the bytes of its buffers.
+
+    `unpacked` holds the packed views that were asked for, `decoded` the values of accessors that Draco compressed.
+    """
 
     document: dict[str, Any]
     buffers: tuple[bytes, ...]
     unpacked: dict[int, bytes] = field(default_factory=dict)
+    decoded: dict[int, np.ndarray] = field(default_factory=dict)
 
     def entry(self, key: str, index: object) -> dict[str, Any]:
         """Entry `index` of the document's list `key`."""
@@ -52,8 +56,10 @@ class Gltf:
     def accessor(self, index: object) -> np.ndarray:
         """Values (count width), normalised integers as -1..1, sparse substitutions made (3.6.2)."""
         a = self.entry("accessors", index)
-        dtype, width, count = np.dtype(COMPONENT[a["componentType"]]), WIDTH[a["type"]], whole(a, "count")
-        if "bufferView" in a:
+        dtype, (count, width) = self.dtype(a), self.shape(index)
+        if index in self.decoded:
+            values = self.decoded[index]  # pyright: ignore[reportArgumentType]
+        elif "bufferView" in a:
             values = self.rows(a, dtype, count, width)
         elif count * width * dtype.itemsize > MOST_BYTES:
             raise RigError(f"declares {count:,} values that it does not hold: {AGAIN}")
@@ -69,6 +75,16 @@ class Gltf:
         if a.get("normalized") and dtype.kind != "f":
             return np.maximum(values / np.float32(np.iinfo(dtype).max), -1)
         return values
+
+    def shape(self, index: object) -> tuple[int, int]:
+        """How many rows of how many numbers an accessor declares."""
+        a = self.entry("accessors", index)
+        return whole(a, "count"), WIDTH[a["type"]]
+
+    @staticmethod
+    def dtype(accessor: dict[str, Any]) -> np.dtype:
+        """The type of an accessor's numbers (3.6.2.2)."""
+        return np.dtype(COMPONENT[accessor["componentType"]])
 
     def rows(self, place: dict[str, Any], dtype: np.dtype, count: int, width: int) -> np.ndarray:
         """`count` rows of the buffer view that `place` names, which may be spaced by `byteStride`; not a copy."""
@@ -151,7 +167,9 @@ def load(path: Source) -> Gltf:
     buffers = [load_buffer(path, buffer) for buffer in document.get("buffers", [])]
     if buffers and "uri" not in document["buffers"][0]:
         buffers[0] = chunks.get(BINARY_CHUNK, b"")
-    return Gltf(document, tuple(buffers))
+    gltf = Gltf(document, tuple(buffers))
+    draco.unpack(gltf)
+    return gltf
 
 
 def glb_chunks(data: bytes) -> dict[int, bytes]:

@@ -79,7 +79,10 @@ def check_shape_faces(faces: Faces, neutral: Source, path: Source) -> None:
     """RigError unless the blendshape at `path` joins its vertices as the neutral does, or has no faces at all."""
     table = read_ply(path).get("face", {})
     if any(len(table[name][0]) for name in CORNERS if name in table):
-        check_same_faces(faces, neutral, read_faces(path), path)
+        found = read_faces(path)
+        if found.sizes.min() < 1:
+            raise RigError(f"{path.name} has faces without corners: it is damaged, export it again")
+        check_same_faces(faces, neutral, found, path)
 
 
 def read_faces(path: Source) -> Faces:

@@ -90,7 +90,7 @@ def build(name: str, scene: dict[str, Any], arrays: dict[str, np.ndarray]) -> Ra
     meshes = read_meshes(scene, arrays, said)
     told = sentences(note(scene), *said, left_on({plain(name): w for name, w in scene["weights"].items()}))
     rig = join_meshes(name, meshes, unit_mm=unit(scene), up=up, facing=facing, note=told)
-    return replace(rig, left_out=tuple(plain(name) for name in scene["left_out"]))
+    return replace(rig, left_out=tuple(plain(name.rpartition(" (")[0]) for name in scene["left_out"]))
 
 
 def unit(scene: dict[str, Any]) -> float | None:
