@@ -158,6 +158,7 @@ def plan(
     from capture_plan.plan.make import make_plan
     from capture_plan.plan.settings import Settings
     from capture_plan.plan.summary import summary
+    from capture_plan.progress import listen
 
     chosen = override(
         read_settings(settings) if settings else Settings(),
@@ -173,7 +174,8 @@ def plan(
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     reference = refer_to(found, rig, output, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     settled = settings_seen_from(output.parent, chosen)
-    made = make_plan(found, settled, reference=reference, folder=output.parent)
+    with listen(say):
+        made = make_plan(found, settled, reference=reference, folder=output.parent)
     write_plan(made, output)
     say(summary(made))
     say_written([output])
@@ -470,11 +472,13 @@ def write_audit(report: "Audit", rig: "Rig", path: Path, text: str) -> None:
 
 
 def open_take(path: Path, rig: "Rig", names: str | None) -> "Sequence":
-    """A take of the rig, its weights matched by the person's own names where there are some."""
+    """A take of the rig, its weights matched by the person's own names where there are any; says what drives what."""
+    from capture_plan.progress import listen
     from capture_plan.rig.name_map import read_name_map
     from capture_plan.rig.sequence import read_sequence
 
-    return read_sequence(path, rig=rig, name_map=read_name_map(names) if names else None)
+    with listen(say):
+        return read_sequence(path, rig=rig, name_map=read_name_map(names) if names else None)
 
 
 def override(settings: "Settings", landmarks: dict, expressions: dict, places: dict, session: dict) -> "Settings":

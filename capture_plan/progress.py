@@ -2,6 +2,7 @@
 
 Code that takes long iterates over `track(items, "what it does")`; whoever runs it decides what is shown,
 by `with show_progress(reporter):`. A reporter receives (label, done, total) and must not raise.
+What a reader understood of a file goes the same way: `tell(lines)`, heard by who asked, `with listen(hear):`.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -12,6 +13,9 @@ from typing import TypeVar
 T = TypeVar("T")
 Reporter = Callable[[str, int, int], None]
 
+Hearer = Callable[[Iterable[str]], None]
+
+_hearer: ContextVar[Hearer | None] = ContextVar("hearer", default=None)
 _reporter: ContextVar[Reporter | None] = ContextVar("reporter", default=None)
 
 
@@ -38,3 +42,19 @@ def track(items: Iterable[T], label: str, *, total: int | None = None) -> Iterat
     for done, item in enumerate(items, start=1):
         yield item
         reporter(label, done, total)
+
+
+@contextmanager
+def listen(hear: Hearer) -> Iterator[None]:
+    """Let `hear(lines)` receive everything that is told inside the block."""
+    token = _hearer.set(hear)
+    try:
+        yield
+    finally:
+        _hearer.reset(token)
+
+
+def tell(lines: Iterable[str]) -> None:
+    """Tell whoever listens what was understood; nobody by default."""
+    if hear := _hearer.get():
+        hear(lines)

@@ -134,7 +134,7 @@ def test_the_style_of_the_house_is_not_left_behind_by_any_thread():
         thread.join()
     assert dict(matplotlib.rcParams) == before
     with house():
-        assert matplotlib.rcParams["font.family"] == ["Roboto"]
+        assert matplotlib.rcParams["font.family"][0] == "Roboto"
 
 
 def test_every_figure_of_the_paper_can_be_drawn(face, sitter):

@@ -111,3 +111,14 @@ def test_self_symmetry_is_the_overlap_with_the_mirror_image():
 def test_a_blendshape_that_does_not_move_has_no_partner():
     rig = grid_rig([bump(20, 0, [0, 1, 0]), np.zeros((81, 3))], "ab")
     assert blendshape_pairs(rig) == ()
+
+
+@pytest.mark.parametrize("leaning", [0, 5, 10])
+def test_movements_against_each_other_are_no_halves_however_lopsided(leaning):
+    pull = [bump(leaning, -20, [5, 0, 0]), bump(-leaning, -20, [-5, 0, 0])]
+    assert blendshape_pairs(grid_rig(pull, ["mouthLeft", "mouthRight"])) == ()
+
+
+def test_halves_that_meet_on_the_midline_and_go_down_together_are_partners():
+    rig = grid_rig([bump(10, -20, [1, -5, 0]), bump(-10, -20, [-1, -5, 0])], ["lowerDown_L", "lowerDown_R"])
+    assert blendshape_pairs(rig) == (("lowerDown_L", "lowerDown_R"),)

@@ -234,7 +234,7 @@ def test_openface_leaves_out_what_it_did_not_track(tmp_path):
     rig = sample_rig()
     assert (take.fps, len(take)) == (25.0, 4)
     assert take.frame(0) == pytest.approx(rig.pose(0.5 * np.array([name == "jawOpen" for name in rig.names])), abs=1e-4)
-    assert "1 frames in which the tracker failed are left out" in take.notes
+    assert "1 of 5 frames has no face and was left out" in take.notes
 
 
 def test_weights_in_per_cent_are_told_and_taken_as_shares(tmp_path):
@@ -257,11 +257,11 @@ def write(path, text):
         ("a.csv", "jawOpen\n", "no frames"),
         ("a.csv", "jawOpen,cheekPuff\n1\n", "line 2 has 1 values, expected 2"),
         ("a.csv", "jawOpen,jawOpen\n1,2\n", "two columns 'jawOpen'"),
-        ("a.csv", "jawOpen\nnan\n", "no number for 'jawOpen' in frame 0"),
+        ("a.csv", "jawOpen\nnan\n", "no frame in which the face was tracked"),
         ("a.csv", "hips\n1\n", "none of the 1 weights"),
         ("a.json", "[" * 100_000, "no JSON"),
         ("a.json", '{"a": 1}', "holds no weights"),
-        ("a.json", '{"names": ["jawOpen"], "weights": [[1, 2]]}', "no 1 numbers in frame 0"),
+        ("a.json", '{"names": ["jawOpen"], "weights": [[1, 2]]}', "frame 0 has 2 numbers, expected 1"),
         ("a.npz", "x", "not an NPZ archive"),
         ("a.obj", "v 0 0 0", "single frame"),
         ("a.xyz", "", "not a format"),

@@ -17,6 +17,7 @@ from capture_plan.expressions.rules import Rules
 from capture_plan.expressions.together import (
     bases_of,
     driven,
+    eyes_that_part,
     groups,
     hard_together,
     never_together,
@@ -114,6 +115,7 @@ def edited(packing: Packing) -> list[str]:
 
 def own_rules(rig: Rig, used: tuple[str, ...], packing: Packing, mu: float, rules: Rules | None) -> list[str]:
     never, pairs = set(never_together(rig, used, rules)), set(performed_together(rig, used))
+    never |= set(eyes_that_part(rig, used))
     drivers = set(driven(rig, used, rules))
     faults = [
         *(f"nothing says that '{a}' and '{b}' exclude each other" for a, b in packing.exclusive if (a, b) not in never),

@@ -17,8 +17,8 @@ from msgspec import Struct
 
 from capture_plan.expressions.groups import grouped, pairs_of
 from capture_plan.expressions.sentences import told
-from capture_plan.expressions.together import base_name
 from capture_plan.rig import Rig
+from capture_plan.rig.meaning import arkit_by_motion, base_name
 
 HARDEST = 5
 
@@ -33,7 +33,7 @@ class Difficulty(Struct, frozen=True, forbid_unknown_fields=True):
 def difficulty(rig: Rig, blendshapes: tuple[str, ...]) -> Difficulty:
     """How hard it is to perform these blendshapes at once, drivers included."""
     table = _table()
-    arkit = {name: known for name in blendshapes if (known := rig.arkit(name))}
+    arkit = {name: known for name in blendshapes if (known := arkit_by_motion(rig, name))}
     bases = {base_name(known) for known in arkit.values()}
     found = [*_many(rig, blendshapes, table.points), *_one_sided(rig, blendshapes, table.points)]
     hard = (hard for base, hard in table.hard.items() if base in bases)
@@ -62,7 +62,7 @@ class Table(NamedTuple):
 
 def _many(rig: Rig, blendshapes: tuple[str, ...], points: dict[str, float]) -> list[tuple[float, str]]:
     """Movements that are told apart; what has no words is counted by its partners."""
-    named = tuple(name for name in blendshapes if rig.arkit(name))
+    named = tuple(name for name in blendshapes if arkit_by_motion(rig, name))
     nameless = tuple(name for name in blendshapes if name not in named)
     count = len(told(rig, named)) + len(grouped(rig, nameless))
     if count < 2:
@@ -78,7 +78,10 @@ def _one_sided(rig: Rig, blendshapes: tuple[str, ...], points: dict[str, float])
 def _against(rig: Rig, blendshapes: tuple[str, ...], bases: set[str]) -> dict[frozenset[str], str]:
     """What each two of the bases do, in words."""
     phrase = {
-        base: told(rig, tuple(name for name in blendshapes if (known := rig.arkit(name)) and base_name(known) == base))
+        base: told(
+            rig,
+            tuple(name for name in blendshapes if (known := arkit_by_motion(rig, name)) and base_name(known) == base),
+        )
         for base in bases
     }
     return {
@@ -89,7 +92,7 @@ def _against(rig: Rig, blendshapes: tuple[str, ...], bases: set[str]) -> dict[fr
 
 def _small(rig: Rig, blendshapes: tuple[str, ...], points: dict[str, float]) -> list[tuple[float, str]]:
     """The smallest movement, where it is too small to be felt; eyes turn under lids that hardly move."""
-    seen = [name for name in blendshapes if not (rig.arkit(name) or "").startswith("eyeLook")]
+    seen = [name for name in blendshapes if not (arkit_by_motion(rig, name) or "").startswith("eyeLook")]
     least = min((float(rig.displacement[rig.names.index(name), rig.skin].max()) for name in seen), default=1e9)
     return [(points["fine"], f"a fine movement: {least:.1f} mm at most")] if least < points["fine_mm"] else []
 

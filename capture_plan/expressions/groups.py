@@ -7,9 +7,10 @@ One movement   left and right partners, and what one phrase says of several, as 
 from functools import lru_cache
 
 from capture_plan.expressions.sentences import phrases
-from capture_plan.expressions.together import base_name, performed_together
+from capture_plan.expressions.together import performed_together
 from capture_plan.rig import Rig
 from capture_plan.rig.anchors import REMEMBERED
+from capture_plan.rig.meaning import arkit_by_motion, base_name
 
 Group = tuple[str, ...]
 
@@ -28,7 +29,7 @@ def grouped(rig: Rig, names: tuple[str, ...]) -> tuple[Group, ...]:
 
 def said_as_one(rig: Rig, names: Group) -> bool:
     """Whether these blendshapes have one phrase in common, whatever their side."""
-    bases = {base_name(arkit) if (arkit := rig.arkit(name)) else name for name in names}
+    bases = {base_name(arkit) if (arkit := arkit_by_motion(rig, name)) else name for name in names}
     return len(bases) > 1 and any(bases <= {base_name(name) for name in merged} for merged, _ in phrases()[1])
 
 

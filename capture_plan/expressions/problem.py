@@ -24,7 +24,14 @@ from capture_plan.expressions.local_pairs import local_pairs
 from capture_plan.expressions.record import Overlap
 from capture_plan.expressions.rules import Rules, check_names, default_rules, read_rules
 from capture_plan.expressions.settings import Edits, PackingSettings
-from capture_plan.expressions.together import driven, groups, hard_together, never_together, performed_together
+from capture_plan.expressions.together import (
+    driven,
+    eyes_that_part,
+    groups,
+    hard_together,
+    never_together,
+    performed_together,
+)
 from capture_plan.rig import Rig
 
 MUCH = 0.2  # of the smaller active set: beyond it one scan of two partners does not tell them apart
@@ -104,6 +111,9 @@ def state_problem(
     exclusive = _among(names, never_together(rig, used, rules)) if settings.poseable else ()
     colliding = _among(names, apart)
     pairs = _among(names, performed_together(rig, used)) if settings.paired else ()
+    if settings.poseable:
+        parting = eyes_that_part(rig, names)
+        exclusive += parting if edits.names else _unsaid(parting, exclusive, pairs)
     local = local_pairs(rig, names, active_sets(rig, names, settings.mu)) if settings.local_pairs else ()
     most = settings.most_things or rules.most_things
     hard = _among_hard(names, hard_together(rig, used, rules)) if settings.poseable else ()
@@ -113,6 +123,12 @@ def state_problem(
     kept_apart = (*exclusive, *colliding, *edits.apart)
     instance = _instance(names, active, items, kept_apart, hard, edits, linked, most)
     return Problem(names, active, items, instance, pairs, local, relaxed, exclusive, colliding, drivers, most, edits)
+
+
+def _unsaid(parting: Pairs, exclusive: Pairs, pairs: Pairs) -> Pairs:
+    """Those of `parting` that do not follow yet, because the partner of the one excludes the other."""
+    partner, said = dict(pairs), {frozenset(pair) for pair in exclusive}
+    return tuple((a, b) for a, b in parting if frozenset((partner.get(a), b)) not in said)
 
 
 def rules_of(settings: PackingSettings) -> Rules:

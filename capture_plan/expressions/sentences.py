@@ -13,8 +13,8 @@ from itertools import pairwise
 from typing import Any
 
 from capture_plan.expressions.movement import movements
-from capture_plan.expressions.together import base_name
 from capture_plan.rig import Rig
+from capture_plan.rig.meaning import arkit_by_motion, base_name
 
 CLAUSES = 3  # in one breath; more become a second sentence
 FROM_REST = "From a relaxed face: "  # every expression starts from the neutral, not from the one before
@@ -53,7 +53,7 @@ def mistakes(rig: Rig, blendshapes: tuple[str, ...]) -> tuple[str, ...]:
 def _known(rig: Rig, blendshapes: tuple[str, ...]) -> tuple[str, ...]:
     """ARKit's names of those blendshapes that have a phrase."""
     table, _ = phrases()
-    return tuple(arkit for name in blendshapes if (arkit := rig.arkit(name)) and base_name(arkit) in table)
+    return tuple(arkit for name in blendshapes if (arkit := arkit_by_motion(rig, name)) and base_name(arkit) in table)
 
 
 def _unknown(rig: Rig, blendshapes: tuple[str, ...]) -> tuple[str, ...]:

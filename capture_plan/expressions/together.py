@@ -1,11 +1,11 @@
 """What a person can perform: which blendshapes go together, and which never do.
 
 Together  left and right partners, from geometry (rig/pairs.py). Eyes are the exception: both eyes turned outwards is
-          what no actor can do, both turned inwards few, so the left eye's outward look goes with the right eye's
-          inward look. Those four blendshapes are known by their names
-Never     rules (rules.py) by names: closed and wide eyes, closed lips and bared teeth. Geometry cannot tell, since the
-          active sets need not overlap. What a corrective needs counts too: who closes the lips over an open jaw cannot
-          do what excludes an open jaw. ARKit's names are known in any spelling, so that most rigs have these rules
+          what no actor can do, both turned inwards few, so the left eye's look to one side goes with the right eye's
+          look to the same side, by what turns (rig/gaze.py); one that has no such partner is performed alone
+Never     rules (rules.py) by names that motion confirms (rig/meaning.py): closed and wide eyes, closed lips and bared
+          teeth. Geometry cannot tell, since the active sets need not overlap. What a corrective needs counts too: who
+          closes the lips over an open jaw cannot do what excludes an open jaw. Eyes never part, whatever the rules
 """
 
 from functools import lru_cache
@@ -14,24 +14,39 @@ from itertools import combinations
 from capture_plan.expressions.rules import Rules, default_rules
 from capture_plan.rig import Rig
 from capture_plan.rig.findings import correctives
+from capture_plan.rig.gaze import Gaze, outwards, sideways
+from capture_plan.rig.meaning import arkit_by_motion, base_name
 from capture_plan.rig.names import side_of
 from capture_plan.rig.pairs import blendshape_pairs
-
-LOOK_LEFT = ("eyeLookOutLeft", "eyeLookInRight")
-LOOK_RIGHT = ("eyeLookInLeft", "eyeLookOutRight")
-DIRECTIONS = ("jawLeft", "jawRight", "mouthLeft", "mouthRight")  # no side of the face
 
 
 def performed_together(rig: Rig, used: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
     """Pairs of `used` blendshapes, (of the left half, of the right half), in the order of the left ones in the rig."""
-    pairs = [pair for pair in blendshape_pairs(rig) if set(pair) <= set(used)]
-    named = {rig.arkit(name): name for pair in pairs for name in pair}
-    if not {*LOOK_LEFT, *LOOK_RIGHT} <= named.keys():
-        return tuple(pairs)
-    right_of = {left: right for left, right in pairs} | {
-        named[left]: named[right] for left, right in (LOOK_LEFT, LOOK_RIGHT)
-    }
-    return tuple((left, right_of[left]) for left, _ in pairs)
+    looks = {name: gaze for name, gaze in sideways(rig).items() if name in used}
+    halves = [pair for pair in blendshape_pairs(rig) if set(pair) <= set(used) and not set(pair) & looks.keys()]
+    pairs = [*halves, *_same_way(looks)]
+    return tuple(sorted(pairs, key=lambda pair: rig.names.index(pair[0])))
+
+
+def _same_way(looks: dict[str, Gaze]) -> list[tuple[str, str]]:
+    """(of the left eye, of the right eye) that turn to the same side; of several the ones alike in strength."""
+    pairs = []
+    for way in ("left", "right"):
+        left, right = (
+            sorted(
+                (name for name in looks if (looks[name].eye, looks[name].way) == (eye, way)),
+                key=lambda name: looks[name].strength,
+            )
+            for eye in (1, -1)
+        )
+        pairs += list(zip(left[::-1], right[::-1], strict=False))
+    return pairs
+
+
+def eyes_that_part(rig: Rig, used: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
+    """(left, right) of `used` that at once would turn both eyes outwards, which no face does."""
+    out = {name: gaze.eye for name, gaze in sideways(rig).items() if name in used and outwards(gaze)}
+    return tuple((a, b) for a in out for b in out if out[a] > out[b])
 
 
 def driven(rig: Rig, used: tuple[str, ...], rules: Rules | None = None) -> tuple[tuple[str, str], ...]:
@@ -106,18 +121,13 @@ def groups(names: tuple[str, ...], links: list[tuple[str, ...]]) -> list[tuple[s
 
 def called(rig: Rig, name: str) -> frozenset[str]:
     """What rules may call a blendshape: its own name, ARKit's, and ARKit's without side."""
-    arkit = rig.arkit(name)
+    arkit = arkit_by_motion(rig, name)
     return frozenset({name, arkit, base_name(arkit)}) if arkit else frozenset({name})
 
 
 def side_called(rig: Rig, name: str) -> str | None:
     """The side of the face that a blendshape's name tells."""
-    return side_of(rig.arkit(name) or name)
-
-
-def base_name(arkit: str) -> str:
-    """ARKit's name without the side of the face: 'eyeBlink', but 'jawLeft', which says where the jaw moves."""
-    return arkit if arkit in DIRECTIONS else arkit.removesuffix("Left").removesuffix("Right")
+    return side_of(arkit_by_motion(rig, name) or name)
 
 
 def _both_ways(table: dict[str, tuple[str, ...]]) -> set[frozenset[str]]:

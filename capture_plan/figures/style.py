@@ -7,7 +7,6 @@ import io
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import fontManager
 
 from capture_plan.plan.files import write_whole
+from capture_plan.sheets.lettering import FONTS, font_path
 from capture_plan.sheets.style import ACCENT, FAINT, INK, SOFT
 
 WIDTH_IN = 7.2  # two columns of a paper
@@ -24,7 +24,7 @@ DPI = 100.0
 TITLE_PT, TEXT_PT, SMALL_PT = 10.0, 8.5, 7.5
 OURS, OTHERS = ACCENT, ("#b3261e", "#0f7b4f", "#9a5b00", "#7b3fb5", "#00708a", "#5b5f66", "#a8326e", "#8aa300")
 HOUSE: dict[Any, Any] = {
-    "font.family": "Roboto",
+    "font.family": ["Roboto", "Noto Sans JP", "Noto Sans SC", "Noto Sans KR"],  # of the first that has a letter
     "font.size": TEXT_PT,
     "text.color": INK,
     "text.parse_math": False,  # names of blendshapes may hold dollars
@@ -52,15 +52,14 @@ HOUSE: dict[Any, Any] = {
     "svg.hashsalt": "capture-plan",  # the same figure gives the same bytes
 }
 _lock = threading.RLock()
-_fonts = files("capture_plan.sheets").joinpath("fonts")
 
 
 @contextmanager
 def house() -> Iterator[None]:
     """Everything inside is drawn in the style of the house; other threads wait, so that theirs is not touched."""
     with _lock:
-        for weight in ("Regular", "Bold"):
-            path = str(_fonts / f"Roboto-{weight}.ttf")
+        for file in (*FONTS.values(), "Roboto-Bold.ttf"):
+            path = font_path(file)
             if path not in {font.fname for font in fontManager.ttflist}:
                 fontManager.addfont(path)
         with matplotlib.rc_context(HOUSE):

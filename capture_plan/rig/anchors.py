@@ -29,7 +29,7 @@ MOUTH_BELOW_EYES, MOUTH_WIDTH = 1.1, 0.8  # of the pupil distance
 EARS_WITHIN = 1.9  # pupil distances from the midline: four human heads have 1.4, a fox's whiskers 2.2
 SAME_FACE = 0.5  # of the given skin; where less is found to be skin, the search went astray and the person is right
 REMEMBERED = 8  # rigs of a session; the search for skin casts rays
-OPENING = 0.4  # pupil distances from the place found to the middle of an opening that is it
+OPENING, MOUTH_OPENING = 0.4, 0.25  # pupil distances from the place found to the middle of the opening that is it
 BEHIND_EARS = 0.4  # pupil distances that a head goes on; a mask ends with what is furthest to its side
 
 
@@ -190,7 +190,7 @@ def _mouth(
     for loop in sorted(loops, key=lambda loop: -np.ptp(rig.neutral[loop, 0])) if place is not None else ():
         points = rig.neutral[loop]
         centre, width = _middle(points), np.ptp(points[:, 0])
-        near = np.linalg.norm((centre - place)[1:] * [1, 0.5]) < OPENING * unit
+        near = np.linalg.norm((centre - place)[1:] * [1, 0.5]) < MOUTH_OPENING * unit
         if near and abs(centre[0] - x0) < 0.15 * unit and 0.1 * unit < width < 2.5 * unit:
             corners = points[[points[:, 0].argmax(), points[:, 0].argmin()]]
             front = points[np.argsort(np.abs(points[:, 0] - x0), kind="stable")[: max(2, len(points) // 5)]]

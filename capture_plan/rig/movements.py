@@ -14,14 +14,13 @@ Words are matched whole: "browser" is no brow, "Hatch" no hat. A name is a hint;
 
 import tomllib
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
-from importlib.resources import files
 from typing import Literal, get_args
 
 from capture_plan.rig.names import INTENSITY, UNIT, Side, arkit_name
-from capture_plan.rig.words import split_words
+from capture_plan.rig.words import DATA, split_words
 
 Kind = Literal[
     "blink", "eye wide", "eye squint", "gaze up", "gaze down", "gaze left", "gaze right", "gaze in", "gaze out",
@@ -30,6 +29,7 @@ Kind = Literal[
     "cheek", "nose", "tongue", "emotion", "neutral", "hide or shrink", "head turn", "body", "hair or clothes",
     "teeth", "pupil",
 ]  # fmt: skip
+Phrase = tuple[float, Kind, tuple[str, ...]]  # weight, kind, the things it needs
 Sides = list[tuple[int, Side]]  # where in a name a word for left or right stands
 KINDS: tuple[Kind, ...] = get_args(Kind)
 SIDEWAYS = ("jaw side", "mouth side", "head turn", "tongue")  # their left is a direction, no half of the face
@@ -172,7 +172,7 @@ def _sound(words: tuple[str, ...]) -> Movement | None:
 def _heaviest(said: frozenset[str]) -> tuple[Kind, tuple[str, ...]] | None:
     """The phrase of which everything is said and that weighs most, and its kind."""
     parts = said & PARTS
-    fits = [(weight, kind, used) for weight, kind, used in _phrases() if said.issuperset(used)]
+    fits: list[Phrase] = [(weight, kind, used) for weight, kind, used in _phrases() if said.issuperset(used)]
     fits = [fit for fit in fits if not (parts and fit[1] == "emotion")]
     heaviest = max(fits, key=lambda fit: fit[0], default=None)
     return (heaviest[1], heaviest[2]) if heaviest else None
@@ -261,7 +261,7 @@ def _is_strange(word: str) -> bool:
 
 @cache
 def _data() -> dict:
-    return tomllib.loads(files("capture_plan.rig").joinpath("data", "movements.toml").read_text(encoding="utf-8"))
+    return tomllib.loads(DATA.read_text(encoding="utf-8"))
 
 
 def _table(key: str) -> dict[str, Kind]:
@@ -291,11 +291,12 @@ def _sides() -> dict[str, Side]:
 
 
 @cache
-def _phrases() -> tuple[tuple[float, Kind, tuple[str, ...]], ...]:
+def _phrases() -> tuple[Phrase, ...]:
     """Weight, kind and things of every phrase, in the order of the file."""
     weights = _data()["weights"]
-    return tuple(
+    phrases: Iterator[Phrase] = (
         (sum(weights.get(thing, 1.0) for thing in phrase.split()), kind, tuple(phrase.split()))
-        for kind, phrases in _data()["kinds"].items()
-        for phrase in phrases
+        for kind, some in _data()["kinds"].items()
+        for phrase in some
     )
+    return tuple(phrases)

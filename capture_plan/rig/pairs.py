@@ -9,6 +9,9 @@ Tests   side      sum_v sign(x_v) |d[k, v]|^2 / sum_v |d[k, v]|^2, from -1 (righ
                   face sideways (jawLeft), and has no partner
         unlike    |d[i] - D[j]|^2 / (|d[i]|^2 + |d[j]|^2): 0 for a mirror image, 1 for unrelated, 2 for opposite ones
         a left and a right blendshape are partners where an assignment of least total unlikeness pairs them below 0.4
+        opposite   cos(d[i], d[j]): two movements of the same skin against each other, as a mouth pulled to the left and
+                   to the right, are no halves, however lopsided each is. Below -0.5, or below -0.2 where the midline
+                   and the whole go sideways too, since halves meet there and go out of each other's way
 Source  Carrigan et al. 2020, section 4.4; made dimensionless. Names only break ties.
 """
 
@@ -26,6 +29,9 @@ ACTIVE = 0.3  # share of the largest displacement, the recommended middle of Car
 SELF_SYMMETRIC = 0.4  # overlap with the own mirror image
 ONE_SIDED = 0.5  # three quarters on one side: half a lower lip pulled down (0.6), not a mouth moved left (0.3)
 UNLIKE = 0.4  # real partners differ by 2 to 34 % in length, which is up to 0.1 here; unrelated ones by 1
+AGAINST, PERHAPS = -0.5, -0.2  # cosine: halves of one movement have -0.28 and more, opposite ones -0.42 to -1
+GOES_ASIDE = 0.65  # of the movement's direction, as a whole and on the midline: pulled mouths 0.75 to 1, halves to 0.54
+MIDLINE = 0.06  # of half the breadth of the skin
 NAME_BONUS = 0.01  # decides between partners that geometry finds equally good, never against it
 SIDES = (("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT"), ("l", "r"), ("L", "R"), ("lf", "rt"), ("Lt", "Rt"))
 WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+|[^A-Za-z0-9]+")
@@ -34,7 +40,8 @@ WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+|[^A-Za-z0-9]+")
 @lru_cache(maxsize=2)  # the audit and the packing ask for the same rig
 def blendshape_pairs(rig: Rig) -> tuple[tuple[str, str], ...]:
     """(left, right) names of partners, the subject's own sides, in the order of the left ones in the rig."""
-    side, overlap, unlike = laterality(rig), self_symmetry(rig), unlikeness(rig)
+    side, overlap = laterality(rig), self_symmetry(rig)
+    unlike = np.where(opposite_movements(rig), 1, unlikeness(rig))
     one_sided = (overlap <= SELF_SYMMETRIC) | (np.abs(side) >= ONE_SIDED)
     left, right = np.flatnonzero(one_sided & (side > 0)), np.flatnonzero(one_sided & (side < 0))
     cost = np.minimum(unlike[np.ix_(left, right)], UNLIKE)
@@ -69,6 +76,25 @@ def unlikeness(rig: Rig) -> Float[np.ndarray, "k k"]:
     squared = (rig.displacement.astype(float) ** 2).sum(axis=1)
     total = squared[:, None] + squared
     return 1 - (inner + inner.T) / np.where(total > 0, total, 1)
+
+
+def opposite_movements(rig: Rig) -> Bool[np.ndarray, "k k"]:
+    """Whether two blendshapes move the same skin against each other, up to the direction of both."""
+    d = rig.deltas.reshape(len(rig.names), -1)
+    inner = (d @ d.T).astype(float)
+    length = np.sqrt(np.diag(inner))
+    cosine = inner / np.where(length > 0, length, 1)[:, None] / np.where(length > 0, length, 1)
+    x = np.abs(rig.neutral[:, 0] - mirror_plane(rig.neutral))
+    everywhere, middle = np.ones(len(x), dtype=bool), x < MIDLINE * x[rig.skin].max()
+    aside = (_aside(rig, everywhere) > GOES_ASIDE) & (_aside(rig, middle) > GOES_ASIDE)
+    return (cosine < AGAINST) | ((cosine < PERHAPS) & (aside[:, None] & aside))
+
+
+def _aside(rig: Rig, where: Bool[np.ndarray, " v"]) -> Float[np.ndarray, " k"]:
+    """|sum |d| d_x| / sum |d|^2 of the vertices `where`: 1 where all goes to one side."""
+    length = rig.displacement[:, where].astype(float)
+    squared = (length**2).sum(axis=1)
+    return np.abs(np.einsum("kv,kv->k", length, rig.deltas[:, where, 0])) / np.where(squared > 0, squared, 1)
 
 
 def _active(rig: Rig) -> Bool[np.ndarray, "k v"]:

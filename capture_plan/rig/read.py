@@ -18,6 +18,7 @@ from capture_plan.rig.crop import crop_to_head
 from capture_plan.rig.face.axes import axes_matrix
 from capture_plan.rig.face.frame import check_given, find_frame
 from capture_plan.rig.face.record import Understood
+from capture_plan.rig.formats.belongs import what_belongs
 from capture_plan.rig.formats.csv_folder import read_csv_folder
 from capture_plan.rig.formats.fbx import read_fbx
 from capture_plan.rig.formats.gltf import read_gltf
@@ -89,7 +90,7 @@ def rig_from_raw(
     skin: str | None = None,
 ) -> Rig:
     """The rig of what a reader gave, in millimetres, +y up, facing +z; what is given here is not searched for."""
-    raw, turned = straightened(raw)
+    raw, turned = straightened(what_belongs(raw))
     frame = find_frame(raw, unit_mm=unit_mm, up=up, facing=facing)
     facial = frame.channels.facial
     raw = crop_to_head(raw, facial)
@@ -121,6 +122,7 @@ def rig_from_raw(
         understood=Understood(
             axes=frame.axes,
             unit=frame.unit,
+            left_out=raw.left_out,
             set_aside=tuple(name for name, own in zip(raw.names, facial, strict=True) if not own),
         ),
     )

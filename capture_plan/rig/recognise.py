@@ -5,6 +5,7 @@
     recognise("CTRL_expressions_mouthFunnelUL")   MetaHuman  mouthFunnelUL left   "mouth funnel (upper left)"
     recognise("Expressions_mouthSmile_max")       MB-Lab     mouthSmile    none   "mouth smile, upper end of its slider"
     recognise("blink_l")                          VRM        blinkLeft     left   "left eye closed"
+    recognise("eyes_leftEye_blink")               Faceware   eyes_leftEye_blink   left   "eye closed (left)"
 
 Confidence  1 the standard's own spelling; 0.9 a house spelling of it; 0.7 a word of the standard that others use too
             ("happy"); 0.6 the shape of a name only. What the user's own name map says has confidence 1.
@@ -25,6 +26,7 @@ from capture_plan.rig.names import INTENSITY, UNIT, WORD, Side, arkit_name, side
 OWN, HOUSE, SHARED, SHAPE = 1.0, 0.9, 0.7, 0.6
 CONTROL = re.compile(r"(?:.*[:|.])?CTRL_expressions[_.]")
 ENDS = re.compile(r"(?P<base>[A-Za-z]*[a-z](?:Left|Right)?)(?P<quadrant>[UD]?(?:IN|OUT)?[LRCUDM]?)(?P<phase>Ph\d)?")
+NUMBERED = re.compile(r"\d+\.")  # 13.mouth_leftMouth_smile
 SLIDER = re.compile(r"(?P<prefix>Expressions_)?(?P<base>[A-Za-z]\w*?\d*)_(?P<end>min|max)")
 PLACES = {"U": "upper", "D": "lower", "IN": "inner", "OUT": "outer", "C": "centre", "L": "left", "R": "right"}
 
@@ -143,7 +145,18 @@ def _mblab(name: str) -> Recognised | None:
     return Recognised("MB-Lab", f"{match['base']}_{match['end']}", side, words, OWN if match["prefix"] else SHAPE)
 
 
-READERS: tuple[Callable[[str], Recognised | None], ...] = (_arkit, _facs, _metahuman, _vrm, _mblab)
+def _faceware(name: str) -> Recognised | None:
+    short = NUMBERED.sub("", name).lower()
+    for known, entry in _data("faceware").items():
+        if short == known.lower():
+            side: Side | None = {"(left)": "left", "(right)": "right"}.get(entry["words"].rpartition(" ")[2])  # type: ignore[assignment]
+            shared = len(known.split("_")) == 2 and not known.startswith(("brows", "eyes"))  # jaw_open, mouth_up
+            confidence = SHARED if shared else OWN
+            return Recognised("Faceware", known, side, entry["words"], confidence, tuple(entry["arkit"]))
+    return None
+
+
+READERS: tuple[Callable[[str], Recognised | None], ...] = (_arkit, _facs, _metahuman, _vrm, _mblab, _faceware)
 
 
 @cache

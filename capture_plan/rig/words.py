@@ -13,16 +13,28 @@ import unicodedata
 from functools import cache, lru_cache
 from importlib.resources import files
 
-PIECE = re.compile(r"CTRL|PHM|JCM|[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+|[^\W\d_A-Za-z]+|[^\s\w.:|/,;()\[\]{}!?。、・-]")
+MARKS = "\u0591-\u05c7\u0610-\u061a\u064b-\u065f\u0670\u0900-\u0903\u093a-\u094f\u0e31\u0e34-\u0e3a\u0e47-\u0e4e"
+PIECE = re.compile(
+    r"CTRL|PHM|JCM|[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+"
+    rf"|[^\W\d_A-Za-z](?:[^\W\d_A-Za-z]|[{MARKS}])*"  # letters of other scripts with their vowel signs
+    r"|[^\s\w.:|/,;()\[\]{}!?。、・-]"
+)
+DATA = files("capture_plan.rig").joinpath("data", "movements.toml")
 SHORT = ("up",)  # two letters that may close a run: "browup"
 LEAST = 3  # letters of a known word inside a run of Latin letters
 
 
 @lru_cache(maxsize=8192)
 def split_words(name: str) -> tuple[str, ...]:
-    """Words of `name` in small letters, numbers among them; half-width and full-width forms are folded."""
-    folded = unicodedata.normalize("NFKC", name)
+    """Words of `name` in small letters, numbers among them; half-width, full-width and accented forms are folded."""
+    folded = "".join(_plain(letter) for letter in unicodedata.normalize("NFKC", name))
     return tuple(word for piece in PIECE.findall(folded) for word in _split(piece.lower()))
+
+
+def _plain(letter: str) -> str:
+    """A Latin letter without its accent; any other as it is."""
+    base = unicodedata.normalize("NFD", letter)[0]
+    return base if base.isascii() else letter
 
 
 def _split(piece: str) -> tuple[str, ...]:
@@ -49,8 +61,7 @@ def _is_word(part: str, start: int, last: bool) -> bool:
 @cache
 def _known() -> frozenset[str]:
     """Every word of the tables that may stand inside a run."""
-    text = files("capture_plan.rig").joinpath("data", "movements.toml").read_text(encoding="utf-8")
-    data = tomllib.loads(text)
+    data = tomllib.loads(DATA.read_text(encoding="utf-8"))
     tables = (data["words"], data["sides"], data["filler"], data["syllables"])
     words = {word for table in tables for words in table.values() for word in words}
     return frozenset(words | set(data["mmd"]))

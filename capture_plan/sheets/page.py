@@ -5,25 +5,23 @@ Coordinates are millimetres from the top left corner of the sheet, y down; text 
 """
 
 import io
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
-from importlib.resources import files
 from typing import Literal, NamedTuple
 
 import numpy as np
-from fontTools.ttLib import TTFont
 from fpdf import FPDF
 from jaxtyping import Float, UInt8
 from PIL import Image
 
 from capture_plan.errors import PlanError
+from capture_plan.sheets.lettering import FONTS, SANS, Labels, font_path, runs
 from capture_plan.sheets.style import INK, Look, Number, outline, rgb
 
 Align = Literal["left", "centre", "right"]
 
 JPEG_QUALITY = 92  # no block is seen at 300 dpi on clay; a page of pictures stays near half a megabyte
 POINT_MM = 25.4 / 72
-UNKNOWN = "\ufffd"
 MARGIN_MM = 8.0  # what common printers leave white, and a little
 
 
@@ -44,9 +42,12 @@ def paper(name: str) -> Paper:
 
 
 class Booklet:
-    """A PDF being drawn; every method draws on the last page."""
+    """A PDF being drawn; every method draws on the last page.
 
-    def __init__(self, sheet: Paper, title: str) -> None:
+    `names` are those of the rig's blendshapes: where the fonts lack their script, each is written by its meaning.
+    """
+
+    def __init__(self, sheet: Paper, title: str, names: Sequence[str] = ()) -> None:
         self.paper = sheet
         self.titles: list[str] = []
         self._pdf = pdf = FPDF(unit="mm", format=(sheet.width, sheet.height))
@@ -54,10 +55,9 @@ class Booklet:
         pdf.set_margin(0)
         pdf.set_creation_date(datetime(2000, 1, 1, tzinfo=UTC))  # equal plans give equal bytes
         pdf.set_producer("capture_plan")
-        folder = files("capture_plan.sheets").joinpath("fonts")
-        for style, file in (("", "Roboto-Regular.ttf"), ("B", "Roboto-Bold.ttf")):
-            pdf.add_font("sans", style, str(folder.joinpath(file)))
-        self._known = frozenset(TTFont(str(folder.joinpath("Roboto-Regular.ttf"))).getBestCmap() or ())
+        for style, file in (("", FONTS[SANS]), ("B", "Roboto-Bold.ttf")):
+            pdf.add_font(SANS, style, font_path(file))
+        self._added, self._printable = {SANS}, Labels(names)
         pdf.set_font("sans", size=9)
         pdf.set_title(self._printable(title))
 
@@ -70,8 +70,7 @@ class Booklet:
         return bytes(self._pdf.output())
 
     def width(self, text: str, size: Number, *, bold: bool = False) -> Number:
-        self._pdf.set_font("sans", "B" if bold else "", size)
-        return self._pdf.get_string_width(self._printable(text))
+        return sum(self._run_width(*run, size, bold) for run in runs(self._printable(text)))
 
     def text(
         self,
@@ -91,7 +90,11 @@ class Booklet:
             text, size = self._fitted(text, size, bold, fit)
         width = self.width(text, size, bold=bold)
         self._pdf.set_text_color(*rgb(colour))
-        self._pdf.text(x - {"left": 0, "centre": width / 2, "right": width}[align], y, text)
+        x -= {"left": 0, "centre": width / 2, "right": width}[align]
+        for face, letters in runs(text):
+            advance = self._run_width(face, letters, size, bold)
+            self._pdf.text(x, y, letters)
+            x += advance
         return width
 
     def paragraph(
@@ -174,10 +177,13 @@ class Booklet:
         Image.fromarray(pixels).save(file, "JPEG", quality=JPEG_QUALITY, subsampling=0)
         self._pdf.image(file, x, y, w, h)
 
-    def _printable(self, text: str) -> str:
-        """One line of letters that the face has; a letter it lacks becomes a question mark in a diamond."""
-        plain = (letter if letter.isprintable() else " " for letter in text)
-        return "".join(letter if ord(letter) in self._known else UNKNOWN for letter in plain)
+    def _run_width(self, face: str, letters: str, size: Number, bold: bool) -> Number:
+        """Width of letters of one face, which is the face from here on; only the house's own has a bold cut."""
+        if face not in self._added:
+            self._pdf.add_font(face, "", font_path(FONTS[face]))
+            self._added.add(face)
+        self._pdf.set_font(face, "B" if bold and face == SANS else "", size)
+        return self._pdf.get_string_width(letters)
 
     def _fitted(self, text: str, size: Number, bold: bool, fit: Number) -> tuple[str, Number]:
         wide = self.width(text, size, bold=bold)

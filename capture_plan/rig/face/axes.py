@@ -25,6 +25,7 @@ PAIRS = tuple((up, facing) for up in AXES for facing in AXES if up[1] != facing[
 Role = Literal["up", "facing", "left"]
 LEAD, LEAD_OF_FEW = 3.0, 4.5  # nats; the larger one where fewer than FEW blendshapes speak
 FEW = 5
+STRONG, TIE = 3.5, -0.8  # nats: so strong a sign may break a tie alone, a weaker one may not
 FORMAT = 0.96  # share of files whose own axes are right: of 36 files from the field all but one
 
 
@@ -98,8 +99,8 @@ def _sure(tables: list[np.ndarray], best: int, has_format: bool, speaking: int) 
     needed = LEAD if speaking >= FEW else LEAD_OF_FEW
     own = tables[: len(tables) - 1 - has_format]
     agreeing = sum(_weight(table, best) > 0.5 for table in own)
-    without = [_lead(total - table, best) for table in own]
-    return _lead(total, best) > needed and agreeing >= 2 and min(without, default=0.0) > 0
+    alone = [_lead(total - table, best) > (TIE if _weight(table, best) > STRONG else 0) for table in own]
+    return _lead(total, best) > needed and agreeing >= 2 and all(alone)
 
 
 def _lead(total: Float[np.ndarray, " n"], best: int) -> float:

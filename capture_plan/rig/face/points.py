@@ -21,7 +21,7 @@ from jaxtyping import Float, Int
 from scipy.spatial import KDTree
 
 from capture_plan.rig.face.record import Sign
-from capture_plan.rig.face.shape import Shape
+from capture_plan.rig.face.shape import Shape, middle_of_box
 
 EYE_PART = re.compile(
     r"sclera|iris|cornea|pupil|eye(?!.?(lash|brow|lid|occl|blend|wet|shadow|socket|tear|lac|line|shell|fluid|glass))",
@@ -44,7 +44,8 @@ BELOW, DEEP = (0.3, 1.9), 0.9  # pupil distances from the eyes down and in depth
 STRONG_TEAR = 6.0
 FRONT = 0.25  # rho: lips are about 12 mm deep
 CLOSES = 0.25  # of the width of an opening, by which the largest movement near it moves its border
-ONE_SIDED = 0.8
+ONE_SIDED = 0.8  # of a movement's energy on one side less that on the other
+ONE_SIDE = 0.6  # of the trust in both sides
 WIDER = 1.5  # times the smallest movement of its name: it moves more than that
 WIDEST = 1.2  # rho: a movement of the mouth alone is smaller
 PUPILS_RHO = (0.3, 3.2)  # rho between the pupils: humans 0.9 to 1.3, cartoons up to 2.5
@@ -62,7 +63,7 @@ class Candidate:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """The places chosen, None where no sign speaks; `signs` carry each candidate's trust, below 0 where it is elsewhere."""
+    """The places chosen, None where no sign speaks; `signs` carry each candidate's trust, below 0 if elsewhere."""
 
     places: Float[np.ndarray, "n 3"] | None
     sure: bool
@@ -126,27 +127,30 @@ def pupils(eyes: Candidate) -> float:
 def eye_candidates(
     shape: Shape, x0: float, parts: np.ndarray, part_names: tuple[str, ...], *, named: bool
 ) -> list[Candidate]:
-    """Every pair of places that a sign takes for the eyes, the most trusted first."""
-    found: list[Candidate | None] = []
+    """Every pair of places that a sign takes for the eyes."""
+    found: list[Candidate] = []
     if named:
-        found.append(_by_name(shape, x0, "blink", ("blink",), "what a blink moves", 2.5))
-        found.append(_by_part(shape, x0, parts, part_names))
-    balls = [np.r_[_middle(b)[:2], b[:, 2].max()] for b in shape.balls]
-    sizes = [float(np.ptp(b, axis=0).max()) for b in shape.balls]
-    found += _pairs("ball", "two balls", 1.5, balls, sizes, x0)
-    if named:
-        found.append(_by_name(shape, x0, "eye name", OTHER_EYES, "what is named for the eyes", 0.8))
-    aside = [(place, tear) for place, tear in shape.openings if abs(np.average(place[:, 0], weights=tear) - x0) > 0]
-    centres = [np.average(place, axis=0, weights=tear) for place, tear in aside]
-    found += _pairs("tear", "skin parts beside the middle", 0.7, centres, [_width(p) for p, _ in aside], x0)
-    rims = [loop for loop in shape.rims if len(loop) >= 6]
-    for kind, words, trust, loops in (
-        ("rim", "two openings", 0.3, rims),
-        ("closing", "two openings that close", 0.9, [loop for loop in rims if closes(shape, loop)]),
+        found += _by_name(shape, x0, "blink", ("blink",), "what a blink moves", 2.5)
+        found += _by_part(shape, x0, parts, part_names)
+        found += _by_name(shape, x0, "eye name", OTHER_EYES, "what is named for the eyes", 0.8)
+    balls = [(np.r_[middle_of_box(b)[:2], b[:, 2].max()], _width(b)) for b in shape.balls]
+    found += _pairs("ball", "two balls", 1.5, balls, x0)
+    tears = [(np.average(place, axis=0, weights=tear), _width(place)) for place, tear in shape.openings]
+    found += _pairs("tear", "skin parts beside the middle", 0.7, tears, x0)
+    loops = [loop for loop in shape.rims if len(loop) >= 6]
+    rims, lids = (
+        [(middle_of_box(shape.neutral[loop]), _width(shape.neutral[loop])) for loop in some]
+        for some in (loops, [loop for loop in loops if closes(shape, loop)])
+    )
+    found += _pairs("rim", "two openings", 0.3, rims, x0)
+    found += _pairs("closing", "two openings that close", 0.9, lids, x0)
+    for kind, words, trust, places in (
+        ("ball", "a ball", 1.5, balls),
+        ("closing", "an opening that closes", 0.9, lids),
     ):
-        points = [shape.neutral[loop] for loop in loops]
-        found += _pairs(kind, words, trust, [_middle(p) for p in points], [_width(p) for p in points], x0)
-    return [one for one in found if one is not None]
+        if not any(one.kind == kind for one in found):
+            found += [one for place, _ in places for one in _single(kind, words, trust, place, x0, shape)]
+    return found
 
 
 def mouth_candidates(shape: Shape, x0: float, *, named: bool) -> list[Candidate]:
@@ -167,7 +171,7 @@ def mouth_candidates(shape: Shape, x0: float, *, named: bool) -> list[Candidate]
             found.append(Candidate("tear", "skin parts across the middle", trust, _on_plane(centre, x0)))
     for loop in shape.rims:
         points = shape.neutral[loop]
-        centre = _middle(points)
+        centre = middle_of_box(points)
         if len(loop) >= 6 and abs(centre[0] - x0) < 0.1 * rho and _width(points) < 2.5 * rho:
             found.append(Candidate("rim", "an opening across the middle", 0.7, _on_plane(centre, x0)))
     return found[:12]
@@ -189,27 +193,31 @@ def closes(shape: Shape, loop: Int[np.ndarray, " n"]) -> bool:
     return False
 
 
-def _by_name(shape: Shape, x0: float, kind: str, kinds: tuple[str, ...], words: str, trust: float) -> Candidate | None:
+def _by_name(shape: Shape, x0: float, kind: str, kinds: tuple[str, ...], words: str, trust: float) -> list[Candidate]:
     """Where the movements of these kinds are on either side: the median of v + d / 2, by energy, of what moves most."""
-    sides: tuple[list[np.ndarray], list[np.ndarray]] = ([], [])
-    rows = shape.channels.of(*kinds)
-    smallest = min((float(shape.channels.radius[k]) for k in rows), default=0.0)
-    for k in rows:
+    sides: tuple[list[tuple[float, np.ndarray]], list[tuple[float, np.ndarray]]] = ([], [])
+    x = shape.neutral[:, 0] - x0
+    for k in shape.channels.of(*kinds):
         d = shape.deltas[k]
         length = np.linalg.norm(d, axis=1) * shape.front
         w = np.where(length > LIDS * length.max(), shape.channels.energy[k], 0)
-        if shape.channels.radius[k] > WIDER * smallest or not w.any():  # a grin that closes the eyes too
-            continue
-        x = shape.neutral[:, 0] - x0
-        balance = float(w @ np.sign(x) / w.sum())
+        balance = float(w @ np.sign(x) / (w.sum() or 1))
         for side, sign in zip(sides, (1, -1), strict=True):
             own = np.where(sign * x > 0, w, 0)
-            if sign * balance > -ONE_SIDED and own.sum() > 0:
-                side.append(weighted_median(shape.neutral + d / 2, own))
-    if not (sides[0] or sides[1]):
-        return None
-    left, right = (np.mean(side, axis=0) if side else None for side in sides)
+            if sign * balance > -ONE_SIDED and own.any():
+                place = weighted_median(shape.neutral + d / 2, own)
+                spread = float(np.sqrt(own @ ((shape.neutral + d / 2 - place) ** 2).sum(axis=1) / own.sum()))
+                side.append((spread, place))
+    left, right = (_of_the_smallest(side) for side in sides)
     return _pair(kind, words, trust, left, right, x0)
+
+
+def _of_the_smallest(found: list[tuple[float, Float[np.ndarray, " 3"]]]) -> Float[np.ndarray, " 3"] | None:
+    """Mean of the places of movements as small as the smallest: a grin that closes the eyes too is left out."""
+    if not found:
+        return None
+    smallest = min(spread for spread, _ in found)
+    return np.mean([place for spread, place in found if spread <= WIDER * smallest], axis=0)
 
 
 def weighted_median(x: Float[np.ndarray, "v 3"], w: Float[np.ndarray, " v"]) -> Float[np.ndarray, " 3"]:
@@ -221,46 +229,49 @@ def weighted_median(x: Float[np.ndarray, "v 3"], w: Float[np.ndarray, " v"]) -> 
     return x[order[at, np.arange(3)], np.arange(3)]
 
 
-def _by_part(shape: Shape, x0: float, parts: np.ndarray, part_names: tuple[str, ...]) -> Candidate | None:
+def _by_part(shape: Shape, x0: float, parts: np.ndarray, part_names: tuple[str, ...]) -> list[Candidate]:
     """Middles of the parts called eyes, at their front."""
     named = np.isin(parts, [i for i, name in enumerate(part_names) if EYE_PART.search(name)]) & shape.near
     x = shape.neutral[:, 0] - x0
     halves = [shape.neutral[named & (sign * x > 0)] for sign in (1, -1)]
-    if min(map(len, halves)) < 3:
-        return None
-    left, right = (np.r_[_middle(half)[:2], half[:, 2].max()] for half in halves)
+    left, right = (np.r_[middle_of_box(h)[:2], h[:, 2].max()] if len(h) > 2 else None for h in halves)
     return _pair("part", "parts called eyes", 2.0, left, right, x0)
 
 
 def _pair(
     kind: str, words: str, trust: float, left: np.ndarray | None, right: np.ndarray | None, x0: float
-) -> Candidate | None:
-    """A pair of places; one that is missing is the mirror image of the other, and less trusted."""
-    if left is None or right is None:
-        one = right if left is None else left
-        if one is None:
-            return None
-        left, right = (one, _image(one, x0)) if left is not None else (_image(one, x0), one)
-        return Candidate(kind, f"{words} on one side", 0.6 * trust, np.stack([left, right]))
-    apart = float(left[0] - right[0])
-    if np.linalg.norm(left - _image(right, x0)) > 0.25 * apart:
-        return None
-    return Candidate(kind, words, trust, np.stack([left, right]))
+) -> list[Candidate]:
+    """A pair of places; where one is missing or no mirror image, either with its own image, and less trusted."""
+    if left is not None and right is not None:
+        if np.linalg.norm(left - _image(right, x0)) < 0.25 * (left[0] - right[0]):
+            return [Candidate(kind, words, trust, np.stack([left, right]))]
+        trust /= 2
+    places = [np.stack([left, _image(left, x0)])] if left is not None else []
+    places += [np.stack([_image(right, x0), right])] if right is not None else []
+    return [Candidate(kind, f"{words} on one side", ONE_SIDE * trust, both) for both in places]
+
+
+def _single(
+    kind: str, words: str, trust: float, place: Float[np.ndarray, " 3"], x0: float, shape: Shape
+) -> list[Candidate]:
+    """A place clear of the middle with its mirror image."""
+    if abs(place[0] - x0) < 0.5 * PUPILS_RHO[0] * shape.channels.rho:
+        return []
+    left, right = (place, None) if place[0] > x0 else (None, place)
+    return _pair(kind, words, trust, left, right, x0)
 
 
 def _pairs(
-    kind: str, words: str, trust: float, centres: list[np.ndarray], sizes: list[float], x0: float
-) -> list[Candidate | None]:
-    """Every mirrored pair of these places of nearly one size, clear of the middle; at most six, the largest first."""
+    kind: str, words: str, trust: float, places: list[tuple[Float[np.ndarray, " 3"], float]], x0: float
+) -> list[Candidate]:
+    """Every mirrored pair of these places (with sizes) of nearly one size, clear of the middle; the six largest."""
     found = []
-    for i, left in enumerate(centres):
-        for j, right in enumerate(centres):
-            size = min(sizes[i], sizes[j])
-            alike = size > 0.7 * max(sizes[i], sizes[j])
-            apart = left[0] - right[0]
-            clear = left[0] > x0 > right[0] and apart > size
-            if alike and clear and np.linalg.norm(left - _image(right, x0)) < 0.25 * size:
-                found.append((size, _pair(kind, words, trust, left, right, x0)))
+    for left, a in places:
+        for right, b in places:
+            size = min(a, b)
+            clear = left[0] > x0 > right[0] and left[0] - right[0] > size
+            if size > 0.7 * max(a, b) and clear and np.linalg.norm(left - _image(right, x0)) < 0.25 * size:
+                found.append((size, Candidate(kind, words, trust, np.stack([left, right]))))
     found.sort(key=lambda one: -one[0])
     return [one for _, one in found[:6]]
 
@@ -318,10 +329,6 @@ def _on_plane(place: Float[np.ndarray, " 3"], x0: float) -> Float[np.ndarray, "1
 
 def _image(place: Float[np.ndarray, " 3"], x0: float) -> Float[np.ndarray, " 3"]:
     return np.array([2 * x0 - place[0], place[1], place[2]])
-
-
-def _middle(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " 3"]:
-    return (points.min(axis=0) + points.max(axis=0)) / 2
 
 
 def _width(points: Float[np.ndarray, "n 3"]) -> float:

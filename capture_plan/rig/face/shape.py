@@ -153,6 +153,11 @@ def compact(points: Float[np.ndarray, "n 3"]) -> bool:
     return bool(extent.min() > COMPACT * extent.max())
 
 
+def middle_of_box(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " 3"]:
+    """Middle of the box around points."""
+    return (points.min(axis=0) + points.max(axis=0)) / 2
+
+
 def border_loops(triangles: Int[np.ndarray, "f 3"]) -> list[Int[np.ndarray, " _"]]:
     """Vertices of each connected border of the triangles, the longest border first."""
     edge, count = np.unique(np.sort(half_edges(triangles), axis=1), axis=0, return_counts=True)

@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from capture_plan.rig.face.axes import Role, Vote
 from capture_plan.rig.face.channels import Channels
-from capture_plan.rig.face.shape import Shape
+from capture_plan.rig.face.shape import TORN, Shape, middle_of_box
 
 EYES = ("blink", "eye wide", "eye squint")
 MOUTH = (
@@ -85,6 +85,7 @@ def shape_votes(shape: Shape, sides: int) -> list[Vote]:
     votes += _largest_motion(shape)
     votes += _small_above_wide(channels, sides)
     votes += _eyes_and_mouth(shape, sides)
+    votes += _lower_lip(shape, sides)
     votes += _body_votes(shape)
     return votes
 
@@ -134,6 +135,23 @@ def _eyes_and_mouth(shape: Shape, sides: int) -> list[Vote]:
     return votes
 
 
+def _lower_lip(shape: Shape, sides: int) -> list[Vote]:
+    """Where lips part, the lower one moves more: it hangs on the jaw."""
+    tear, pair = shape.tears
+    lips = next(
+        (place.mean(axis=0) for place, _ in shape.openings if _aside(place.mean(axis=0), sides, shape) < 0.2), None
+    )
+    if lips is None:
+        return []
+    one, other = (shape.neutral[pair[tear > TORN, end]] for end in (0, 1))
+    near = np.linalg.norm((one + other) / 2 - lips, axis=1) < 0.6 * shape.channels.rho
+    m = np.sqrt((shape.deltas[shape.channels.facial] ** 2).sum(axis=2).max(axis=0))
+    more = (m[pair[tear > TORN, 0]] - m[pair[tear > TORN, 1]])[near, None]
+    apart = (one - other)[near]
+    down = (more * apart).sum(axis=0) / (np.abs(more).sum() * np.linalg.norm(apart, axis=1).mean())
+    return [Vote("the lower lip moves more than the upper", "up", -2 * down, 4, 0.12)]
+
+
 def _covers(rim: Float[np.ndarray, "n 3"], ball: Float[np.ndarray, " 3"], rho: float) -> bool:
     """Whether a rim may be that of the lids over a ball: near it, and no wider than an eye."""
     return bool(np.linalg.norm(rim.mean(axis=0) - ball) < 0.4 * rho and np.ptp(rim, axis=0).max() < rho)
@@ -143,23 +161,18 @@ def _mirrored(places: list[np.ndarray], sides: int, shape: Shape, tolerance: flo
     """Pairs of places that mirror each other within a share of rho, clear of the middle, in the order given."""
     middle, rho = shape.mirror_across(sides)[1], shape.channels.rho
     flip = np.where(np.arange(3) == sides, -1.0, 1.0)
-    found = []
-    for i, one in enumerate(places):
-        image = one * flip + np.where(np.arange(3) == sides, 2 * middle, 0.0)
-        for other in places[i + 1 :]:
-            if np.linalg.norm(image - other) < tolerance * rho and abs(one[sides] - middle) > 0.2 * rho:
-                found.append(np.stack([one, other]))
-    return found
+    images = [one * flip + np.where(np.arange(3) == sides, 2 * middle, 0.0) for one in places]
+    return [
+        np.stack([one, other])
+        for i, (one, image) in enumerate(zip(places, images, strict=True))
+        for other in places[i + 1 :]
+        if np.linalg.norm(image - other) < tolerance * rho and abs(one[sides] - middle) > 0.2 * rho
+    ]
 
 
 def _aside(place: Float[np.ndarray, " 3"], sides: int, shape: Shape) -> float:
     """How far a place lies from the mirror plane, in rho."""
     return abs(float(place[sides]) - shape.mirror_across(sides)[1]) / shape.channels.rho
-
-
-def middle_of_box(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " 3"]:
-    """Middle of the box around points."""
-    return (points.min(axis=0) + points.max(axis=0)) / 2
 
 
 def _body_votes(shape: Shape) -> list[Vote]:

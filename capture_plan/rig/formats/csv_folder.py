@@ -4,7 +4,7 @@ neutral.csv    x,y,z of each vertex, one row each; a first row of titles may sta
 faces.csv      corners of each triangle or quad, counted from 0, one row each
 smile.csv ...  one for each blendshape: places of all vertices (not differences), in the neutral's order
 
-Numbers are written with a point and parted by commas, semicolons or tabs.
+Numbers are written with a point and parted by commas, semicolons or tabs; or with a comma and parted by the others.
 """
 
 import io
@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_plan.errors import RigError
-from capture_plan.rig.formats.obj import Faces, find_neutral, load, natural
+from capture_plan.rig.formats.obj import COMMA, Faces, find_neutral, load, natural
 from capture_plan.rig.formats.raw import RawRig
 from capture_plan.rig.formats.shapes import rig_of_shapes
 from capture_plan.rig.formats.source import Source, folder_name, is_kind
@@ -52,7 +52,10 @@ def read_places(path: Source) -> Float[np.ndarray, "v 3"]:
 
 def read_table(path: Source) -> Float[np.ndarray, "rows columns"]:
     """All numbers of a table."""
-    text = TITLES.sub(b"", load(path).replace(b";", b",").replace(b"\t", b","), count=1)
+    text = TITLES.sub(b"", load(path), count=1)
+    if b"." not in text and (b";" in text or b"\t" in text):
+        text = COMMA.sub(b".", text)
+    text = text.replace(b";", b",").replace(b"\t", b",")
     if not text.strip():
         raise RigError(f"{path.name} has no rows: export it again")
     try:

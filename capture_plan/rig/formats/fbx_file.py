@@ -25,7 +25,7 @@ WIDE = 7500  # first version with 64-bit record headers
 ROOM = 2**28  # bytes that all arrays of a small file may take: 256 MB
 UNPACKS_TO = 64  # and for each byte of the file so many more; zlib reaches 1,032 on nothing but zeros
 ARRAYS = {b"f": "<f4", b"d": "<f8", b"i": "<i4", b"l": "<i8", b"b": "|i1", b"c": "|i1"}
-SCALARS = {b"Y": "<h", b"C": "<b", b"I": "<i", b"F": "<f", b"D": "<d", b"L": "<q"}
+SCALARS = {b"Y": "<h", b"C": "<b", b"B": "<b", b"Z": "<b", b"I": "<i", b"F": "<f", b"D": "<d", b"L": "<q"}
 TOKEN = re.compile(
     rb"""(?: "(?P<string>[^"]*+)"
       | \*(?P<count>\d++)\s*+\{\s*+a:(?P<array>[^{}]*+)\}

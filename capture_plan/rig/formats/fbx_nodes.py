@@ -87,15 +87,20 @@ def geometric_matrix(props: dict[str, tuple]) -> Float[np.ndarray, "4 4"]:
     )
 
 
+def ancestry(model: int, parent_of: dict[int, int]) -> list[int]:
+    """The node `model`, the one above it, and so on. RigError when it is its own ancestor."""
+    chain = [model]
+    while (parent := parent_of.get(chain[-1])) is not None:
+        if parent == model or len(chain) > len(parent_of):
+            raise RigError("has a node that lies inside itself: export it again")
+        chain.append(parent)
+    return chain
+
+
 def world_matrix(model: int, models: dict[int, Node], parent_of: dict[int, int]) -> Float[np.ndarray, "4 4"]:
     """W of the node `model`. RigError when it is its own ancestor."""
-    chain = [model]
-    while (parent := parent_of.get(chain[-1])) in models:
-        if parent in chain[:1] or len(chain) > len(models):
-            raise RigError("has a node that lies inside itself: export it again")
-        chain.append(parent)  # pyright: ignore[reportArgumentType]
     W = np.eye(4)
-    for node in reversed(chain):
+    for node in reversed(ancestry(model, parent_of)):
         W = W @ local_matrix(properties(models[node]))
     return W
 

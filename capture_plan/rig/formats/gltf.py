@@ -1,15 +1,19 @@
 """Rigs as glTF 2.0 with named morph targets: `.glb`, `.gltf` with its buffers beside it, and `.vrm`.
 
 Every mesh of the scene, placed by its nodes (or its skin's joints), becomes a part; blendshapes of equal name are one.
-glTF splits a vertex where texture or shading breaks; vertices of a mesh that share their place and all their motion are
-welded again. A vertex is called by its number in the file, all primitives counted in a row.
+glTF splits a vertex where texture, shading or material breaks; seams within a mesh are welded again (`weld.py`). A
+vertex is called by its number in the file, all primitives counted in a row. Where a primitive has fewer morph targets
+than others of its mesh, or a target has no POSITION, its vertices stand still. Meshes that KHR_node_visibility hides,
+by a node or one above it, are left out.
 
 Letters: v vertices, f triangles, k blendshapes. Sections are those of the glTF 2.0 specification.
 """
 
 import json
+import re
 import struct
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,11 +22,22 @@ from jaxtyping import Float, Int
 from capture_plan.errors import RigError
 from capture_plan.rig.formats import vrm
 from capture_plan.rig.formats.gltf_file import AGAIN, Gltf, load, whole
-from capture_plan.rig.formats.gltf_scene import Worlds, placement, scene_nodes, titles, world_matrices
+from capture_plan.rig.formats.gltf_scene import (
+    Worlds,
+    hidden_nodes,
+    placement,
+    scene_nodes,
+    titles,
+    world_matrices,
+)
+from capture_plan.rig.formats.hidden import SceneMesh, choose
+from capture_plan.rig.formats.naming import LISTED, fitting, left_on, numbered, printable, sentences
 from capture_plan.rig.formats.raw import MOST_DISPLACEMENTS, RawRig, vertex_parts
 from capture_plan.rig.formats.source import Source
+from capture_plan.rig.formats.weld import weld_seams
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
+TECHNICAL = re.compile(r"accessor|buffer|position|mesh|target", re.IGNORECASE)  # what programs call data
 MOST_CORNERS = 48_000_000
 DAMAGE = (
     *(KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError, ArithmeticError),
@@ -32,10 +47,7 @@ DAMAGE = (
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """One mesh of the scene, placed in the world; `labels` says of which of `part_names` a triangle is.
-
-    `source_index` counts the file's vertices from this mesh's first one on, of which it has `count`.
-    """
+    """One mesh of the scene, placed in the world; `labels` says of which of `part_names` a triangle is."""
 
     vertices: Float[np.ndarray, "v 3"]
     triangles: Int[np.ndarray, "f 3"]
@@ -43,8 +55,6 @@ class Piece:
     part_names: tuple[str, ...]
     names: tuple[str, ...]
     deltas: Float[np.ndarray, "k v 3"]
-    source_index: Int[np.ndarray, " v"]
-    count: int
 
 
 def read_gltf(path: Source) -> RawRig:
@@ -63,9 +73,9 @@ def read_gltf(path: Source) -> RawRig:
 def read_document(name: str, gltf: Gltf) -> RawRig:
     """The rig of a document, with what VRM says of it."""
     worlds = world_matrices(gltf)
-    nodes = [index for index in scene_nodes(gltf) if "mesh" in gltf.entry("nodes", index)]
+    nodes, left_out, hiding = shown_meshes(gltf)
     shown, expressions = titles(gltf, nodes), vrm.read_expressions(gltf)
-    named = target_names(gltf, shown, vrm.given_names(expressions))
+    named, said = target_names(gltf, shown, vrm.given_names(expressions))
     check_size(gltf, nodes, named)
     pieces = [read_mesh(gltf, index, title, worlds, named) for index, title in shown.items()]
     pieces = [piece for piece in pieces if len(piece.triangles)]
@@ -76,7 +86,22 @@ def read_document(name: str, gltf: Gltf) -> RawRig:
         names = named.get(mesh, ())
         return names[target] if 0 <= target < len(names) else None
 
-    return join(name, pieces, vrm.facing(gltf), vrm.note(expressions, blendshape))
+    told = sentences(vrm.note(expressions, blendshape), *said, default_weights(gltf, shown, named), hiding)
+    rig = replace(join(name, pieces, vrm.facing(gltf), told), left_out=left_out)
+    assert rig.meshes is not None
+    return weld_seams(rig, rig.meshes)
+
+
+def shown_meshes(gltf: Gltf) -> tuple[list[int], tuple[str, ...], str]:
+    """Nodes of the scene whose meshes belong to the rig, names of meshes left out, and the sentence about them."""
+    hidden = hidden_nodes(gltf)
+    nodes = [index for index in scene_nodes(gltf) if "mesh" in gltf.entry("nodes", index)]
+    title = titles(gltf, nodes)
+    counts = [target_count(mesh_of(gltf, gltf.entry("nodes", index)["mesh"])[1]) for index in nodes]
+    kept, left_out, told = choose(
+        [SceneMesh(printable(title[index]), index in hidden, k) for index, k in zip(nodes, counts, strict=True)]
+    )
+    return [index for index, belongs in zip(nodes, kept, strict=True) if belongs], left_out, told
 
 
 def mesh_of(gltf: Gltf, index: int) -> tuple[dict[str, Any], list[dict[str, Any]]]:
@@ -90,39 +115,80 @@ def mesh_of(gltf: Gltf, index: int) -> tuple[dict[str, Any], list[dict[str, Any]
     return mesh, surfaces
 
 
-def target_names(gltf: Gltf, shown: dict[int, str], given: dict[tuple[int, int], str]) -> dict[int, tuple[str, ...]]:
-    """Names of the morph targets of every mesh shown: the file's own, else VRM's, else target_0, target_1, ...
+def target_names(
+    gltf: Gltf, shown: dict[int, str], given: dict[tuple[int, int], str]
+) -> tuple[dict[int, tuple[str, ...]], list[str]]:
+    """Names of the morph targets of every mesh shown: the file's own, else VRM's, else target_0, target_1, ...; notes.
 
     Unnamed targets of equal number are the same blendshape only when all unnamed meshes have as many of them.
     """
     title = {gltf.entry("nodes", index)["mesh"]: name for index, name in reversed(shown.items())}
-    found = {index: own_names(*mesh_of(gltf, index)) for index in title}
+    said: list[str] = []
+    found = {index: own_names(gltf, *mesh_of(gltf, index), name, said) for index, name in title.items()}
     several = len({k for names, k in found.values() if names is None and k}) > 1
     named = {}
     for index, (names, k) in found.items():
         if names is None:
-            numbered = tuple(f"{title[index]}/target_{i}" if several else f"target_{i}" for i in range(k))
-            names = tuple(given.get((index, i), name) for i, name in enumerate(numbered))
-            names = names if len(set(names)) == k else numbered
-        named[index] = names
-    return named
+            plain = tuple(f"{title[index]}/target_{i}" if several else f"target_{i}" for i in range(k))
+            names = tuple(given.get((index, i), name) for i, name in enumerate(plain))
+            names = names if len(set(names)) == k else plain
+        named[index], told = numbered(names)
+        said.append(told)
+    return named, said
 
 
-def own_names(mesh: dict[str, Any], primitives: list[dict[str, Any]]) -> tuple[tuple[str, ...] | None, int]:
-    """Names of a mesh's morph targets, which exporters put in `extras`, and how many targets there are."""
-    counts = {len(primitive.get("targets", [])) for primitive in primitives}
+def target_count(primitives: list[dict[str, Any]]) -> int:
+    """How many morph targets a mesh has; primitives with fewer stand still in the last ones."""
+    return max((len(primitive.get("targets") or []) for primitive in primitives), default=0)
+
+
+def own_names(
+    gltf: Gltf, mesh: dict[str, Any], primitives: list[dict[str, Any]], title: str, said: list[str]
+) -> tuple[tuple[str, ...] | None, int]:
+    """Names of a mesh's morph targets, None where the file has none, and how many there are; notes go to `said`."""
+    k, problem = target_count(primitives), ""
+    counts = sorted({len(primitive.get("targets") or []) for primitive in primitives} - {0})
     if len(counts) > 1:
-        told = " and ".join(map(str, sorted(counts)[:5]))
-        raise RigError(f"has a mesh whose primitives have {told} morph targets: {AGAIN}")
-    k = counts.pop() if counts else 0
+        told = " and ".join(map(str, counts[:LISTED]))
+        said.append(f"parts of {printable(title)} have {told} blendshapes: what a part lacks does not move it")
+    for names in given_lists(gltf, mesh, primitives, k) if k else ():
+        fits, told = fitting(names, k, printable(title))
+        if fits is not None:
+            said.append(told)
+            return fits, k
+        problem = problem or told
+    said.append(problem)
+    return None, k
+
+
+def given_lists(gltf: Gltf, mesh: dict[str, Any], primitives: list[dict[str, Any]], k: int) -> Iterator[list[str]]:
+    """Lists of names that a file may hold for the k morph targets of a mesh, the likeliest to be right first.
+
+    Exporters put them into `extras` of the mesh or a primitive, some once for each primitive; others call the targets
+    themselves or their data so.
+    """
     for owner in (mesh, *primitives):
         names = (owner.get("extras") or {}).get("targetNames")
-        if names is not None and len(names) == k:
-            if len(set(names)) < k:
-                twice = next(name for name in names if names.count(name) > 1)
-                raise RigError(f"has two morph targets called '{twice}': give each its own name")
-            return tuple(str(name) for name in names), k
-    return None, k
+        if isinstance(names, list) and names:
+            found = [printable(name) for name in names]
+            repeated = len(found) > k and found == found[:k] * (len(found) // k)
+            yield found[:k] if repeated else found
+    for targets in (primitive.get("targets") or [] for primitive in primitives):
+        own = [(target.get("extras") or target.get("extra") or {}).get("name") for target in targets]
+        data = [gltf.entry("accessors", t["POSITION"]).get("name") if "POSITION" in t else None for t in targets]
+        for names in (own, data):
+            if len(names) == k == len(set(names)) and all(names) and not any(map(TECHNICAL.search, map(str, names))):
+                yield [printable(name) for name in names]
+
+
+def default_weights(gltf: Gltf, shown: dict[int, str], named: dict[int, tuple[str, ...]]) -> str:
+    """A sentence about weights of nodes, or else of their meshes, that are not 0 (3.7.2.2)."""
+    on: dict[str, float] = {}
+    for index in shown:
+        node = gltf.entry("nodes", index)
+        weights = node.get("weights") or gltf.entry("meshes", node["mesh"]).get("weights") or []
+        on |= {name: float(w) for name, w in zip(named[node["mesh"]], weights, strict=False) if w}
+    return left_on(on)
 
 
 def check_size(gltf: Gltf, nodes: list[int], named: dict[int, tuple[str, ...]]) -> None:
@@ -143,12 +209,12 @@ def check_size(gltf: Gltf, nodes: list[int], named: dict[int, tuple[str, ...]]) 
 
 def block_of(primitive: dict[str, Any]) -> str:
     """What tells sets of vertices apart, of which several primitives may use the same."""
-    targets = [target.get("POSITION") for target in primitive.get("targets", [])]
+    targets = [target.get("POSITION") for target in primitive.get("targets") or []]
     return json.dumps([primitive["attributes"], targets], sort_keys=True)
 
 
 def read_mesh(gltf: Gltf, index: int, title: str, worlds: Worlds, named: dict[int, tuple[str, ...]]) -> Piece:
-    """The mesh of node `index`, all its primitives in one, welded."""
+    """The mesh of node `index`, all its primitives in one."""
     node = gltf.entry("nodes", index)
     _, primitives = mesh_of(gltf, node["mesh"])
     names = named[node["mesh"]]
@@ -164,7 +230,7 @@ def read_mesh(gltf: Gltf, index: int, title: str, worlds: Worlds, named: dict[in
             blocks[block] = count
             count += v
             vertices.append(placed(gltf, M, attributes["POSITION"]) + M[:, :3, 3])
-            targets = [target.get("POSITION") for target in primitive.get("targets", [])]
+            targets = [target.get("POSITION") for target in primitive.get("targets") or []]
             deltas.append(np.zeros((len(names), v, 3), np.float32))
             for k, target in enumerate(targets):
                 if target is not None:
@@ -175,17 +241,13 @@ def read_mesh(gltf: Gltf, index: int, title: str, worlds: Worlds, named: dict[in
         corners.append(triangles + blocks[block])
         labels.append(np.full(len(triangles), materials.index(primitive.get("material"))))
     part_names = (title,) if len(materials) < 2 else tuple(f"{title}/{material_name(gltf, m)}" for m in materials)
-    return weld(
-        Piece(
-            vertices=np.concatenate(vertices),
-            triangles=np.concatenate(corners),
-            labels=np.concatenate(labels),
-            part_names=part_names,
-            names=names,
-            deltas=np.concatenate(deltas, axis=1),
-            source_index=np.arange(count),
-            count=count,
-        )
+    return Piece(
+        vertices=np.concatenate(vertices),
+        triangles=np.concatenate(corners),
+        labels=np.concatenate(labels),
+        part_names=part_names,
+        names=names,
+        deltas=np.concatenate(deltas, axis=1),
     )
 
 
@@ -219,33 +281,11 @@ def primitive_triangles(gltf: Gltf, primitive: dict[str, Any], v: int) -> Int[np
     return corners[np.stack([i, i + 1 + i % 2, i + 2 - i % 2], axis=1)]
 
 
-def weld(piece: Piece) -> Piece:
-    """The piece with vertices joined that share their place and all their motion, each called by its first number."""
-    if piece.count == 0:
-        return piece
-    rows = np.concatenate([piece.vertices[None].astype(np.float32), piece.deltas]).transpose(1, 0, 2)
-    rows = np.ascontiguousarray(rows.reshape(piece.count, -1)) + np.float32(0)  # + 0 makes -0 equal to 0
-    _, first, inverse = np.unique(rows.view(f"V{rows.shape[1] * 4}")[:, 0], return_index=True, return_inverse=True)
-    kept = np.sort(first)
-    welded = np.searchsorted(kept, first[inverse])
-    return Piece(
-        piece.vertices[kept],
-        welded[piece.triangles],
-        piece.labels,
-        piece.part_names,
-        piece.names,
-        piece.deltas[:, kept],
-        piece.source_index[kept],
-        piece.count,
-    )
-
-
 def join(name: str, pieces: list[Piece], facing: str, note: str) -> RawRig:
     """One rig of all pieces: parts and blendshapes of equal name are one."""
     names = tuple(dict.fromkeys(name for piece in pieces for name in piece.names))
     part_names = tuple(dict.fromkeys(name for piece in pieces for name in piece.part_names))
     starts = np.cumsum([0] + [len(piece.vertices) for piece in pieces])
-    firsts = np.cumsum([0] + [piece.count for piece in pieces])
     deltas = np.zeros((len(names), starts[-1], 3), dtype=np.float32)
     row = {blendshape: k for k, blendshape in enumerate(names)}
     for piece, start in zip(pieces, starts[:-1], strict=True):
@@ -262,11 +302,10 @@ def join(name: str, pieces: list[Piece], facing: str, note: str) -> RawRig:
         names=names,
         parts=parts,
         part_names=part_names,
-        source_index=np.concatenate([p.source_index + n for p, n in zip(pieces, firsts[:-1], strict=True)]).astype(
-            np.int32
-        ),
+        source_index=np.arange(starts[-1], dtype=np.int32),
         unit_mm=1000.0,
         up="+y",
         facing=facing,
         note=note,
+        meshes=np.repeat(np.arange(len(pieces), dtype=np.int32), np.diff(starts)),
     )

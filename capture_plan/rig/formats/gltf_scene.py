@@ -55,6 +55,23 @@ def scene_nodes(gltf: Gltf) -> list[int]:
     return found
 
 
+def hidden_nodes(gltf: Gltf) -> set[int]:
+    """Nodes that KHR_node_visibility hides, by themselves or by a node above them."""
+    nodes = gltf.document.get("nodes", [])
+    waiting = [
+        index
+        for index, node in enumerate(nodes)
+        if (node.get("extensions") or {}).get("KHR_node_visibility", {}).get("visible", True) is False
+    ]
+    found: set[int] = set()
+    while waiting:
+        index = waiting.pop()
+        if index not in found:
+            found.add(index)
+            waiting += gltf.entry("nodes", index).get("children", [])
+    return found
+
+
 def titles(gltf: Gltf, shown: list[int]) -> dict[int, str]:
     """What people call each mesh that is shown: its node's name, the mesh's, or that of nodes that hold it alone."""
     nodes = gltf.document.get("nodes", [])

@@ -16,6 +16,7 @@ import zipfile
 import numpy as np
 
 from capture_plan.errors import RigError
+from capture_plan.rig.formats.naming import numbered
 from capture_plan.rig.formats.raw import UNITS_MM, RawRig, vertex_parts
 from capture_plan.rig.formats.source import Source
 from capture_plan.rig.formats.zipped import DAMAGE, MOST_BYTES
@@ -53,16 +54,18 @@ def read_npz(path: Source) -> RawRig:
     source_index = arrays.get("source_index", np.arange(v))
     if source_index.shape != (v,) or source_index.dtype.kind not in "iu":
         raise RigError(f"{path.name}: 'source_index' is not one integer for each of {v:,} vertices: leave it out")
+    names, told = numbered([str(name) for name in arrays["names"].astype(str)])
     return RawRig(
         name=path.stem,
         neutral=arrays["vertices"].astype(np.float64),
         triangles=triangles.astype(np.int32),
         deltas=arrays["deltas"].astype(np.float32),
-        names=tuple(str(name) for name in arrays["names"].astype(str)),
+        names=names,
         parts=parts,
         part_names=part_names,
         source_index=source_index.astype(np.int32),
         unit_mm=UNITS_MM.get(str(arrays.get("units", "")).partition(" ")[0].strip().lower()),
+        note=told,
     )
 
 

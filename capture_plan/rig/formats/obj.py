@@ -15,13 +15,19 @@ from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
 from capture_plan.progress import track
+from capture_plan.rig.formats.naming import numbered
 from capture_plan.rig.formats.raw import RawRig, fan, vertex_parts
 from capture_plan.rig.formats.source import Source, folder_name, is_kind
 
 VERTEX = re.compile(rb"^[ \t]*v[ \t]+([^\n]*)", re.MULTILINE)
 FACE = re.compile(rb"^[ \t]*f[ \t][^\n]*", re.MULTILINE)
 STATEMENT = re.compile(rb"^[ \t]*(v|f|o|g|usemtl)(?:[ \t]+([^\n]*))?$", re.MULTILINE)
-NEUTRAL_WORDS = ("neutral", "base", "basis", "rest", "default", "mean")  # the best first
+NEUTRAL_WORDS = (  # the best first
+    *("neutral", "base", "basis", "rest", "default", "mean", "template", "reference"),
+    *("average", "neutre", "neutro", "neutrale"),
+)
+AROUND = "pose|mesh|face|head|shape|expression|model"  # what is written in one word with these: neutralpose, basemesh
+COMMA = re.compile(rb"(?<=\d),(?=\d)")
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,15 +70,17 @@ def read_obj_folder(folder: Source) -> RawRig:
     labels = np.repeat(faces.labels, faces.sizes - 2)
     triangles = fan(faces.corners, faces.sizes)
     parts, part_names = vertex_parts(triangles, labels, faces.part_names, len(neutral))
+    names, told = numbered([path.stem for path in shapes])
     return RawRig(
         name=folder_name(folder),
         neutral=neutral,
         triangles=triangles,
         deltas=deltas,
-        names=tuple(path.stem for path in shapes),
+        names=names,
         parts=parts,
         part_names=part_names,
         source_index=np.arange(len(neutral), dtype=np.int32),
+        note=told,
     )
 
 
@@ -87,11 +95,16 @@ def natural(path: Source) -> list[str | int]:
 
 
 def find_neutral(folder: Source, paths: list[Source]) -> Source:
-    """The file called after the neutral: by its whole name, or else by a word in it, the best word first."""
+    """The file called after the neutral: by its whole name, or else by a word in it, the best word first.
+
+    A word that stands in every file's name says nothing.
+    """
     kind = paths[0].suffix.lower()
+    said = {path: set(words(path.stem)) for path in paths}
+    common = set.intersection(*said.values()) if len(paths) > 2 else set()
     for whole in (True, False):
         for word in NEUTRAL_WORDS:
-            found = [p for p in paths if (p.stem.lower() == word if whole else word in words(p.stem))]
+            found = [p for p in paths if (p.stem.lower() == word if whole else word in said[p] - common)]
             if len(found) > 1:
                 listed = " and ".join(p.name for p in found[:3])
                 raise RigError(
@@ -101,14 +114,16 @@ def find_neutral(folder: Source, paths: list[Source]) -> Source:
             if found:
                 return found[0]
     raise RigError(
-        f"{folder.name}: none of {len(paths)} {kind[1:].upper()} files is called neutral, base, basis, rest "
-        f"or default: rename the neutral to neutral{kind}"
+        f"{folder.name}: none of {len(paths)} {kind[1:].upper()} files is called neutral, base, basis, rest, default, "
+        f"template or reference: rename the neutral to neutral{kind}"
     )
 
 
 def words(stem: str) -> list[str]:
-    """generic_neutral_mesh -> generic, neutral, mesh; headBase01 -> head, base."""
-    return [word.lower() for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+", stem)]
+    """generic_neutral_mesh -> generic, neutral, mesh; headBase01 -> head, base; neutralpose -> neutral."""
+    found = [word.lower() for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+", stem)]
+    joined = re.compile(rf"(?:{AROUND})?({'|'.join(NEUTRAL_WORDS)})(?:{AROUND})?")
+    return [match[1] if (match := joined.fullmatch(word)) else word for word in found]
 
 
 def load(path: Source) -> bytes:
@@ -130,7 +145,7 @@ def parse_vertices(data: bytes, path: Source) -> Float[np.ndarray, "v 3"]:
     if not any(map(bytes.strip, lines)):
         raise RigError(f"{path.name} has no vertices ('v' lines): it is not a Wavefront OBJ mesh, or it was cut off")
     try:
-        vertices = np.loadtxt(lines, ndmin=2, encoding="ascii")
+        vertices = np.loadtxt(with_points(lines), ndmin=2, encoding="ascii")
     except ValueError as error:
         number, line = first_bad_vertex(lines)
         raise RigError(
@@ -142,6 +157,13 @@ def parse_vertices(data: bytes, path: Source) -> Float[np.ndarray, "v 3"]:
     if not np.isfinite(vertices[:, :3]).all():
         raise RigError(f"{path.name} holds NaN or infinite coordinates: clean the mesh and export it again")
     return vertices[:, :3].copy()
+
+
+def with_points(lines: list[bytes]) -> list[bytes]:
+    """Lines of numbers with points for decimal commas, which some programs write in some countries."""
+    if any(b"." in line for line in lines) or not any(b"," in line for line in lines):
+        return lines
+    return [COMMA.sub(b".", line) for line in lines]
 
 
 def first_bad_vertex(lines: list[bytes]) -> tuple[int, str]:

@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_plan.errors import RigError
-from capture_plan.rig.formats.obj import Faces, find_neutral, natural
+from capture_plan.rig.formats.obj import COMMA, Faces, check_same_faces, find_neutral, natural
 from capture_plan.rig.formats.raw import RawRig
 from capture_plan.rig.formats.shapes import rig_of_shapes
 from capture_plan.rig.formats.source import Source, is_kind
@@ -60,7 +60,7 @@ def read_ply_folder(folder: Source) -> RawRig:
     paths = sorted((path for path in folder.iterdir() if is_kind(path, ".ply")), key=natural)
     neutral = find_neutral(folder, paths)
     shapes = [path for path in paths if path != neutral]
-    return rig_of_shapes(folder, neutral, shapes, read_faces(neutral), read_vertices)
+    return rig_of_shapes(folder, neutral, shapes, read_faces(neutral), read_vertices, check_shape_faces)
 
 
 def read_vertices(path: Source) -> Float[np.ndarray, "v 3"]:
@@ -73,6 +73,13 @@ def read_vertices(path: Source) -> Float[np.ndarray, "v 3"]:
     if not np.isfinite(vertices).all():
         raise RigError(f"{path.name} holds NaN or infinite coordinates: clean the mesh and export it again")
     return vertices
+
+
+def check_shape_faces(faces: Faces, neutral: Source, path: Source) -> None:
+    """RigError unless the blendshape at `path` joins its vertices as the neutral does, or has no faces at all."""
+    table = read_ply(path).get("face", {})
+    if any(len(table[name][0]) for name in CORNERS if name in table):
+        check_same_faces(faces, neutral, read_faces(path), path)
 
 
 def read_faces(path: Source) -> Faces:
@@ -135,6 +142,8 @@ def parse_header(text: str) -> tuple[str | None, list[Element]]:
 
 def read_text(body: bytes, elements: list[Element]) -> dict[str, Table]:
     """Elements of an ASCII file: numbers parted by any white space."""
+    if b"," in body and b"." not in body:  # decimal commas
+        body = COMMA.sub(b".", body)
     words = (match[0] for match in re.finditer(rb"\S+", body))
     numbers, at, tables = np.fromiter(map(float, words), np.float64), 0, {}
     for element in elements:

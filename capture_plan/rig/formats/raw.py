@@ -20,7 +20,8 @@ MOST_DISPLACEMENTS = 64_000_000  # (1 + k) v, 12 bytes each: 800 blendshapes of 
 class RawRig:
     """Arrays as in `Rig`, lengths in the file's unit; `unit_mm`, `up`, `facing` are the format's promise, if any.
 
-    `note` says in a sentence what a person should know of how the file was understood.
+    `note` says in a sentence what a person should know of how the file was understood; `left_out` names what of the
+    file is not part of the rig. `meshes` tells of which of the file's meshes a vertex is, where it has several.
     """
 
     name: str
@@ -35,6 +36,8 @@ class RawRig:
     up: str | None = None
     facing: str | None = None
     note: str = ""
+    left_out: tuple[str, ...] = ()
+    meshes: Int[np.ndarray, " v"] | None = None
 
     def __post_init__(self) -> None:
         check_blendshapes(self.name, self.neutral, self.triangles, self.deltas, self.names)

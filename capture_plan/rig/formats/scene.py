@@ -6,12 +6,13 @@ Result   `RawRig`, whose vertices are those of the meshes in a row, none joined 
 Letters: v vertices, f triangles, k blendshapes, i moved vertices.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
+from capture_plan.rig.formats.naming import printable
 from capture_plan.rig.formats.raw import RawRig, vertex_parts
 
 MOST_BYTES = 2**31  # of all deltas: 2 GB hold 300 blendshapes of 590,000 vertices; a lying file may ask for anything
@@ -58,6 +59,18 @@ def place_mesh(mesh: PlacedMesh, M: Float[np.ndarray, "4 4"]) -> PlacedMesh:
     )
 
 
+def place_vertices(mesh: PlacedMesh, M: Float[np.ndarray, "v 4 4"]) -> PlacedMesh:
+    """The mesh with each vertex under an affine map of its own, as bones place a skin."""
+    mirrored = len(M) > 0 and np.median(np.linalg.det(M[:, :3, :3])) < 0
+    shapes = {
+        name: Offsets(o.indices, np.einsum("iab,ib->ia", M[o.indices, :3, :3], o.values))
+        for name, o in mesh.blendshapes.items()
+    }
+    vertices = np.einsum("vab,vb->va", M[:, :3, :3], mesh.vertices) + M[:, :3, 3]
+    triangles = mesh.triangles[:, ::-1] if mirrored else mesh.triangles
+    return replace(mesh, vertices=vertices, triangles=triangles, blendshapes=shapes)
+
+
 def check_room(k: int, v: int) -> None:
     """RigError when the deltas of k blendshapes of v vertices would not fit in memory."""
     if 12 * k * v > MOST_BYTES:
@@ -92,13 +105,14 @@ def join_meshes(name: str, meshes: list[PlacedMesh], **promises: float | str | N
         parts=parts,
         part_names=part_names,
         source_index=np.concatenate([mesh.first + np.arange(len(mesh.vertices)) for mesh in meshes]).astype(np.int32),
+        meshes=np.repeat(np.arange(len(meshes), dtype=np.int32), np.diff(starts)),
         **promises,  # pyright: ignore[reportArgumentType]
     )
 
 
 def plain(name: str) -> str:
-    """A name as one line of text that can be shown."""
-    return "".join(c if c.isprintable() else " " for c in name).strip()
+    """A name as one line of text that can be shown, without spaces around it."""
+    return printable(name).strip()
 
 
 def check_corners(corners: Int[np.ndarray, " c"], v: int) -> None:

@@ -10,6 +10,7 @@ from jaxtyping import Float
 
 from capture_plan.errors import RigError
 from capture_plan.progress import track
+from capture_plan.rig.formats.naming import numbered
 from capture_plan.rig.formats.obj import Faces
 from capture_plan.rig.formats.raw import RawRig, fan, vertex_parts
 from capture_plan.rig.formats.source import Source, folder_name
@@ -21,8 +22,12 @@ def rig_of_shapes(
     shapes: list[Source],
     faces: Faces,
     read_vertices: Callable[[Source], Float[np.ndarray, "v 3"]],
+    check_faces: Callable[[Faces, Source, Source], None] | None = None,
 ) -> RawRig:
-    """The rig of a neutral and its blendshapes, called after their files; unit and axes are unknown."""
+    """The rig of a neutral and its blendshapes, called after their files; unit and axes are unknown.
+
+    `check_faces(faces, neutral, shape)` refuses a blendshape whose file joins its vertices into other faces.
+    """
     if not shapes:
         raise RigError(
             f"{folder_name(folder)} holds only a neutral, {neutral.name}: "
@@ -44,18 +49,22 @@ def rig_of_shapes(
                 f"{path.name} has {len(shape):,} vertices, the neutral {neutral.name} has {len(vertices):,}: "
                 "export both from the same mesh with its vertex order kept, or move it away if it is no blendshape"
             )
+        if check_faces:
+            check_faces(faces, neutral, path)
         deltas[k] = shape - vertices
     triangles = fan(faces.corners, faces.sizes)
     parts, part_names = vertex_parts(
         triangles, np.repeat(faces.labels, faces.sizes - 2), faces.part_names, len(vertices)
     )
+    names, told = numbered([path.stem for path in shapes])
     return RawRig(
         name=folder_name(folder),
         neutral=vertices,
         triangles=triangles,
         deltas=deltas,
-        names=tuple(path.stem for path in shapes),
+        names=names,
         parts=parts,
         part_names=part_names,
         source_index=np.arange(len(vertices), dtype=np.int32),
+        note=told,
     )

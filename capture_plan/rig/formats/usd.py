@@ -2,6 +2,7 @@
 
 The stage is opened by `usd_scene.py` in a process of its own, since a damaged file ends the process that opens it.
 Mesh         points, faces, its transform stack (with joints: the skeleton's, and the pose when bound), subsets as parts
+Hidden       invisible meshes, proxies and guides are left out and reported
 Blendshape   offsets, of all points or of those in pointIndices; in-betweens are left out and reported
 Unit, axes   metersPerUnit and upAxis; a face looks along +z where +y is up and along -y where +z is up, by habit
 
@@ -15,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +24,7 @@ import numpy as np
 from jaxtyping import Int
 
 from capture_plan.errors import RigError
+from capture_plan.rig.formats.naming import left_on, listed, numbered, sentences
 from capture_plan.rig.formats.raw import RawRig, fan
 from capture_plan.rig.formats.scene import (
     Offsets,
@@ -38,7 +41,6 @@ SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 PROGRAM = Path(__file__).with_name("usd_scene.py")
 SECONDS = 600.0
 FACING = {"Y": ("+y", "+z"), "Z": ("+z", "-y")}
-LISTED = 5  # names in a note
 ONE_THREAD = {"PXR_WORK_THREAD_LIMIT": "1", "OPENBLAS_NUM_THREADS": "1", "MALLOC_ARENA_MAX": "2"}  # spares memory
 
 
@@ -84,7 +86,11 @@ def unpack(source: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
 def build(name: str, scene: dict[str, Any], arrays: dict[str, np.ndarray]) -> RawRig:
     """The rig of a scene."""
     up, facing = FACING.get(scene["up"], (None, None))
-    return join_meshes(name, read_meshes(scene, arrays), unit_mm=unit(scene), up=up, facing=facing, note=note(scene))
+    said: list[str] = []
+    meshes = read_meshes(scene, arrays, said)
+    told = sentences(note(scene), *said, left_on({plain(name): w for name, w in scene["weights"].items()}))
+    rig = join_meshes(name, meshes, unit_mm=unit(scene), up=up, facing=facing, note=told)
+    return replace(rig, left_out=tuple(plain(name) for name in scene["left_out"]))
 
 
 def unit(scene: dict[str, Any]) -> float | None:
@@ -92,17 +98,19 @@ def unit(scene: dict[str, Any]) -> float | None:
     return scene["unit_mm"] if np.isfinite(scene["unit_mm"]) and scene["unit_mm"] > 0 else None
 
 
-def read_meshes(scene: dict[str, Any], arrays: dict[str, np.ndarray]) -> list[PlacedMesh]:
-    """All meshes of a scene, placed."""
+def read_meshes(
+    scene: dict[str, Any], arrays: dict[str, np.ndarray], said: list[str] | None = None
+) -> list[PlacedMesh]:
+    """All meshes of a scene, placed; sentences about their blendshapes go to `said`."""
     meshes, first = [], 0
     for mesh in scene["meshes"]:
-        meshes.append(read_mesh(mesh, arrays, first))
+        meshes.append(read_mesh(mesh, arrays, first, [] if said is None else said))
         first += len(meshes[-1].vertices)
     return meshes
 
 
-def read_mesh(mesh: dict[str, Any], arrays: dict[str, np.ndarray], first: int) -> PlacedMesh:
-    """One mesh of a scene, placed."""
+def read_mesh(mesh: dict[str, Any], arrays: dict[str, np.ndarray], first: int, said: list[str]) -> PlacedMesh:
+    """One mesh of a scene, placed; sentences about its blendshapes go to `said`."""
     points, sizes, corners = arrays[mesh["points"]], arrays[mesh["sizes"]][:, 0], arrays[mesh["corners"]][:, 0]
     title = plain(mesh["name"])
     if (sizes < 0).any() or sizes.sum() != len(corners):
@@ -113,23 +121,37 @@ def read_mesh(mesh: dict[str, Any], arrays: dict[str, np.ndarray], first: int) -
     labels, part_names = face_parts(mesh, title, arrays, len(sizes))
     kept = sizes >= 3
     triangles = fan(corners[np.repeat(kept, sizes)], sizes[kept])
-    blendshapes: dict[str, Offsets] = {}
-    for shape in mesh["blendshapes"]:
-        name, offsets = plain(shape["name"]), arrays[shape["offsets"]]
-        if name in blendshapes:
-            raise RigError(f"has two blendshapes called '{name}' on one mesh: give each its own name")
-        indices = np.arange(len(offsets)) if shape["indices"] is None else arrays[shape["indices"]][:, 0]
-        check_moved(name, indices, offsets, len(points))
-        blendshapes[name] = Offsets(indices, offsets)
     placed = PlacedMesh(
         vertices=points,
         triangles=triangles[:, ::-1] if mesh["left_handed"] else triangles,
         labels=np.repeat(labels[kept], sizes[kept] - 2),
         part_names=part_names,
         first=first,
-        blendshapes=blendshapes,
+        blendshapes=read_blendshapes(mesh, title, arrays, len(points), said),
     )
     return place_mesh(placed, np.array(mesh["matrix"]))
+
+
+def read_blendshapes(
+    mesh: dict[str, Any], title: str, arrays: dict[str, np.ndarray], v: int, said: list[str]
+) -> dict[str, Offsets]:
+    """Blendshapes of a mesh of `v` points; without offsets (normals alone) one moves nothing."""
+    shapes = [shape for shape in mesh["blendshapes"] if not shape["gone"]]
+    if gone := len(mesh["blendshapes"]) - len(shapes):
+        said.append(f"{gone} of {len(mesh['blendshapes'])} blendshapes that {title} is bound to are not in the file")
+    if shapes and shapes[0]["names"] != len(mesh["blendshapes"]):
+        told = f"{shapes[0]['names']} names for {len(mesh['blendshapes'])} blendshapes"
+        said.append(f"{title} has {told}, so those of the blendshapes themselves are used")
+    names, told = numbered([plain(shape["name"]) for shape in shapes])
+    said.append(told)
+    found: dict[str, Offsets] = {}
+    for name, shape in zip(names, shapes, strict=True):
+        offsets = arrays[shape["offsets"]]
+        indices = np.arange(len(offsets)) if shape["indices"] is None else arrays[shape["indices"]][:, 0]
+        indices = indices if len(offsets) else indices[:0]
+        check_moved(name, indices, offsets, v)
+        found[name] = Offsets(indices, offsets)
+    return found
 
 
 def face_parts(
@@ -157,10 +179,8 @@ def note(scene: dict[str, Any]) -> str:
     if between:
         said.append(f"in-between shapes were left out, so motion is a straight line here: {listed(list(between))}")
     if scene["left_out"]:
-        said.append(f"meshes not for the picture were left out: {listed([plain(name) for name in scene['left_out']])}")
+        said.append(f"meshes not for the picture were left out: {listed(map(plain, scene['left_out']))}")
+    if scene["kept"]:
+        names = listed(map(plain, scene["kept"]))
+        said.append(f"meshes not for the picture were kept, since no other mesh has blendshapes: {names}")
     return "; ".join(said)
-
-
-def listed(names: list[str]) -> str:
-    """The first few of the names, and how many more there are."""
-    return ", ".join(names[:LISTED]) + (f" and {len(names) - LISTED} more" if len(names) > LISTED else "")

@@ -100,26 +100,55 @@ def prims_of(stage: Any) -> list[Any]:
     return prims
 
 
-def meshes_of(prims: list[Any]) -> tuple[list[Any], list[str]]:
-    """Meshes that are for the picture, and what the others are called."""
-    meshes, left_out = [], []
-    for prim in prims:
-        if prim.IsA(UsdGeom.Mesh):
-            purpose = str(UsdGeom.Imageable(prim).ComputePurpose())
-            if purpose in ("proxy", "guide"):
-                left_out.append(f"{prim.GetName()} ({purpose})")
-            else:
-                meshes.append(prim)
-    return meshes, left_out
+def meshes_of(prims: list[Any]) -> tuple[list[Any], list[str], list[str]]:
+    """Meshes of the picture, what those left out are called, and what those that only had to be kept.
+
+    Invisible ones, proxies and guides are left out, unless no other mesh has blendshapes, or there is none.
+    """
+    meshes = [prim for prim in prims if prim.IsA(UsdGeom.Mesh)]
+    why = [hidden_as(prim) for prim in meshes]
+    shown = [prim for prim, reason in zip(meshes, why, strict=True) if not reason]
+    others = [f"{prim.GetName()} ({reason})" for prim, reason in zip(meshes, why, strict=True) if reason]
+    if not any(map(binds_shapes, shown)) and (any(map(binds_shapes, meshes)) or not shown):
+        return meshes, [], others
+    return shown, others, []
+
+
+def hidden_as(prim: Any) -> str:
+    """Why a mesh is not for the picture: "invisible", "proxy" or "guide", by itself or by what it lies in; else ""."""
+    image = UsdGeom.Imageable(prim)
+    if image.ComputeVisibility(Usd.TimeCode.EarliestTime()) == UsdGeom.Tokens.invisible:
+        return "invisible"
+    purpose = str(image.ComputePurpose())
+    return purpose if purpose in ("proxy", "guide") else ""
+
+
+def binds_shapes(prim: Any) -> bool:
+    """Whether a mesh has blendshapes."""
+    return bool(UsdSkel.BindingAPI(prim).GetBlendShapeTargetsRel().GetTargets())
 
 
 def read_stage(path: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """What the scene says, and the arrays that it names."""
     stage = Usd.Stage.Open(path)
-    return read_scene(stage, *meshes_of(prims_of(stage)))
+    prims = prims_of(stage)
+    scene, arrays = read_scene(stage, *meshes_of(prims))
+    return scene | {"weights": rest_weights(prims)}, arrays
 
 
-def read_scene(stage: Any, meshes: list[Any], left_out: list[str]) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+def rest_weights(prims: list[Any]) -> dict[str, float]:
+    """Weights of blendshapes that animations hold at all times, where they are not 0."""
+    found: dict[str, float] = {}
+    for one in (UsdSkel.Animation(prim) for prim in prims if prim.IsA(UsdSkel.Animation)):
+        names, weights = value(one.GetBlendShapesAttr()) or [], value(one.GetBlendShapeWeightsAttr()) or []
+        if not is_sampled(one.GetBlendShapeWeightsAttr()):
+            found |= {str(name): float(weight) for name, weight in zip(names, weights, strict=False) if weight}
+    return found
+
+
+def read_scene(
+    stage: Any, meshes: list[Any], left_out: list[str], kept: list[str]
+) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """The scene of these meshes at rest, and its arrays."""
     arrays: dict[str, np.ndarray] = {}
     places = UsdGeom.XformCache(Usd.TimeCode.EarliestTime())
@@ -128,6 +157,7 @@ def read_scene(stage: Any, meshes: list[Any], left_out: list[str]) -> tuple[dict
         "up": str(UsdGeom.GetStageUpAxis(stage)),
         "meshes": [read_mesh(prim, places, arrays) for prim in meshes],
         "left_out": left_out,
+        "kept": kept,
     }
     return scene, arrays
 
@@ -136,14 +166,14 @@ def read_take(path: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """What the stage says over time, and the arrays that it names."""
     stage = Usd.Stage.Open(path)
     prims = prims_of(stage)
-    meshes, left_out = meshes_of(prims)
+    meshes, left_out, kept = meshes_of(prims)
     moving = [prim for prim in meshes if is_sampled(UsdGeom.Mesh(prim).GetPointsAttr())]
     animations, notes = animations_of(prims)
     if animations:
         notes += ["the motion of its points is left out, since it has blendshape weights"] if moving else []
         return read_weights(stage, animations, notes)
     if moving:
-        return read_motion(stage, meshes, left_out)
+        return read_motion(stage, meshes, left_out, kept)
     raise UnusableError("has no motion, neither of points nor of blendshape weights: export it with its animation")
 
 
@@ -209,12 +239,14 @@ def read_weights(stage: Any, animations: list[Any], notes: list[str]) -> tuple[d
     return scene, {"weights": np.stack(list(columns.values()), axis=1)}
 
 
-def read_motion(stage: Any, meshes: list[Any], left_out: list[str]) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+def read_motion(
+    stage: Any, meshes: list[Any], left_out: list[str], kept: list[str]
+) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """The scene at rest; with the points (t v 3) of meshes that change, and the places (t 4 4) of all."""
     moving = [is_sampled(UsdGeom.Mesh(prim).GetPointsAttr()) for prim in meshes]
     sampled = [UsdGeom.Mesh(prim).GetPointsAttr() for prim, moves in zip(meshes, moving, strict=True) if moves]
     times, fps = frame_times(stage, sampled)
-    scene, arrays = read_scene(stage, meshes, left_out)
+    scene, arrays = read_scene(stage, meshes, left_out, kept)
     counts = [len(arrays[mesh["points"]]) for mesh in scene["meshes"]]
     check_room(len(times) * (12 * int(np.dot(counts, moving)) + 128 * len(meshes)))
     places = UsdGeom.XformCache()
@@ -281,20 +313,17 @@ def read_blendshapes(prim: Any, keep: Any) -> Any:
     """Blendshapes bound to a mesh: name, names of their arrays, weights of their in-betweens."""
     binding = UsdSkel.BindingAPI(prim)
     names, targets = value(binding.GetBlendShapesAttr()) or [], binding.GetBlendShapeTargetsRel().GetTargets()
-    if len(names) != len(targets):
-        raise UnusableError(
-            f"binds {len(targets)} blendshapes to {prim.GetName()} but names {len(names)}: export it again"
-        )
-    for name, target in zip(names, targets, strict=True):
+    fits = len(names) == len(targets)
+    for number, target in enumerate(targets):
         shape = UsdSkel.BlendShape(prim.GetStage().GetPrimAtPath(target))
-        if not shape:
-            raise UnusableError(f"has no blendshape at {target}, which {prim.GetName()} needs: export it again")
-        indices = value(shape.GetPointIndicesAttr())
+        offsets, indices = (value(shape.GetOffsetsAttr()), value(shape.GetPointIndicesAttr())) if shape else ([], [])
         yield {
-            "name": str(name),
-            "offsets": keep(value(shape.GetOffsetsAttr()), "f8", 3),
+            "name": str(names[number]) if fits else target.name,
+            "offsets": keep(offsets, "f8", 3),
             "indices": keep(indices, "i8", 1) if indices else None,
-            "between": [float(between.GetWeight() or 0) for between in shape.GetInbetweens()],
+            "between": [float(between.GetWeight() or 0) for between in shape.GetInbetweens()] if shape else [],
+            "gone": not shape,
+            "names": len(names),
         }
 
 

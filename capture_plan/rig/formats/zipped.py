@@ -72,4 +72,8 @@ def find_rig(root: zipfile.Path, is_rig: Callable[[zipfile.Path], bool]) -> zipf
         folders = [source for source in level if source.is_dir()]
         inside = [child for folder in folders for child in folder.iterdir()]
         level = sorted((s for s in inside if not s.name.startswith((".", "__MACOSX"))), key=lambda s: s.at)
+    if any(entry.lower().endswith((".target", ".target.gz")) for entry in root.root.namelist()):
+        raise RigError(
+            f"{name} holds .target files but not the mesh that they move: zip MakeHuman's base.obj with their folder"
+        )
     raise RigError(f"{name} holds no rig: zip a folder of OBJ files, or a .glb, .vrm, .fbx or .npz")

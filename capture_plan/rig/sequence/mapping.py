@@ -10,6 +10,7 @@ A blendshape is driven by the best of these alone: what comes later for the same
 Weights    w[t, k] = sum_c s[c, k] x[t, c] with the shares s; OpenFace's intensities, 0 to 5, have the share 1/5
 """
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -19,6 +20,7 @@ from jaxtyping import Float
 from capture_plan.errors import RigError
 from capture_plan.rig.name_map import NameMap
 from capture_plan.rig.recognise import INTENSITY, Recognised, recognise, recognise_all
+from capture_plan.rig.sequence.columns import plain
 
 INTENSITY_FULL = 5.0  # OpenFace: AU12_r runs from 0 to 5
 QUADRANTS = ("UL", "UR", "DL", "DR")  # of MetaHuman lips
@@ -44,6 +46,11 @@ class WeightMapping:
     left_out: tuple[tuple[str, str], ...]
     idle: tuple[str, ...]
 
+    @property
+    def columns(self) -> frozenset[str]:
+        """The columns that drive something."""
+        return frozenset(one.column for one in self.drives if one.share)
+
     def text(self) -> str:
         """The mapping as lines to read."""
         wide = max((len(one.column) for one in self.drives), default=0)
@@ -58,6 +65,24 @@ class WeightMapping:
             lines.append(f"nothing drives {', '.join(self.idle)}")
         return "\n".join(lines) + "\n"
 
+    def brief(self) -> tuple[str, ...]:
+        """The mapping in a few lines: what drives what, what drives nothing, what nothing drives."""
+        lines = []
+        for how in HOW:
+            some = [one for one in self.drives if one.how == how]
+            alike = [one for one in some if plain(one.column) == plain(one.blendshape)]
+            pairs = [f"{one.column} drives {one.blendshape}" for one in some if one not in alike]
+            if alike:
+                lines.append(f"{how} ({len(alike)}): {', '.join(one.column for one in alike)}")
+            if pairs:
+                lines.append(f"{how} ({len(pairs)}): {', '.join(pairs)}")
+        for why in dict.fromkeys(why for _, why in self.left_out):
+            columns = [column for column, reason in self.left_out if reason == why]
+            lines.append(f"left out ({len(columns)}), {why}: {', '.join(columns)}")
+        if self.idle:
+            lines.append(f"driven by nothing ({len(self.idle)}): {', '.join(self.idle)}")
+        return tuple(lines)
+
 
 def map_weights(
     columns: Sequence[str],
@@ -69,19 +94,20 @@ def map_weights(
 ) -> WeightMapping:
     """Which of `columns` drives which of the blendshapes `names`; `skipped` were left out by the reader already.
 
-    `scale` is what one unit of the columns is worth (0.01 where they are per cent). RigError when nothing fits.
+    `scale` is what one unit of the columns is worth (0.01 where they are per cent), but for OpenFace's intensities.
+    RigError when nothing fits.
     """
     offers = _offers(columns, names, mine)
     best: dict[str, int] = {}
     for _, blendshape, rank, _ in offers:
         best[blendshape] = min(rank, best.get(blendshape, NO_FIT))
-    drives, beaten, taken = [], {}, {}
+    drives, beaten, taken = [], {}, first_columns(offers, best)
     for column, blendshape, rank, share in offers:
-        first = taken.setdefault(blendshape, column) if rank == best[blendshape] else ""
+        first = taken.get(blendshape)
         if rank > best[blendshape] or (rank > 0 and share == 1 and first != column):
             beaten[column] = f"{blendshape} is driven by another column already"
             continue
-        worth = scale / INTENSITY_FULL if INTENSITY.fullmatch(column) else scale
+        worth = 1 / INTENSITY_FULL if INTENSITY.fullmatch(column) else scale
         drives.append(Drive(column, blendshape, share * worth, HOW[rank]))
     driving, driven = {drive.column for drive in drives}, {drive.blendshape for drive in drives}
     if not drives:
@@ -92,6 +118,16 @@ def map_weights(
     left_out = [*skipped]
     left_out += [(column, beaten.get(column) or _why(column, mine)) for column in columns if column not in driving]
     return WeightMapping(tuple(drives), tuple(left_out), tuple(name for name in names if name not in driven))
+
+
+def first_columns(offers: Sequence[tuple[str, str, int, float]], best: dict[str, int]) -> dict[str, str]:
+    """The column that drives a blendshape where several could: the one that drives fewest others, then the first."""
+    targets = Counter(column for column, *_ in offers)
+    taken: dict[str, str] = {}
+    for column, blendshape, rank, _ in sorted(offers, key=lambda offer: targets[offer[0]]):
+        if rank == best[blendshape]:
+            taken.setdefault(blendshape, column)
+    return taken
 
 
 def drive(
@@ -151,6 +187,8 @@ def _fit(column: Recognised, blendshape: Recognised) -> tuple[int, bool]:
 def _why(column: str, mine: NameMap | None) -> str:
     """Why a column drives nothing."""
     low = column.lower()
+    if low in ("_neutral", "neutral"):
+        return "it says how far the face is at rest"
     if mine is not None and column in mine.weights:
         return "your name map says so"
     if INTENSITY.fullmatch(column) and column.endswith("c"):

@@ -1,7 +1,8 @@
 """Reading a take: the reader for its format, then the rig's unit and axes, and the head held still.
 
-Meshes    a folder of numbered OBJ or PLY files, `.npz` (`meshes.py`); USD (`usd_take.py`)
-Weights   `.csv`, `.json`, `.npz` (`weights.py`) on a rig; `.glb`, `.gltf`, `.vrm` (`animation.py`), USD with their own
+Meshes    a folder of numbered OBJ or PLY files (`meshes.py`); `.npz`, `.npy` (`archive.py`); USD (`usd_take.py`)
+Weights   `.csv`, `.txt` (`delimited.py`), `.json` (`json_take.py`), `.npz` on a rig; `.glb`, `.gltf`, `.vrm`
+          (`animation.py`) and USD with their own. Whether they are per cent: `per_cent.py`
 Result    millimetres, +y up, facing +z. Meshes are laid onto the rig's neutral; without a rig, unit and axes are found
           from the frames themselves, as those of a rig are from its blendshapes
 """
@@ -12,6 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_plan.errors import RigError
+from capture_plan.progress import tell
 from capture_plan.rig.face.axes import axes_matrix
 from capture_plan.rig.face.frame import check_given, find_frame
 from capture_plan.rig.formats.raw import UNITS_MM, RawRig
@@ -19,19 +21,29 @@ from capture_plan.rig.formats.usd import SUFFIXES as USD
 from capture_plan.rig.name_map import NameMap
 from capture_plan.rig.neutral import read_neutral
 from capture_plan.rig.read import read_rig
+from capture_plan.rig.recognise import INTENSITY
 from capture_plan.rig.record import Rig
 from capture_plan.rig.sequence.animation import read_animation
+from capture_plan.rig.sequence.archive import read_archive, read_array
+from capture_plan.rig.sequence.delimited import read_csv
 from capture_plan.rig.sequence.frames import ChosenFrames, Frames, PosedFrames, evenly
+from capture_plan.rig.sequence.json_take import read_json
 from capture_plan.rig.sequence.mapping import drive, map_weights
-from capture_plan.rig.sequence.meshes import MeshTake, read_archive, read_folder
+from capture_plan.rig.sequence.meshes import MeshTake, read_folder
+from capture_plan.rig.sequence.per_cent import judge
 from capture_plan.rig.sequence.record import Sequence
 from capture_plan.rig.sequence.rigid import HeldFrames, hold, still_vertices, stillness
 from capture_plan.rig.sequence.usd_take import read_usd_take
-from capture_plan.rig.sequence.weights import WeightTable, read_csv, read_json
+from capture_plan.rig.sequence.weights import WeightTable
 
-TABLES = {".csv": read_csv, ".json": read_json}
+TABLES = {
+    **dict.fromkeys((".csv", ".tsv", ".tab", ".txt"), read_csv),
+    **dict.fromkeys((".json", ".jsonl", ".ndjson"), read_json),
+    ".npz": read_archive,
+    ".npy": read_array,
+}
 GLTF = (".glb", ".gltf", ".vrm")
-FORMATS = "a folder of numbered OBJ or PLY files, .npz, .csv, .json, .glb, .gltf or .usd"
+FORMATS = "a folder of numbered OBJ or PLY files, .npz, .npy, .csv, .txt, .json, .glb, .gltf or .usd"
 CONVERT = {
     ".abc": "Alembic, which no Python package reads: import it in Blender, export it as USD",
     ".fbx": "FBX, whose animation is not read here: export it as .glb with its shape keys' animation",
@@ -41,7 +53,6 @@ CONVERT = {
     ".c3d": "motion of markers, not of a mesh: export blendshape weights or meshes",
 }
 USUAL_FPS = 30.0
-PERCENT_ABOVE = 5.0  # a weight of 1 is full, and rigs are overdriven to 2 or so
 SAME_HEAD_MM = 0.5  # so near the rig's own neutral, a take shows the same head
 NO_FIT_MM = 25.0  # a person's head on another person's mesh is within 10; a mesh of another vertex order is beyond
 ORIENT_SAMPLE = 12  # frames that stand for blendshapes when unit and axes are looked for
@@ -78,10 +89,13 @@ def read_sequence(
     if isinstance(take, WeightTable):
         if rig is None and path.suffix.lower() in (*GLTF, *USD):
             rig = read_rig(path, unit_mm=unit_mm, up=up, facing=facing)
-        return drive_rig(path, take, rig, fps, name_map)
-    if rig is None:
-        return orient_take(path, take, neutral, fps, unit_mm, up, facing)
-    return lay_onto(path, take, rig, neutral, fps, unit_mm)
+        sequence = drive_rig(path, take, rig, fps, name_map)
+    elif rig is None:
+        sequence = orient_take(path, take, neutral, fps, unit_mm, up, facing)
+    else:
+        sequence = lay_onto(path, take, rig, neutral, fps, unit_mm)
+    tell(sequence.told())
+    return sequence
 
 
 def read_take(path: Path) -> WeightTable | MeshTake:
@@ -101,8 +115,6 @@ def read_take(path: Path) -> WeightTable | MeshTake:
         return read_animation(path)
     if suffix in USD:
         return read_usd_take(path)
-    if suffix == ".npz":
-        return read_archive(path)
     raise RigError(f"{path.name} is not a format that is read here: give {FORMATS}")
 
 
@@ -111,12 +123,14 @@ def drive_rig(path: Path, take: WeightTable, rig: Rig | None, fps: float | None,
     if rig is None:
         raise RigError(f"{path.name} holds weights, not meshes: give the rig that they drive")
     notes = [*take.notes]
-    ours = [not column.startswith("AU") for column in take.columns]
-    largest = float(np.abs(take.weights[:, ours]).max(initial=0))
-    scale = 0.01 if largest > PERCENT_ABOVE else 1.0
-    if scale != 1:
-        notes.append(f"weights reach {largest:.0f}: they are taken as per cent")
-    mapping = map_weights(take.columns, rig.names, mine=mine, skipped=take.skipped, scale=scale)
+    mapping = map_weights(take.columns, rig.names, mine=mine, skipped=take.skipped)
+    driving = [
+        c for c, column in enumerate(take.columns) if column in mapping.columns and not INTENSITY.fullmatch(column)
+    ]
+    verdict = judge([take.columns[c] for c in driving], take.weights[:, driving], written=take.written)
+    notes += [verdict.note] if verdict.note else []
+    if verdict.per_cent:
+        mapping = map_weights(take.columns, rig.names, mine=mine, skipped=take.skipped, scale=0.01)
     weights = drive(mapping, take.columns, rig.names, take.weights)
     rate = frame_rate(fps, take.fps, notes)
     return Sequence(path.stem, rig.neutral, rig.triangles, PosedFrames(rig, weights), rate, rig, mapping, tuple(notes))

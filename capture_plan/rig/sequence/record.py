@@ -62,6 +62,12 @@ class Sequence:
         """How many frames are held in memory at a time."""
         return max(1, int(CHUNK_BYTES / (24 * max(len(self.neutral), 1))))
 
+    def told(self) -> tuple[str, ...]:
+        """What was understood of the file, in lines: its length, its notes, and which weight drives what."""
+        frames = f"{self.name}: {len(self):,} frames, {self.fps:g} in a second"
+        mapped = [f"  {line}" for line in self.mapping.brief()] if self.mapping else []
+        return (frames, *(f"  note: {note}" for note in self.notes), *mapped)
+
     def chunks(self) -> Iterator[tuple[int, Float[np.ndarray, "t v 3"]]]:
         """(number of the first frame, frames) of one chunk after the other."""
         starts = range(0, len(self), self.chunk)

@@ -1,0 +1,73 @@
+"""What a blendshape does in ARKit's words, as its name says and its motion confirms: eyeBlinkLeft, jawRight.
+
+Rule   what moves a name says; which side and which way the motion says, where it is clear:
+       gaze        a name of in or out, or no known name, follows the eye that turns and its way (`gaze.py`)
+       sided       Left and Right are exchanged where three quarters of the movement lie on the other side
+       direction   jawLeft and jawRight are exchanged where the skin moves the other way
+       unclear     the name stands
+The subject's own sides throughout; a rig whose names are the viewer's sides is told by its motion.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+
+from capture_plan.rig.gaze import Gaze, gazes
+from capture_plan.rig.pairs import ONE_SIDED, laterality
+from capture_plan.rig.record import Rig
+
+DIRECTIONS = ("jawLeft", "jawRight", "mouthLeft", "mouthRight")  # where something moves, no side of the face
+OF_ONE_MIND = 0.5  # of the movement goes that way: jaws moved aside have 0.84 to 0.99, mouths 0.75 to 0.89
+OTHER = {"Left": "Right", "Right": "Left"}
+REMEMBERED = 8  # rigs of a session
+
+
+def arkit_by_motion(rig: Rig, name: str) -> str | None:
+    """ARKit's name for what blendshape `name` does; None where neither its name nor its motion tells."""
+    return _all(rig)[name]
+
+
+def base_name(arkit: str) -> str:
+    """ARKit's name without the side of the face: 'eyeBlink', but 'jawLeft', which says where the jaw moves."""
+    return arkit if arkit in DIRECTIONS else arkit.removesuffix("Left").removesuffix("Right")
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _all(rig: Rig) -> dict[str, str | None]:
+    looks, side = gazes(rig), dict(zip(rig.names, laterality(rig).tolist(), strict=True))
+    return {name: _confirmed(rig, name, looks.get(name), side[name]) for name in rig.names}
+
+
+def _confirmed(rig: Rig, name: str, gaze: Gaze | None, side: float) -> str | None:
+    said = rig.arkit(name)
+    if gaze is not None and gaze.eye and (said is None or said.startswith("eyeLook")):
+        return _look(gaze)
+    if said is None:
+        return None
+    if said in DIRECTIONS:
+        aside = _aside(rig, name)
+        moves = "Left" if aside > 0 else "Right"
+        return said if said.endswith(moves) or abs(aside) < OF_ONE_MIND else _exchanged(said)
+    moves = "Left" if side > 0 else "Right"
+    told = base_name(said) == said or said.endswith(moves) or abs(side) < ONE_SIDED
+    return said if told else _exchanged(said)
+
+
+def _look(gaze: Gaze) -> str:
+    side = "Left" if gaze.eye > 0 else "Right"
+    if gaze.way in ("up", "down"):
+        return f"eyeLook{gaze.way.capitalize()}{side}"
+    return f"eyeLook{'Out' if gaze.way == side.lower() else 'In'}{side}"
+
+
+def _exchanged(arkit: str) -> str:
+    word = "Left" if arkit.endswith("Left") else "Right"
+    return arkit.removesuffix(word) + OTHER[word]
+
+
+def _aside(rig: Rig, name: str) -> float:
+    """Mean of the movement's direction to the subject's left, from 1 to -1, as the skin moves."""
+    k = rig.names.index(name)
+    length = np.where(rig.skin, rig.displacement[k], 0).astype(float)
+    # sum |d|^2 (d_x / |d|) / sum |d|^2
+    return float(length @ rig.deltas[k, :, 0] / max(float((length**2).sum()), 1e-12))

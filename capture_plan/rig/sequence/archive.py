@@ -1,0 +1,152 @@
+"""Takes as NumPy arrays: an NPZ archive, or one NPY array of frames.
+
+Meshes   frames (t v 3), also called vertices, verts, ...; without a rig faces (f 3); with or without neutral (v 3),
+         fps, units. NPY: frames (t v 3), or (t 3v) in a row, as tools for talking heads save them
+Weights  weights (t c), names (c), fps
+Frames that hold no numbers, or whose vertices all lie in one place, have no face: left out and counted.
+"""
+
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from capture_plan.errors import RigError
+from capture_plan.rig.formats.raw import UNITS_MM
+from capture_plan.rig.sequence.frames import StoredFrames
+from capture_plan.rig.sequence.meshes import MeshTake
+from capture_plan.rig.sequence.rows import Rows, have, some_of, table_of, were
+from capture_plan.rig.sequence.weights import WeightTable, rate_of
+
+FRAME_NAMES = ("frames", "vertices", "verts", "v", "vertex", "positions", "points", "meshes")
+NEUTRAL_NAMES = ("neutral", "template", "v_template", "vertices", "verts", "v")
+FACE_NAMES = ("faces", "triangles", "f", "tris")
+COLUMN_NAMES = ("names", "columns", "blendshapes", "blendshape_names")
+MOST_BYTES = 3 << 29  # 1.6 GB: 5,000 frames of 26,719 vertices in float32
+FEWEST_VERTICES = 100  # fewer in a row of numbers are weights without names
+CHUNK = 64  # frames looked through at once
+DAMAGE = (ValueError, EOFError, OSError, zipfile.BadZipFile, NotImplementedError, RuntimeError, SyntaxError)
+
+
+def read_archive(path: Path) -> MeshTake | WeightTable:
+    """The take in an NPZ archive: meshes or weights. RigError where it is neither."""
+    if not zipfile.is_zipfile(path):
+        raise RigError("is not an NPZ archive, or it was cut off: save it again with np.savez")
+    arrays = {}
+    try:
+        with zipfile.ZipFile(path) as archive:
+            sizes = {name: declared(archive, name) for name in archive.namelist() if name.endswith(".npy")}
+            check_size(sum(sizes.values()))
+            for name in sizes:
+                with archive.open(name) as file:
+                    arrays[name.removesuffix(".npy")] = np.lib.format.read_array(file, allow_pickle=False)
+    except DAMAGE as error:
+        raise RigError(
+            f"holds an array that cannot be read ({str(error)[:80]}): save it again with np.savez"
+        ) from error
+    return from_arrays(arrays) if "weights" in arrays else stored(arrays)
+
+
+def read_array(path: Path) -> MeshTake:
+    """The meshes in one NPY array, read where they are asked for. RigError where it holds none."""
+    check_size(path.stat().st_size)
+    try:
+        frames = np.load(path, mmap_mode="r", allow_pickle=False)
+    except DAMAGE as error:
+        raise RigError(f"is no NumPy array of numbers ({str(error)[:80]}): save it again with np.save") from error
+    if frames.ndim == 2 and frames.shape[1] % 3 == 0 and frames.shape[1] >= 3 * FEWEST_VERTICES:
+        frames = frames.reshape(len(frames), -1, 3)
+    if not is_frames(frames):
+        raise RigError(f"holds an array {frames.shape} of {frames.dtype}, expected frames (t, v, 3): save meshes")
+    kept, notes = kept_frames(frames)
+    return MeshTake(kept, None, None, notes=notes)
+
+
+def check_size(count: int) -> None:
+    """RigError where arrays of so many bytes are too large."""
+    if count > MOST_BYTES:
+        told = f"{count / 1e9:.1f} GB of arrays, more than {MOST_BYTES / 1e9:.1f} GB"
+        raise RigError(f"holds {told}: save the frames as float32, or cut the take into parts")
+
+
+def stored(arrays: Mapping[str, np.ndarray]) -> MeshTake:
+    """The meshes in an archive's arrays."""
+    name = frames_in(arrays)
+    if name is None:
+        found = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())[:160] or "nothing"
+        raise RigError(f"has {found}, expected one 'frames' (t, v, 3), or 'weights' (t, k) and 'names'")
+    frames = arrays[name]
+    faces = next((arrays[key] for key in FACE_NAMES if key in arrays), None)
+    neutral = next((arrays[key] for key in NEUTRAL_NAMES if key in arrays and key != name), None)
+    if neutral is not None and neutral.shape != frames.shape[1:]:
+        raise RigError(f"has a neutral of the shape {neutral.shape} for frames {frames.shape}: save both of one mesh")
+    if faces is not None and (faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu"):
+        raise RigError(f"has 'faces' of the shape {faces.shape}, expected (f, 3) of integers: split polygons")
+    if faces is not None and faces.size and not 0 <= faces.min() <= faces.max() < frames.shape[1]:
+        raise RigError(f"has a face that uses vertex {faces.max():,} of {frames.shape[1]:,}: count from 0")
+    kept, notes = kept_frames(frames)
+    return MeshTake(
+        kept,
+        triangles=None if faces is None else faces.astype(np.int32),
+        neutral=None if neutral is None else neutral.astype(np.float64),
+        fps=rate_of(arrays),
+        unit_mm=UNITS_MM.get(str(arrays.get("units", "")).strip("[]'\" ").partition(" ")[0].lower()),
+        notes=notes,
+    )
+
+
+def frames_in(arrays: Mapping[str, np.ndarray]) -> str | None:
+    """The name of the array of frames: a usual one, else the only one of that shape."""
+    likely = [name for name, array in arrays.items() if is_frames(array)]
+    usual = [name for name in FRAME_NAMES if name in likely]
+    return usual[0] if usual else likely[0] if len(likely) == 1 else None
+
+
+def is_frames(array: np.ndarray) -> bool:
+    """Whether an array has the shape of frames."""
+    return array.ndim == 3 and array.shape[2] == 3 and array.shape[0] > 0 and array.dtype.kind == "f"
+
+
+def kept_frames(frames: Float[np.ndarray, "t v 3"]) -> tuple[StoredFrames, tuple[str, ...]]:
+    """Frames with a face, and a note on those without. RigError where none has one."""
+    lost = ~with_face(frames)
+    if lost.all():
+        raise RigError("has no frame of finite vertices: save it again")
+    if not lost.any():
+        return StoredFrames(frames), ()
+    return StoredFrames(frames[~lost]), (f"{some_of(lost, 'frames')} {have(lost)} no face and {were(lost)} left out",)
+
+
+def with_face(frames: Float[np.ndarray, "t v 3"]) -> Bool[np.ndarray, " t"]:
+    """Which frames are finite and not all in one place."""
+    found = []
+    for start in range(0, len(frames), CHUNK):
+        some = np.asarray(frames[start : start + CHUNK])
+        found.append(np.isfinite(some).all(axis=(1, 2)) & (some != some[:, :1]).any(axis=(1, 2)))
+    return np.concatenate(found)
+
+
+def from_arrays(arrays: Mapping[str, np.ndarray]) -> WeightTable:
+    """The table in an archive's arrays `weights`, `names` and `fps`."""
+    weights, names = arrays["weights"], next((arrays[name] for name in COLUMN_NAMES if name in arrays), None)
+    if names is None or names.ndim != 1 or names.dtype.kind not in "US":
+        raise RigError("has 'weights' but no list of text 'names': save both")
+    if weights.ndim != 2 or weights.dtype.kind not in "fiu" or weights.shape[1] != len(names) or not weights.size:
+        raise RigError(f"has 'weights' of the shape {weights.shape} for {len(names)} names: save them as (t, c)")
+    x = weights.astype(np.float64)
+    x[~np.isfinite(x)] = np.nan
+    columns = tuple(str(name) for name in names)
+    return table_of(Rows(columns, x, np.zeros(len(x), dtype=bool), {}), rate_of(arrays))
+
+
+def declared(archive: zipfile.ZipFile, name: str) -> int:
+    """How many bytes an array of the archive says that it has, before any of it is read."""
+    with archive.open(name) as file:
+        version = np.lib.format.read_magic(file)
+        header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        shape, _, dtype = header(file)
+    if dtype.hasobject:
+        raise RigError(f"holds pickled objects in '{name.removesuffix('.npy')}', which are never loaded: save numbers")
+    return int(np.prod([float(n) for n in shape])) * dtype.itemsize

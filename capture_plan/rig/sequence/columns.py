@@ -1,0 +1,67 @@
+"""What the columns of a take are beside its weights: clocks, counters, and whether a face was tracked.
+
+Names are compared in small letters without separators: timestamp_ms, timestampMs and "Timestamp (ms)" are one.
+"""
+
+import re
+from functools import lru_cache
+
+CODE = re.compile("timecode|tc|smpte|smptetimecode")
+TIME = re.compile(
+    r"(?:t|(?:frame|elapsed|capture|device|video)?time(?:stamp)?|seconds|secs?|ms|msecs?|millis)"
+    r"(?P<unit>s|secs?|seconds|ms|msecs?|millis|milliseconds|us|usecs?|micros|microseconds|ns|nsecs?|nanoseconds)?"
+)
+COUNT = re.compile("frame|frames|frame(?:number|num|no|index|idx|id|count)|index|idx|sample|row|number|nr")
+TRACKED = re.compile("success|tracked|istracked|facetracked|facedetected|detected|hasface|facefound|valid|isvalid")
+FACE = re.compile("faceid|personid|trackid|faceindex")
+WEIGHTS = re.compile("blendshapecount")
+OTHER = re.compile("confidence|version|width|height")
+KINDS = {
+    "code": CODE,
+    "time": TIME,
+    "count": COUNT,
+    "tracked": TRACKED,
+    "face": FACE,
+    "weights": WEIGHTS,
+    "other": OTHER,
+}
+SECONDS = {"s": 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9}  # by the first letter of a unit's name
+MANY = 4096  # names remembered: every frame of a JSON file repeats them
+PLACES = re.compile(r"(gaze|eye_lmk|pose|p)_|[xyzXYZ]_\d")  # OpenFace's directions, landmarks and head
+
+
+@lru_cache(MANY)
+def plain(name: str) -> str:
+    """A name in small letters, without separators."""
+    return re.sub(r"[^a-z0-9]", "", name.lower())
+
+
+@lru_cache(MANY)
+def kind_of(name: str) -> str | None:
+    """What a column is by its name: one of `KINDS`; None where it may be a weight."""
+    return next((kind for kind, names in KINDS.items() if names.fullmatch(plain(name))), None)
+
+
+@lru_cache(MANY)
+def unit_of(name: str) -> float | None:
+    """Seconds in the unit that a clock's name tells: 0.001 of timestamp_ms; None where it tells none."""
+    short = plain(name)
+    match = TIME.fullmatch(short)
+    if match is None:
+        return None
+    unit = match["unit"] or (short if short.startswith(("ms", "milli", "sec")) else "")
+    return (
+        SECONDS["m" if unit.startswith("mi") and not unit.startswith("mic") else unit.replace("mic", "u")[:1]]
+        if unit
+        else None
+    )
+
+
+@lru_cache(MANY)
+def why_not(name: str) -> str | None:
+    """Why a column of numbers cannot be a weight; None where it can."""
+    if not name:
+        return "it has no name"
+    if kind_of(name):
+        return "it is no weight"
+    return "it is a place or a direction of OpenFace, no weight" if PLACES.match(name) else None

@@ -1,0 +1,201 @@
+"""Tables of text: delimiter, decimal sign, line of names and rows of numbers, found from the whole file.
+
+Delimiter   of comma, semicolon, tab and bar the one that cuts the line of names into as many fields as most of some
+            rows taken evenly from the whole file; what "sep=" says counts where two do equally well
+Decimal     a comma where more of the cells that are numbers have one than a full stop
+Names       of the first lines the one that fits the rows best and is mostly text; what stands before is left out
+Rows        parsed by NumPy in blocks; a block with a cell that is no number, cell by cell. A row too short or too long
+            is damaged, unless what is missing are all of its weights: then it holds no face
+
+    Timecode,BlendshapeCount,EyeBlinkLeft,...              Live Link Face
+    frame, face_id, timestamp, confidence, success, ..., AU01_r, ..., AU01_c, ...      OpenFace
+"""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from capture_plan.errors import RigError
+from capture_plan.rig.sequence.clock import Timing, timing_of
+from capture_plan.rig.sequence.columns import kind_of, unit_of, why_not
+from capture_plan.rig.sequence.face_cap import as_table, is_face_cap
+from capture_plan.rig.sequence.frames import evenly
+from capture_plan.rig.sequence.rows import Rows, table_of
+from capture_plan.rig.sequence.text import Lines, TextTable, lines_of, split, text_of
+from capture_plan.rig.sequence.weights import WeightTable
+
+DELIMITERS = (",", ";", "\t", "|")
+FIRST = 12  # lines among which the names are looked for
+SAMPLE = 200  # rows that tell delimiter, decimal sign and which columns are numbers
+BLOCK = 4096  # rows parsed at once
+NOTHING = ("", "nan", "null", "none", "n/a", "na", "-")  # in a cell
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
+COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)(e[+-]?\d+)?", re.IGNORECASE)
+
+
+def read_csv(path: Path) -> WeightTable:
+    """The frames of a table of text. RigError that names the row where it is none."""
+    lines = lines_of(*text_of(path))
+    return weights_of(as_table(lines) if is_face_cap(lines.texts) else find_table(lines))
+
+
+def weights_of(table: TextTable) -> WeightTable:
+    """The weights among the columns of a table, in the rows that hold a face."""
+    if len(set(table.names) - {""}) < len([name for name in table.names if name]):
+        twice = next(name for name in table.names if name and table.names.count(name) > 1)
+        raise RigError(f"has two columns '{twice}': give each its own name")
+    numeric = numeric_columns(table)
+    reasons = [why_not(name) or ("" if good else "it holds text, not numbers")
+               for name, good in zip(table.names, numeric, strict=True)]  # fmt: skip
+    chosen = [c for c, reason in enumerate(reasons) if not reason]
+    if not chosen:
+        raise RigError(f"has no column of numbers besides {', '.join(table.names[:4])}: export the weights")
+    x, faults = parse(table, chosen)
+    lost, other = lost_rows(table, x)
+    timing = timing_in(table)
+    skipped = [(name or "a column without a name", reason)
+               for name, reason in zip(table.names, reasons, strict=True) if reason]  # fmt: skip
+    rows = Rows(tuple(table.names[c] for c in chosen), x, lost, faults)
+    return table_of(rows, timing.fps, skipped, (*table.notes, *other, *timing.notes), table.percent)
+
+
+def find_table(lines: Lines) -> TextTable:
+    """The table in these lines. RigError where they are none."""
+    if len(lines.texts) < 2:
+        raise RigError("has no frames: it needs a line of names and one line for each frame")
+    delimiter, first = find_header(lines)
+    names = [name.strip().strip('"') for name in split(lines.texts[first], delimiter)]
+    while len(names) > 1 and not names[-1]:
+        names.pop()
+    rows, notes = lines.texts[first + 1 :], lines.notes
+    if first:
+        notes = (*notes, f"the {first} lines before the line of names are left out")
+    some = [split(rows[t], delimiter) for t in evenly(len(rows), SAMPLE)]
+    cells = [cell.strip().removesuffix("%").strip() for fields in some for cell in fields]
+    commas = sum(bool(COMMA.fullmatch(cell)) for cell in cells)
+    return TextTable(
+        names=tuple(names),
+        rows=rows,
+        numbers=lines.numbers[first + 1 :],
+        delimiter=delimiter,
+        comma=commas > sum("." in cell and bool(NUMBER.fullmatch(cell)) for cell in cells),
+        percent=any(cell.strip().endswith("%") for fields in some for cell in fields),
+        notes=notes,
+    )
+
+
+def find_header(lines: Lines) -> tuple[str, int]:
+    """The delimiter, and which line holds the names."""
+    best, found = (-1.0, 0), ("\t", 0)
+    for first in range(min(FIRST, len(lines.texts) - 1)):
+        for delimiter in DELIMITERS:
+            fields = split(lines.texts[first], delimiter)
+            words = sum(bool(field.strip()) and not NUMBER.fullmatch(field.strip()) for field in fields)
+            if len(fields) < 2 or 2 * words < len(fields):
+                continue
+            rows = lines.texts[first + 1 :]
+            counts = [len(split(rows[t], delimiter)) for t in evenly(len(rows), SAMPLE)]
+            share = np.mean([abs(count - len(fields)) <= (count > len(fields)) for count in counts])
+            score = (float(share) + 0.1 * (delimiter == lines.delimiter), len(fields))
+            if score > best:
+                best, found = score, (delimiter, first)
+    if NUMBER.fullmatch(lines.texts[found[1]].strip().split(found[0])[0].strip()) and best[0] < 0:
+        raise RigError("has no line of names above its numbers: export the take with names")
+    return found
+
+
+def numeric_columns(table: TextTable) -> list[bool]:
+    """Columns whose cells are mostly numbers, by some rows taken evenly from all."""
+    some = [table.cells(table.rows[t]) for t in evenly(len(table.rows), SAMPLE)]
+    columns = [
+        [fields[c] for fields in some if len(fields) > c and fields[c].strip().lower() not in NOTHING]
+        for c in range(len(table.names))
+    ]
+    return [2 * int(np.isfinite([to_number(cell) for cell in cells]).sum()) >= len(cells) for cells in columns]
+
+
+def parse(table: TextTable, chosen: Sequence[int]) -> tuple[Float[np.ndarray, "t c"], dict[int, str]]:
+    """Numbers of the chosen columns in all rows, NaN where there is none, and what is wrong with a row."""
+    x, faults = np.full((len(table.rows), len(chosen)), np.nan), {}
+    whole = len(table.names) - 1
+    for start in range(0, len(table.rows), BLOCK):
+        block = table.rows[start : start + BLOCK]
+        even = np.array([row.count(table.delimiter) == whole for row in block])
+        if even.all():
+            x[start : start + len(block)] = numbers(table, block, chosen)
+            continue
+        fine = np.flatnonzero(even)
+        if len(fine):
+            x[start + fine] = numbers(table, [block[t] for t in fine], chosen)
+        for t in np.flatnonzero(~even).tolist():
+            x[start + t], fault = uneven(table, start + t, chosen)
+            faults |= {start + t: fault} if fault else {}
+    x[~np.isfinite(x)] = np.nan
+    return x, faults
+
+
+def numbers(table: TextTable, rows: Sequence[str], chosen: Sequence[int]) -> Float[np.ndarray, "t c"]:
+    """Numbers of rows with as many fields as there are names."""
+    texts = [row.replace(",", ".") for row in rows] if table.comma and table.delimiter != "," else rows
+    texts = [row.replace("%", "") for row in texts] if table.percent else texts
+    try:
+        return np.loadtxt(texts, delimiter=table.delimiter, usecols=chosen, comments=None, quotechar='"', ndmin=2)
+    except ValueError:  # a cell without a number
+        cells = [split(row, table.delimiter) for row in rows]
+        return np.array([[to_number(fields[c]) for c in chosen] for fields in cells])
+
+
+def uneven(table: TextTable, t: int, chosen: Sequence[int]) -> tuple[Float[np.ndarray, " c"], str]:
+    """A row with another number of delimiters: its numbers, and what is wrong where it is neither whole nor empty."""
+    fields = table.cells(table.rows[t])
+    x = np.array([to_number(fields[c]) if c < len(fields) else np.nan for c in chosen])
+    whole = len(fields) == len(table.names) or not np.isfinite(x).any()
+    told = f"line {table.numbers[t]:,} has {len(fields)} values, expected {len(table.names)}"
+    commas = table.delimiter == "," and len(fields) > len(table.names)
+    return x, "" if whole else told + (", decimal commas between commas?" if commas else "")
+
+
+def to_number(cell: str) -> float:
+    """The number in a cell, with a full stop or a comma; NaN where there is none."""
+    text = cell.strip().strip('"').removesuffix("%").strip()
+    try:
+        return float(text)
+    except ValueError:
+        return float(text.replace(",", ".")) if COMMA.fullmatch(text) else np.nan
+
+
+def lost_rows(table: TextTable, x: Float[np.ndarray, "t c"]) -> tuple[Bool[np.ndarray, " t"], tuple[str, ...]]:
+    """Rows in which the tracker says that it failed or that it has no weights, and rows of other faces.
+
+    A column that says so of every row says nothing.
+    """
+    lost, notes = np.zeros(len(x), dtype=bool), []
+    for c, name in enumerate(table.names):
+        kind = kind_of(name)
+        if kind in ("tracked", "weights"):
+            failed = np.array([cell.strip().lower() in ("0", "0.0", "false", "no") for cell in table.column(c)])
+            failed &= kind == "tracked" or ~np.nan_to_num(x).any(axis=1)
+            lost |= failed & ~failed.all()
+        elif kind == "face":
+            ids = np.array([to_number(cell) for cell in table.column(c)])
+            values, counts = np.unique(ids[np.isfinite(ids)], return_counts=True)
+            if len(values) > 1:
+                other = np.isfinite(ids) & (ids != values[counts.argmax()])
+                lost |= other
+                notes.append(f"{other.sum():,} rows are of other faces than number {values[counts.argmax()]:g}")
+    return lost, tuple(notes)
+
+
+def timing_in(table: TextTable) -> Timing:
+    """The timing that the columns tell: timecodes first, then times."""
+    timings = [
+        timing_of(table.column(c), unit_of(name))
+        for kind in ("code", "time")
+        for c, name in enumerate(table.names)
+        if kind_of(name) == kind
+    ]
+    told = [timing for timing in timings if timing.fps is not None]
+    return next(iter((*told, *timings)), Timing(None))

@@ -1,0 +1,170 @@
+"""Recorded weights as JSON documents: where the frames are, in the dialects of many tools (`json_frames.py`: a frame).
+
+Frames     a list at the top, or below "frames", "data", ...; or a line for each frame (JSON lines)
+Numbered   {"0": frame, "1": frame, ...} or {"0.033": frame, ...}
+Columns    {name: [weight, ...], ...}
+One        a single frame
+Parts of a document are decoded one at a time, when they are needed.
+"""
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from capture_plan.errors import RigError
+from capture_plan.rig.sequence.clock import timing_of
+from capture_plan.rig.sequence.columns import kind_of, plain, unit_of, why_not
+from capture_plan.rig.sequence.json_frames import SHAPE_KEYS, Recording, is_category, is_number
+from capture_plan.rig.sequence.rows import Rows, table_of
+from capture_plan.rig.sequence.text import text_of
+from capture_plan.rig.sequence.weights import WeightTable
+
+NAME_KEYS = ("names", "facsnames", "blendshapenames", "columns", "posenames")
+FRAME_KEYS = ("frames", "weights", "weightmat", "data", "values", "results", "samples", "blendshapes")
+RATE_KEYS = ("fps", "exportfps", "framerate", "samplerate")
+HEAD_KEYS = ("metadata", "meta", "info", "header", "settings", "data", "take", "recording")
+NO_NUMBER = re.compile(r"(?<=[\[:,\s])(?:NaN|-?Infinity)(?=\s*[,\]}])")
+NUMBERED = re.compile(r"\D*(\d+(?:\.\d+)?)\D*")
+Document = list[msgspec.Raw] | dict[str, msgspec.Raw]
+Dialect = Callable[[Document], WeightTable | None]
+UNREADABLE = (msgspec.DecodeError, ValueError, RecursionError)
+
+
+def read_json(path: Path) -> WeightTable:
+    """The frames of a JSON file. RigError where it holds no weights that can be told."""
+    text, notes = text_of(path)
+    document = decode(text)
+    for dialect in DIALECTS:
+        if table := dialect(document):
+            return replace(table, notes=(*notes, *table.notes))
+    raise RigError('holds no weights: expected frames such as {"blendShapes": {"jawOpen": 0.5}}')
+
+
+def decode(text: str) -> Document:
+    """The parts of a document, each still undecoded; of JSON lines, the lines. RigError where it is neither."""
+    problem: Exception | None = None
+    for some in (text, NO_NUMBER.sub("null", text) if "NaN" in text or "Infinity" in text else text):
+        try:
+            return msgspec.json.decode(some, type=Document)
+        except UNREADABLE as error:
+            problem = error
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    if len(lines) > 1 and all(line[0] in "[{" and line[-1] in "]}" for line in lines[:3]):
+        return [msgspec.Raw(NO_NUMBER.sub("null", line).encode()) for line in lines]
+    raise RigError(f"is no JSON ({str(problem)[:80]}): export the take again") from problem
+
+
+def frames(document: Document) -> WeightTable | None:
+    """A list of frames at the top or below a key."""
+    head = document if isinstance(document, dict) else {}
+    found = document if isinstance(document, list) else list_of_frames(head)
+    first = next((opened(raw) for raw in found or () if opening(raw) != "n"), None)
+    if found is None or not isinstance(first, dict | list) or is_category(first):
+        return inside(document, frames)
+    names = next((value for key, raw in head.items() if plain(key) in NAME_KEYS and is_texts(value := opened(raw))), ())
+    recording = Recording(names)
+    for raw in found:
+        recording.add(opened(raw))
+    clock = next((key for key, raw in head.items() if kind_of(key) in ("code", "time") and opening(raw) == "["), None)
+    if clock and not recording.times:
+        recording.times, recording.unit_s = [str(one) for one in opened(head[clock])], unit_of(clock)
+    return recording.table(rate_in(head))
+
+
+def numbered(document: Document) -> WeightTable | None:
+    """Frames by their numbers or times."""
+    head = document if isinstance(document, dict) else {}
+    keys = {match[1]: key for key in head if (match := NUMBERED.fullmatch(key))}
+    if not keys or len(keys) < len(head) or any(opening(raw) not in "{[n" for raw in head.values()):
+        return None
+    recording, order = Recording(), sorted(keys, key=float)
+    for number in order:
+        recording.add(opened(head[keys[number]]))
+    recording.times = recording.times or order
+    return recording.table(None)
+
+
+def columns(document: Document) -> WeightTable | None:
+    """A list of numbers for each name."""
+    head = document if isinstance(document, dict) else {}
+    lists = {key: opened(raw) for key, raw in head.items() if opening(raw) == "["}
+    lists = {key: values for key, values in lists.items() if is_numbers(values)}
+    named = {key: values for key, values in lists.items() if not why_not(key)}
+    if not named or len({len(values) for values in named.values()}) > 1:
+        return inside(document, columns)
+    x = np.array(list(named.values()), dtype=np.float64).T
+    clock = next((key for key in lists if kind_of(key) in ("code", "time")), None)
+    timing = timing_of([str(one) for one in lists[clock]], unit_of(clock)) if clock else None
+    rows = Rows(tuple(named), np.where(np.isfinite(x), x, np.nan), np.zeros(len(x), dtype=bool), {})
+    return table_of(rows, rate_in(head) or (timing and timing.fps), notes=timing.notes if timing else ())
+
+
+def one(document: Document) -> WeightTable | None:
+    """A single frame."""
+    if isinstance(document, dict) and not any(plain(key) in SHAPE_KEYS for key in document):
+        return None
+    recording = Recording()
+    whole = [opened(raw) for raw in document] if isinstance(document, list) else {
+        key: opened(raw) for key, raw in document.items()
+    }  # fmt: skip
+    recording.add(whole)
+    return recording.table(None) if recording.orders else None
+
+
+DIALECTS: tuple[Dialect, ...] = (frames, numbered, columns, one)
+
+
+def inside(document: Document, dialect: Dialect) -> WeightTable | None:
+    """What a dialect finds in an object below the top, with the frame rate from above."""
+    head = document if isinstance(document, dict) else {}
+    for key, raw in head.items():
+        if plain(key) in (*HEAD_KEYS, *SHAPE_KEYS) and opening(raw) == "{":
+            table = dialect(msgspec.json.decode(raw, type=dict[str, msgspec.Raw]))
+            if table is not None:
+                return replace(table, fps=table.fps or rate_in(head))
+    return None
+
+
+def list_of_frames(head: Mapping[str, msgspec.Raw]) -> list[msgspec.Raw] | None:
+    """The list under the first key that frames stand under."""
+    spelled = {plain(key): raw for key, raw in head.items() if opening(raw) == "["}
+    return next(
+        (msgspec.json.decode(spelled[key], type=list[msgspec.Raw]) for key in FRAME_KEYS if key in spelled), None
+    )
+
+
+def rate_in(head: Mapping[str, msgspec.Raw]) -> float | None:
+    """The frame rate that an object tells, or one of those that describe the take."""
+    asked = {plain(key): opened(raw) for key, raw in head.items() if plain(key) in RATE_KEYS}
+    for key, raw in head.items():
+        if plain(key) in HEAD_KEYS and opening(raw) == "{":
+            asked |= {plain(name): value for name, value in opened(raw).items() if plain(name) in RATE_KEYS}
+    return next((float(rate) for rate in asked.values() if is_number(rate) and rate > 0), None)
+
+
+def opening(raw: msgspec.Raw) -> str:
+    """The first character of a part: { of an object, [ of a list, n of null."""
+    return bytes(memoryview(raw)[:1]).decode("latin-1")
+
+
+def opened(raw: msgspec.Raw) -> Any:
+    """A part decoded; a text where it is damaged, so that it is no frame."""
+    try:
+        return msgspec.json.decode(raw)
+    except UNREADABLE:
+        return "damaged"
+
+
+def is_texts(value: Any) -> bool:
+    """Whether a value is a list of texts."""
+    return isinstance(value, list) and bool(value) and all(isinstance(item, str) for item in value)
+
+
+def is_numbers(value: Any) -> bool:
+    """Whether a value is a list of numbers or nulls, not all null."""
+    return isinstance(value, list) and all(x is None or is_number(x) for x in value) and any(map(is_number, value))

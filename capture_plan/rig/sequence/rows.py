@@ -1,0 +1,89 @@
+"""Which rows of a recorded table are frames: lost faces and damaged rows are left out and counted, never made neutral.
+
+Data      x[t, c]     numbers of all rows, NaN where a cell holds none
+Column    left out where it has a number in less than half of the rows that have any
+Lost      the file says so, or a row has no number at all
+Damaged   a number is missing in a row that has others; above a fifth of all rows the table is refused
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from capture_plan.errors import RigError
+from capture_plan.rig.sequence.weights import WeightTable
+
+MOST_DAMAGED = 0.2  # of all rows
+ENOUGH = 0.5  # of the rows, for a column
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """All rows of a file. `lost[t]`: the file says that row t has no face; `faults`: what is wrong with a row, by t."""
+
+    columns: tuple[str, ...]
+    x: Float[np.ndarray, "t c"]
+    lost: Bool[np.ndarray, " t"]
+    faults: Mapping[int, str]
+
+
+def table_of(
+    rows: Rows,
+    fps: float | None,
+    skipped: Sequence[tuple[str, str]] = (),
+    notes: Sequence[str] = (),
+    written: bool = False,
+) -> WeightTable:
+    """The frames of these rows. RigError where too many are damaged, or none holds a face."""
+    number = np.isfinite(rows.x)
+    damaged = np.isin(np.arange(len(rows.x)), list(rows.faults))
+    lost = (rows.lost | ~number.any(axis=1)) & ~damaged
+    sound = ~lost & ~damaged
+    count = number[sound].sum(axis=0)
+    full = count >= max(1, ENOUGH * sound.sum())
+    damaged |= sound & ~number[:, full].all(axis=1)
+    if damaged.sum() > MOST_DAMAGED * len(rows.x):
+        told = f"{some_of(damaged, 'rows')} that cannot be read"
+        raise RigError(f"has {told} ({fault(rows, damaged, full)}): export it again")
+    keep = ~lost & ~damaged
+    if not keep.any():
+        raise RigError("has no frame in which the face was tracked: record it again")
+    seldom = [
+        (name, f"it has a number in {n:,} of {sound.sum():,} rows")
+        for name, n, enough in zip(rows.columns, count.tolist(), full, strict=True)
+        if not enough
+    ]
+    left_out = []
+    if lost.any():
+        left_out.append(f"{some_of(lost, 'frames')} {have(lost)} no face and {were(lost)} left out")
+    if damaged.any():
+        told = f"{some_of(damaged, 'rows')} cannot be read and {were(damaged)} left out"
+        left_out.append(f"{told} ({fault(rows, damaged, full)})")
+    columns = tuple(name for name, enough in zip(rows.columns, full, strict=True) if enough)
+    return WeightTable(columns, rows.x[keep][:, full], fps, (*skipped, *seldom), (*notes, *left_out), written)
+
+
+def fault(rows: Rows, damaged: Bool[np.ndarray, " t"], full: Bool[np.ndarray, " c"]) -> str:
+    """What is wrong with the first damaged row."""
+    t = int(np.flatnonzero(damaged)[0]) if damaged.any() else 0
+    if t in rows.faults:
+        return f"the first: {rows.faults[t]}"
+    empty = np.flatnonzero(full & ~np.isfinite(rows.x[t]))
+    return f"the first: no number for '{rows.columns[empty[0] if len(empty) else 0]}' in frame {t:,}"
+
+
+def some_of(some: Bool[np.ndarray, " t"], what: str) -> str:
+    """'6 of 300 frames'."""
+    return f"{some.sum():,} of {len(some):,} {what}"
+
+
+def have(some: Bool[np.ndarray, " t"]) -> str:
+    """'has' of one, 'have' of more."""
+    return "has" if some.sum() == 1 else "have"
+
+
+def were(some: Bool[np.ndarray, " t"]) -> str:
+    """'was' of one, 'were' of more."""
+    return "was" if some.sum() == 1 else "were"

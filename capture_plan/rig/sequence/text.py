@@ -1,0 +1,113 @@
+"""The text of a file whatever its encoding, in lines, without what is no data.
+
+Encoding   by its mark (UTF-8, UTF-16, UTF-32); without one, UTF-16 where every other byte is 0, else UTF-8, else the
+           Windows code page 1252, which is said
+Lines      ended as on any system; "sep=;" and lines that begin with # are left out, the first is remembered
+"""
+
+import codecs
+import csv
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from capture_plan.errors import RigError
+
+MOST_BYTES = 1 << 29  # half an hour at 60 frames a second is 90 MB
+MARKS = {
+    codecs.BOM_UTF8: "utf-8-sig",
+    codecs.BOM_UTF32_LE: "utf-32",
+    codecs.BOM_UTF32_BE: "utf-32",
+    codecs.BOM_UTF16_LE: "utf-16",
+    codecs.BOM_UTF16_BE: "utf-16",
+}
+SAMPLE_BYTES = 4096
+SEPARATOR = re.compile(r'"?sep=(.)"?[,;\t]*', re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Lines that hold something, each with its number in the file counted from 1; the delimiter that `sep=` tells."""
+
+    texts: tuple[str, ...]
+    numbers: tuple[int, ...]
+    delimiter: str | None
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class TextTable:
+    """Rows of text below a line of names. `numbers`: their lines in the file."""
+
+    names: tuple[str, ...]
+    rows: tuple[str, ...]
+    numbers: tuple[int, ...]
+    delimiter: str
+    comma: bool = False
+    percent: bool = False
+    notes: tuple[str, ...] = ()
+
+    def cells(self, row: str) -> list[str]:
+        """The fields of one row, as many as there are names or more."""
+        fields = split(row, self.delimiter)
+        while len(fields) > len(self.names) and not fields[-1].strip():
+            fields.pop()
+        return fields
+
+    def column(self, c: int) -> list[str]:
+        """All cells of one column, empty where a row is too short."""
+        cut = [row.split(self.delimiter, c + 1) for row in self.rows]
+        return [fields[c] if len(fields) > c else "" for fields in cut]
+
+
+def text_of(path: Path) -> tuple[str, tuple[str, ...]]:
+    """The file's text, at most `MOST_BYTES` of it, and what has to be said of its encoding."""
+    if path.stat().st_size > MOST_BYTES:
+        raise RigError(f"has {path.stat().st_size / 1e6:,.0f} MB, more than {MOST_BYTES / 1e6:,.0f} MB: cut the take")
+    content = path.read_bytes()
+    try:
+        return content.decode(encoding_of(content)), ()
+    except UnicodeDecodeError as error:
+        if 0 in content[:SAMPLE_BYTES]:
+            raise RigError("is not text: export the take again") from error
+        return content.decode("cp1252", errors="replace"), (
+            "it is not UTF-8: its text is read as Windows code page 1252",
+        )
+
+
+def encoding_of(content: bytes) -> str:
+    """The encoding that the first bytes tell."""
+    for mark, name in MARKS.items():
+        if content.startswith(mark):
+            return name
+    start = content[: SAMPLE_BYTES - SAMPLE_BYTES % 2]
+    even, odd = start[0::2].count(0), start[1::2].count(0)
+    if max(even, odd) > 0.4 * len(start) / 2:
+        return "utf-16-le" if odd > even else "utf-16-be"
+    return "utf-8"
+
+
+def lines_of(text: str, notes: tuple[str, ...] = ()) -> Lines:
+    """The lines of a text that hold something."""
+    if "\r" in text:
+        text = re.sub(r"\r\r?\n?", "\n", text)  # some write \r\r\n
+    texts, numbers, delimiter = [], [], None
+    for number, line in enumerate(text.split("\n"), start=1):
+        if not line or line.isspace() or line.lstrip().startswith("#"):
+            continue
+        if delimiter is None and not texts and (match := SEPARATOR.fullmatch(line.strip(" "))):
+            delimiter = match[1]
+            continue
+        texts.append(line)
+        numbers.append(number)
+    return Lines(tuple(texts), tuple(numbers), delimiter, notes)
+
+
+def split(line: str, delimiter: str) -> list[str]:
+    """Fields of a line, quoted or not."""
+    if '"' not in line:
+        return line.split(delimiter)
+    try:
+        return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
+    except (csv.Error, StopIteration):
+        return line.split(delimiter)
