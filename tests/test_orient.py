@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 
 from capture_plan.errors import RigError
 from capture_plan.rig import sample_rig
+from capture_plan.rig.face.axes import AXES, axes_matrix
+from capture_plan.rig.face.frame import check_given, find_frame
 from capture_plan.rig.formats.raw import RawRig
-from capture_plan.rig.face.axes import AXES, axes_matrix, check_given, find_eyes, find_frame
 
 PAIRS = [(up, facing) for up in AXES for facing in AXES if up[1] != facing[1]]
 pair = st.sampled_from(PAIRS)
@@ -70,32 +71,35 @@ def test_triangles_wound_the_other_way_change_nothing():
 
 @pytest.mark.parametrize("how", ["names", "balls", "blinks"])
 def test_eyes_are_found_from_names_from_balls_and_from_blinks(how):
-    """63 mm apart or nearly so, the subject's left first, at one height."""
+    """About 60 mm apart, the subject's left first, at one height."""
     raw = head(named=how == "names")
     if how == "blinks":
         skin = raw.triangles[(raw.parts[raw.triangles] == 0).all(axis=1)]
         raw = dataclasses.replace(raw, names=head().names, triangles=skin)
-    eyes = find_eyes(raw, 0)
-    assert eyes is not None
-    assert eyes[0, 0] > 0 > eyes[1, 0]
-    assert 54 < eyes[0, 0] - eyes[1, 0] < 74
-    assert abs(eyes[0, 1] - eyes[1, 1]) < 2
+    eyes = find_frame(raw, unit_mm=None, up=None, facing=None).points.eyes
+    assert eyes.sure
+    left, right = eyes.places
+    assert left[0] > 0 > right[0]
+    assert 50 < left[0] - right[0] < 74
+    assert abs(left[1] - right[1]) < 2
 
 
 def test_a_head_that_fits_no_usual_unit_gets_the_size_of_a_human_and_says_so():
     frame = find_frame(turned(head(), "+y", "+z", 3.1), unit_mm=None, up=None, facing=None)
-    eyes = find_eyes(head(), 0)
-    assert eyes is not None
-    assert frame.unit_mm * 3.1 * (eyes[0, 0] - eyes[1, 0]) == pytest.approx(63)
+    left, right = frame.points.eyes.places
+    assert frame.unit_mm * (left[0] - right[0]) == pytest.approx(63)
+    assert not frame.unit.sure
     assert "scaled to the size of a human face" in frame.note
 
 
 def test_a_toon_keeps_a_usual_unit_that_gives_it_a_human_face_and_says_so():
-    raw = turned(head(named=False), "+y", "+z", 0.1)
-    skin = raw.triangles[(raw.parts[raw.triangles] == 0).all(axis=1)]
-    frame = find_frame(dataclasses.replace(raw, triangles=skin), unit_mm=None, up=None, facing=None)
+    raw = turned(head(), "+y", "+z", 0.1)
+    aside = np.tanh(raw.neutral[:, 0] / 2) * 2.5  # eyes 110 mm apart in a head that is not much wider
+    toon = dataclasses.replace(raw, neutral=raw.neutral + np.c_[aside, np.zeros((len(aside), 2))])
+    frame = find_frame(toon, unit_mm=None, up=None, facing=None)
     assert frame.unit_mm == 10.0
-    assert "one unit was taken as 10 mm" in frame.note
+    assert not frame.unit.sure
+    assert "one unit was taken as 10 mm, which puts the pupils 1" in frame.note
 
 
 def test_what_is_given_wins():

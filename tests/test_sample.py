@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from capture_plan.rig import sample_rig
-from capture_plan.rig.face.axes import find_eyes
+from capture_plan.rig.face.of_rig import rig_points
 from capture_plan.rig.sample.rebuild import fan, read_base, read_target, trim
 
 ARKIT = 52
@@ -16,9 +16,8 @@ def test_the_head_is_as_large_as_a_person():
     assert 150 < width < 220
     assert 200 < height < 350
     assert 150 < depth < 260
-    eyes = find_eyes(rig, 0)
-    assert eyes is not None
-    assert 54 < eyes[0, 0] - eyes[1, 0] < 74
+    left, right = rig_points(rig).eyes.places
+    assert 54 < left[0] - right[0] < 74
 
 
 def test_every_blendshape_of_arkit_is_there_and_moves():

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from capture_plan.rig import read_rig, sample_rig
-from capture_plan.rig.formats.raw import RawRig
 from capture_plan.rig.face.axes import axes_matrix
+from capture_plan.rig.formats.raw import RawRig
 from capture_plan.rig.upright import rotated, straightened, upright
 
 

@@ -1,8 +1,6 @@
 """Findings on blendshapes that are no expression of the face to scan: planned apart, and said."""
 
-from typing import get_args
-
-from capture_plan.rig.findings import Finding, FindingKind
+from capture_plan.rig.findings import Finding
 from capture_plan.rig.kinds import Kind
 
 ADVICE = {

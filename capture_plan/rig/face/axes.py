@@ -18,13 +18,13 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
+from capture_plan.rig.face.channels import FEW
 from capture_plan.rig.face.record import Axes, Sign
 
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 PAIRS = tuple((up, facing) for up in AXES for facing in AXES if up[1] != facing[1])
 Role = Literal["up", "facing", "left"]
 LEAD, LEAD_OF_FEW = 3.0, 4.5  # nats; the larger one where fewer than FEW blendshapes speak
-FEW = 5
 STRONG, TIE = 3.5, -0.8  # nats: so strong a sign may break a tie alone, a weaker one may not
 FORMAT = 0.96  # share of files whose own axes are right: of 36 files from the field all but one
 

@@ -29,6 +29,7 @@ RIGID = 0.12  # of the motion left after the best rigid fit: a wide open jaw lea
 MOST_OF_IT = 0.6  # of the area within reach: a jaw that opens moves up to half of a head
 FAR = 5.0  # median radii from the middle of the face
 TOO_WIDE = 3.0  # median radii
+FEW = 5  # blendshapes
 REACH = 3.5  # rho: on a human head past the crown and the throat
 
 
@@ -44,6 +45,11 @@ class Channels:
     movements: tuple[Movement | None, ...]
     middle: Float[np.ndarray, " 3"]
     rho: float
+
+    @property
+    def few(self) -> bool:
+        """Whether so few blendshapes move the face that they do not show how large it is."""
+        return int((self.weight > 0).sum()) < FEW
 
     @property
     def facial(self) -> Bool[np.ndarray, " k"]:

@@ -66,7 +66,8 @@ def find_frame(raw: RawRig, *, unit_mm: float | None, up: str | None, facing: st
     if points.eyes.places is not None and points.eyes.sure:
         pupils = float(np.linalg.norm(points.eyes.places[0] - points.eyes.places[1]))
     unit = Unit(unit_mm, True, (Sign("given", f"{unit_mm:g} mm", 0.0),)) if unit_mm else None
-    unit = unit or find_unit(raw.unit_mm, pupils, shape.channels.rho)
+    extent = float(np.ptp(raw.neutral, axis=0).max())
+    unit = unit or find_unit(raw.unit_mm, pupils, shape.channels.rho, extent, few=shape.channels.few)
     agrees = stated == (axes.up, axes.facing) and not (up or facing)
     found: tuple[Found, Found] = ("given" if up else "detected", "given" if facing else "detected")
     return Frame(

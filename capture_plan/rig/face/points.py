@@ -31,7 +31,7 @@ LIPS = (
     *("mouth narrow", "mouth wide", "smile", "frown", "lip up", "lip down", "lip roll", "lip press"),
     *("mouth close", "mouth other", "mouth side", "mouth open"),
 )
-OPENS = ("jaw open", "mouth open")
+BY_WORD = {"blink", "eye name", "part"}  # kinds of sign that fall together where names lie
 OTHER_EYES = ("eye wide", "eye squint", "gaze up", "gaze down", "gaze in", "gaze out")
 LIDS = 0.6  # share of the largest displacement: the lids alone; one blink moves the throat by 0.55 of that
 NEAR = 0.35  # pupil distances
@@ -47,6 +47,7 @@ CLOSES = 0.25  # of the width of an opening, by which the largest movement near 
 ONE_SIDED = 0.8  # of a movement's energy on one side less that on the other
 ONE_SIDE = 0.6  # of the trust in both sides
 WIDER = 1.5  # times the smallest movement of its name: it moves more than that
+LARGEST_LIDS = 0.45  # rho: spread of a movement of one eye, lids 0.2
 WIDEST = 1.2  # rho: a movement of the mouth alone is smaller
 PUPILS_RHO = (0.3, 3.2)  # rho between the pupils: humans 0.9 to 1.3, cartoons up to 2.5
 
@@ -102,8 +103,9 @@ def choose(eyes: list[Candidate], mouths: list[Candidate]) -> tuple[Found, Found
     with_eye = [one for one in eyes if _same(one, eye, p)]
     other_eyes = max((s for s, a, _ in scored if not _same(eyes[a], eye, p)), default=-np.inf)
     kinds = {one.kind for one in with_eye}
-    fits = mouth is None or _face_like(eye, mouth)
-    sure = best - other_eyes > LEAD and (len(kinds) > 1 or (mouth is not None and eye.trust >= 2)) and fits
+    several = len(kinds - BY_WORD) + bool(kinds & BY_WORD) > 1 or (mouth is not None and bool(kinds & BY_WORD))
+    fits = not mouths if mouth is None else _face_like(eye, mouth)
+    sure = best - other_eyes > LEAD and several and fits
     found_eyes = Found(_most_trusted(with_eye), sure, _signs(eyes, with_eye))
     if mouth is None:
         return found_eyes, Found(None, False, ())
@@ -208,15 +210,15 @@ def _by_name(shape: Shape, x0: float, kind: str, kinds: tuple[str, ...], words: 
                 place = weighted_median(shape.neutral + d / 2, own)
                 spread = float(np.sqrt(own @ ((shape.neutral + d / 2 - place) ** 2).sum(axis=1) / own.sum()))
                 side.append((spread, place))
-    left, right = (_of_the_smallest(side) for side in sides)
+    left, right = (_of_the_smallest(side, LARGEST_LIDS * shape.channels.rho) for side in sides)
     return _pair(kind, words, trust, left, right, x0)
 
 
-def _of_the_smallest(found: list[tuple[float, Float[np.ndarray, " 3"]]]) -> Float[np.ndarray, " 3"] | None:
+def _of_the_smallest(found: list[tuple[float, Float[np.ndarray, " 3"]]], most: float) -> Float[np.ndarray, " 3"] | None:
     """Mean of the places of movements as small as the smallest: a grin that closes the eyes too is left out."""
-    if not found:
+    smallest = min((spread for spread, _ in found), default=np.inf)
+    if smallest > most:
         return None
-    smallest = min(spread for spread, _ in found)
     return np.mean([place for spread, place in found if spread <= WIDER * smallest], axis=0)
 
 

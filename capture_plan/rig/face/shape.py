@@ -20,6 +20,7 @@ from capture_plan.mesh import half_edges, pieces, vertex_areas, vertex_normals
 from capture_plan.rig.face.channels import REACH, Channels
 from capture_plan.rig.skin import is_ball
 
+MOST_REACH = 12.0  # rho, from a single movement of a lid to the nape
 COARSE, SAMPLE = 200, 600  # points that are reflected: to place a plane, to judge it
 NORMALS = 0.5  # rho that a turned normal counts for
 MIRRORED = 60  # percentile: ears, hair and partings have no image
@@ -47,7 +48,12 @@ class Shape:
         """Vertices of a surface within reach of the face."""
         used = np.zeros(len(self.neutral), dtype=bool)
         used[self.triangles] = True
-        return used & (np.linalg.norm(self.neutral - self.channels.middle, axis=1) < REACH * self.channels.rho)
+        away = np.linalg.norm(self.neutral - self.channels.middle, axis=1)
+        reach = REACH * self.channels.rho
+        if self.channels.few:  # one brow says nothing of the size of a head
+            of_face = self.piece == self.piece[int(np.argmax(self.channels.moved))]
+            reach = max(reach, min(float(away[of_face].max()), MOST_REACH * self.channels.rho))
+        return used & (away < reach)
 
     @cached_property
     def areas(self) -> Float[np.ndarray, " v"]:

@@ -2,7 +2,8 @@
 
 Letters    p     pupil distance, rho  size of what moves (`channels.py`), both in the file's unit
 Score of a unit u, nats = its commonness + FORMAT where the format states it + log f(p u) + log g(rho u)
-           f, g  mixtures of log-normal densities over the usual one: human, roughly human, anything
+                         + log h(extent of the mesh u)
+           f, g, h  mixtures of log-normal densities over the usual one: human, roughly human, anything
 Sure       the lead over every other unit is LEAD, and the face has a size that faces have
 The format's unit stands while the face lies within what cartoons have; a face that fits no usual unit is scaled to a
 human's, which is never sure.
@@ -19,23 +20,30 @@ FORMAT = 4.5  # nats: of the units that files state about one in a hundred is wr
 COMMON = {1.0: 0.0, 10.0: 0.0, 1000.0: 0.0, 100.0: -0.7, 25.4: -1.2, 304.8: -2.5}
 ODD = -4.0  # a unit that only this file has
 PUPILS = ((0.75, 0.08), (0.22, 0.35))  # share and spread of the logarithm
+HEAD_MM = 300.0  # a head with its neck; masks are half of that, bodies six times
+WHOLE = ((0.6, 0.4), (0.4, 1.0))
 SIZES = ((0.60, 0.20), (0.35, 0.50))
 FLOOR = 0.03
 LEAD = 2.0
 FITS = 0.15  # of the best possible: below it a face has no size of a face
 
 
-def find_unit(stated: float | None, pupils: float | None, rho: float) -> Unit:
-    """Millimetres in a unit of the file; `pupils` is None where the eyes were not found for sure."""
+def find_unit(stated: float | None, pupils: float | None, rho: float, extent: float, *, few: bool) -> Unit:
+    """Millimetres in a unit of the file; `pupils` is None where the eyes were not found for sure.
+
+    `extent` is the largest one of the whole mesh; where `few` blendshapes move, rho says little.
+    """
     units = list(dict.fromkeys([*COMMON, *UNITS_MM.values(), *([stated] if stated else [])]))
+    sizes = ((1.0, 0.9),) if few else SIZES
     common = np.array([COMMON.get(unit, ODD if unit != stated else 0.0) for unit in units])
     by_format = np.array([FORMAT * (unit == stated) for unit in units])
     by_eyes = np.array([_log_mixture(pupils * unit / PUPILS_MM, PUPILS) if pupils else 0.0 for unit in units])
-    by_size = np.array([_log_mixture(rho * unit / RHO_MM, SIZES) for unit in units])
-    total = common + by_format + by_eyes + by_size
+    by_size = np.array([_log_mixture(rho * unit / RHO_MM, sizes) for unit in units])
+    by_mesh = np.array([_log_mixture(extent * unit / HEAD_MM, WHOLE) for unit in units])
+    total = common + by_format + by_eyes + by_size + by_mesh
     best = int(np.argmax(total))
     lead = float(total[best] - np.delete(total, best).max())
-    fits = _fits(pupils * units[best] / PUPILS_MM, PUPILS) if pupils else _fits(rho * units[best] / RHO_MM, SIZES)
+    fits = _fits(pupils * units[best] / PUPILS_MM, PUPILS) if pupils else _fits(rho * units[best] / RHO_MM, sizes)
     if not fits and not stated:
         scaled = PUPILS_MM / pupils if pupils else RHO_MM / rho
         return Unit(
@@ -43,7 +51,7 @@ def find_unit(stated: float | None, pupils: float | None, rho: float) -> Unit:
         )
     told = [("the format", by_format)] if stated else []
     told += [("the distance between the pupils", by_eyes)] if pupils else []
-    told += [("the size of what moves", by_size), ("how common the unit is", common)]
+    told += [("the size of what moves", by_size), ("the size of the mesh", by_mesh), ("how common the unit is", common)]
     rest = np.delete(np.arange(len(units)), best)
     signs = tuple(
         Sign(name, f"{units[int(np.argmax(score))]:g} mm", round(float(score[best] - score[rest].max()), 2))

@@ -19,17 +19,17 @@ MOUTH = (
 BROWS = ("brow up", "brow down")
 BY_MOTION: tuple[tuple[str, tuple[str, ...], Role, float, float, float], ...] = (
     # words, kinds, role, sign of the motion, kappa, eps
-    ("a blink closes downwards", ("blink",), "up", -1, 6, 0.04),
-    ("the jaw opens downwards", ("jaw open",), "up", -1, 6, 0.04),
-    ("the mouth opens downwards", ("mouth open",), "up", -1, 4, 0.10),
-    ("brows are raised upwards", ("brow up",), "up", 1, 6, 0.03),
-    ("brows are drawn downwards", ("brow down",), "up", -1, 5, 0.06),
-    ("eyes look upwards", ("gaze up",), "up", 1, 4, 0.10),
-    ("eyes look downwards", ("gaze down",), "up", -1, 4, 0.10),
-    ("a smile goes upwards", ("smile",), "up", 1, 4, 0.06),
-    ("the jaw is pushed forward", ("jaw forward",), "facing", 1, 5, 0.06),
-    ("lips are pushed forward", ("mouth narrow",), "facing", 1, 3, 0.12),
-    ("the tongue comes out forward", ("tongue",), "facing", 1, 3, 0.12),
+    ("a blink closes downwards", ("blink",), "up", -1, 6.0, 0.04),
+    ("the jaw opens downwards", ("jaw open",), "up", -1, 6.0, 0.04),
+    ("the mouth opens downwards", ("mouth open",), "up", -1, 4.0, 0.10),
+    ("brows are raised upwards", ("brow up",), "up", 1, 6.0, 0.03),
+    ("brows are drawn downwards", ("brow down",), "up", -1, 5.0, 0.06),
+    ("eyes look upwards", ("gaze up",), "up", 1, 4.0, 0.10),
+    ("eyes look downwards", ("gaze down",), "up", -1, 4.0, 0.10),
+    ("a smile goes upwards", ("smile",), "up", 1, 4.0, 0.06),
+    ("the jaw is pushed forward", ("jaw forward",), "facing", 1, 5.0, 0.06),
+    ("lips are pushed forward", ("mouth narrow",), "facing", 1, 3.0, 0.12),
+    ("the tongue comes out forward", ("tongue",), "facing", 1, 3.0, 0.12),
 )
 SPREAD = 0.7  # of the summed lengths: left and right names that agree on a direction add up to more
 SEVERAL = 3  # pairs of names that can contradict each other
@@ -39,7 +39,7 @@ BODY_BEYOND = 5.0  # rho from the face: what lies there is a body
 def all_votes(shape: Shape, sides: int) -> list[Vote]:
     """Every sign that speaks; `sides` is the axis across which the head mirrors itself best."""
     channels = shape.channels
-    named = name_votes(channels) if names_agree(channels) else []
+    named = [*name_votes(channels), *_names_and_balls(shape, sides)] if names_agree(channels) else []
     return [*named, *shape_votes(shape, sides)]
 
 
@@ -60,16 +60,31 @@ def name_votes(channels: Channels) -> list[Vote]:
             votes.append(Vote(words, role, sign * channels.direction[rows].mean(axis=0), kappa, eps))
     eyes, mouth, brows = (_middle_of(channels, kinds) for kinds in (EYES, MOUTH, BROWS))
     for words, above, below, kappa, eps in (
-        ("what is named for the eyes lies above the mouth", eyes, mouth, 8, 0.02),
-        ("what is named for the brows lies above the mouth", brows, mouth, 8, 0.02),
-        ("what is named for the brows lies above the eyes", brows, eyes, 5, 0.08),
+        ("what is named for the eyes lies above the mouth", eyes, mouth, 8.0, 0.02),
+        ("what is named for the brows lies above the mouth", brows, mouth, 8.0, 0.02),
+        ("what is named for the brows lies above the eyes", brows, eyes, 5.0, 0.08),
     ):
         if above is not None and below is not None:
             votes.append(Vote(words, "up", _unit(above - below), kappa, eps))
     apart = _left_minus_right(channels)
     if len(apart):
         strength = float(np.linalg.norm(apart.sum(axis=0)) / np.linalg.norm(apart, axis=1).sum())
-        votes.append(Vote("names call this side left", "left", strength * _unit(apart.sum(axis=0)), 6, 0.06))
+        votes.append(Vote("names call this side left", "left", strength * _unit(apart.sum(axis=0)), 6.0, 0.06))
+    return votes
+
+
+def _names_and_balls(shape: Shape, sides: int) -> list[Vote]:
+    """What is named for mouth and brows lies below and above two balls: for rigs that name no movement of the eyes."""
+    channels = shape.channels
+    balls = _balls(shape, sides)
+    if channels.of(*EYES) or not balls:
+        return []
+    eyes, mouth, brows = balls[0].mean(axis=0), _middle_of(channels, MOUTH), _middle_of(channels, BROWS)
+    votes = []
+    if mouth is not None:
+        votes.append(Vote("two balls lie above what is named for the mouth", "up", _unit(eyes - mouth), 8.0, 0.06))
+    if brows is not None:
+        votes.append(Vote("what is named for the brows lies above two balls", "up", _unit(brows - eyes), 5.0, 0.10))
     return votes
 
 
@@ -80,12 +95,14 @@ def shape_votes(shape: Shape, sides: int) -> list[Vote]:
     head = a @ shape.neutral / a.sum()
     away = shape.neutral - head
     outer = moved * np.clip(np.einsum("vx,vx->v", away, shape.normals), 0, None)  # not the inside of the mouth
-    votes = [Vote("the skin that moves looks forward", "facing", outer @ shape.normals / outer.sum(), 6, 0.03)]
-    votes.append(Vote("the face lies before the head", "facing", (channels.middle - head) / rho, 4, 0.30))
+    votes = [Vote("the skin that moves looks forward", "facing", outer @ shape.normals / outer.sum(), 6.0, 0.03)]
+    votes.append(Vote("the face lies before the head", "facing", (channels.middle - head) / rho, 4.0, 0.30))
     votes += _largest_motion(shape)
     votes += _small_above_wide(channels, sides)
     votes += _eyes_and_mouth(shape, sides)
     votes += _lower_lip(shape, sides)
+    if channels.few:
+        votes.append(Vote("the neck is cut below the head", "up", 4 * (a @ shape.normals) / a.sum(), 3.0, 0.35))
     votes += _body_votes(shape)
     return votes
 
@@ -98,7 +115,7 @@ def _largest_motion(shape: Shape) -> list[Vote]:
     if len(rows) < 8:
         return []
     largest = rows[int(np.argmax(size))]
-    return [Vote("the largest motion is the jaw's, downwards", "up", -channels.direction[largest], 3, 0.20)]
+    return [Vote("the largest motion is the jaw's, downwards", "up", -channels.direction[largest], 3.0, 0.20)]
 
 
 def _small_above_wide(channels: Channels, sides: int) -> list[Vote]:
@@ -111,7 +128,7 @@ def _small_above_wide(channels: Channels, sides: int) -> list[Vote]:
         return []
     up = channels.centre[small].mean(axis=0) - channels.centre[wide].mean(axis=0)
     return [
-        Vote("small movements at the sides lie above wide ones in the middle", "up", 2 * up / channels.rho, 6, 0.12)
+        Vote("small movements at the sides lie above wide ones in the middle", "up", 2 * up / channels.rho, 6.0, 0.12)
     ]
 
 
@@ -119,7 +136,7 @@ def _eyes_and_mouth(shape: Shape, sides: int) -> list[Vote]:
     """Balls, lids and lips by shape: the eyes lie above the mouth, and lids lie before the balls that they cover."""
     rho = shape.channels.rho
     votes = []
-    balls = _mirrored([middle_of_box(ball) for ball in shape.balls], sides, shape, 0.05)
+    balls = _balls(shape, sides)
     openings = [tear @ place / tear.sum() for place, tear in shape.openings]
     lids = _mirrored(openings, sides, shape, 0.15)
     lips = next((place for place in openings if _aside(place, sides, shape) < 0.2), None)
@@ -127,12 +144,19 @@ def _eyes_and_mouth(shape: Shape, sides: int) -> list[Vote]:
     eyes = balls[:1] or lids[:1]
     if lips is not None and eyes:
         words = "two balls lie above where lips part" if balls else "lids part above the lips"
-        votes.append(Vote(words, "up", _unit(eyes[0].mean(axis=0) - lips), 8, 0.06))
+        votes.append(Vote(words, "up", _unit(eyes[0].mean(axis=0) - lips), 8.0, 0.06))
     for pair in balls[:1]:
+        before = pair.mean(axis=0) - shape.areas @ shape.neutral / shape.areas.sum()
+        votes.append(Vote("two balls lie before the head", "facing", before / rho, 4.0, 0.25))
         covers = [rim.mean(axis=0) - ball for ball in pair for rim in rims if _covers(rim, ball, rho)]
         if covers:
-            votes.append(Vote("lids lie before the eyeballs", "facing", _unit(np.mean(covers, axis=0)), 6, 0.08))
+            votes.append(Vote("lids lie before the eyeballs", "facing", _unit(np.mean(covers, axis=0)), 6.0, 0.08))
     return votes
+
+
+def _balls(shape: Shape, sides: int) -> list[Float[np.ndarray, "2 3"]]:
+    """Middles of two balls that mirror each other, the largest pair first."""
+    return _mirrored([middle_of_box(ball) for ball in shape.balls], sides, shape, 0.05)
 
 
 def _lower_lip(shape: Shape, sides: int) -> list[Vote]:
@@ -149,7 +173,7 @@ def _lower_lip(shape: Shape, sides: int) -> list[Vote]:
     more = (m[pair[tear > TORN, 0]] - m[pair[tear > TORN, 1]])[near, None]
     apart = (one - other)[near]
     down = (more * apart).sum(axis=0) / (np.abs(more).sum() * np.linalg.norm(apart, axis=1).mean())
-    return [Vote("the lower lip moves more than the upper", "up", -2 * down, 4, 0.12)]
+    return [Vote("the lower lip moves more than the upper", "up", -2 * down, 4.0, 0.12)]
 
 
 def _covers(rim: Float[np.ndarray, "n 3"], ball: Float[np.ndarray, " 3"], rho: float) -> bool:
@@ -182,7 +206,7 @@ def _body_votes(shape: Shape) -> list[Vote]:
     far = shape.areas * (np.linalg.norm(away, axis=1) > BODY_BEYOND * channels.rho)
     if far.sum() < 0.5 * (shape.areas @ shape.near):
         return []
-    return [Vote("the body hangs below the head", "up", -_unit(far @ away), 5, 0.25)]
+    return [Vote("the body hangs below the head", "up", -_unit(far @ away), 5.0, 0.25)]
 
 
 def _left_minus_right(channels: Channels) -> Float[np.ndarray, "n 3"]:
