@@ -1,4 +1,4 @@
-"""Sets of blendshapes that a head of `face_heads.py` may bring, and languages that their names may be in."""
+"""What a file does with a head of `face_heads.py`: its set of blendshapes, where it lies, how things are named."""
 
 import random
 from collections.abc import Callable
@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.face_heads import Head, add, between, hatted, ring, tube
+from tests.face_heads import Head, add, bend, between, hatted, ring, tube
 
 SEVEN = ("jawOpen", "eyeBlinkLeft", "eyeBlinkRight", "mouthSmileLeft", "mouthSmileRight", "browInnerUp", "mouthPucker")
 EMOTIONS = {
@@ -98,8 +98,17 @@ def breathing(head: Head) -> Head:
     return _one_more(head, "chest_breath", lift[:, None] * [0.0, 12, 55])
 
 
+def fitting(head: Head) -> Head:
+    """A shirt of its own and blendshapes that fit it to two bodies, further than anything moves in the face."""
+    shape = [ring(75, 65, 615), ring(125, 80, 560), ring(190, 100, 520), ring(190, 110, 150)]
+    head = add(head, tube(between(shape)), "shirt_to_fit")
+    shirt = head.of("shirt_to_fit")[:, None]
+    wide = shirt * (head.neutral - [0, 400, 33]) * [0.3, 0, 0.3]
+    return _one_more(_one_more(head, "male", wide), "female", -wide + shirt * [0.0, -15, 0])
+
+
 CHANNELS: dict[str, Callable[[Head], Head]] = {
-    kind.__name__: kind for kind in (full, seven, emotions, vowels, hidden_hat, turning, breathing)
+    kind.__name__: kind for kind in (full, seven, emotions, vowels, hidden_hat, turning, breathing, fitting)
 }
 
 
@@ -116,6 +125,41 @@ def _sums(head: Head, wanted: dict[str, str]) -> Head:
 def _one_more(head: Head, name: str, delta: np.ndarray) -> Head:
     deltas = np.concatenate([head.deltas, delta[None].astype(np.float32)])
     return replace(head, deltas=deltas, names=(*head.names, name))
+
+
+# ---------------------------------------------------------------- where and how a head lies in its file
+def at_home(head: Head, rng: random.Random) -> Head:
+    """As it was made: the midline at x = 0."""
+    return head
+
+
+def shifted(head: Head, rng: random.Random) -> Head:
+    """Somewhere else, its midline too."""
+    by = np.array([rng.uniform(-700, 700) for _ in "xyz"])
+    return replace(bend(head, lambda v: v + by), deltas=head.deltas)
+
+
+def renumbered(head: Head, rng: random.Random) -> Head:
+    """Vertices in an order that says nothing."""
+    order = np.random.default_rng(rng.randrange(2**32)).permutation(len(head.neutral))
+    triangles = np.argsort(order)[head.triangles].astype(np.int32)
+    arrays = {"neutral": head.neutral[order], "deltas": head.deltas[:, order], "parts": head.parts[order]}
+    return replace(head, triangles=triangles, **arrays)
+
+
+def smaller(head: Head, rng: random.Random) -> Head:
+    """A person whose pupils are 54 mm apart."""
+    return replace(bend(head, lambda v: 0.94 * v), eye_depth=0.94 * head.eye_depth)
+
+
+def larger(head: Head, rng: random.Random) -> Head:
+    """A person whose pupils are 64 mm apart."""
+    return replace(bend(head, lambda v: 1.1 * v), eye_depth=1.1 * head.eye_depth)
+
+
+PLACINGS: dict[str, Callable[[Head, random.Random], Head]] = {
+    kind.__name__: kind for kind in (at_home, shifted, renumbered, smaller, larger)
+}
 
 
 # ---------------------------------------------------------------- names

@@ -1,4 +1,4 @@
-"""A family of rigs with known truth: heads x channels x axes x units x names x what the format states; and a judge.
+"""Rigs with known truth: heads x channels x axes x units x places x names x what the format states; and a judge.
 
     python -m tests.face_family 2000        judges 2,000 of them and prints how many are right
     python -m tests.face_family 0:17 0:312  judges single ones (seed:index) and prints what was understood
@@ -24,7 +24,7 @@ from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.face.record import Reading, Vector
 from capture_plan.rig.formats.raw import RawRig
 from capture_plan.rig.read import rig_from_raw
-from tests.face_channels import CHANNELS, NAMINGS
+from tests.face_channels import CHANNELS, NAMINGS, PLACINGS
 from tests.face_heads import KINDS, Head, sample_head
 
 PAIRS = [(up, facing) for up, facing in product(AXES, AXES) if up[1] != facing[1]]
@@ -35,6 +35,7 @@ FACTORS = {
     "channels": list(CHANNELS),
     "axes": PAIRS,
     "unit": list(UNITS),
+    "placed": list(PLACINGS),
     "names": list(NAMINGS),
     "stated": list(STATEMENTS),
 }
@@ -90,7 +91,8 @@ def family_case(seed: int, index: int) -> Case:
     values = factor_values(seed, index)
     rng = random.Random(f"{seed} {index}")
     head = KINDS[values["kind"]](sample_head())
-    head = NAMINGS[values["names"]](CHANNELS[values["channels"]](head), rng)
+    head = CHANNELS[values["channels"]](head)
+    head = NAMINGS[values["names"]](PLACINGS[values["placed"]](head, rng), rng)
     up, facing = values["axes"]
     truth = Truth(up, facing, UNITS[values["unit"]], head.eye_left, head.eye_right, head.mouth, head.eye_depth)
     return Case(seed, index, values, raw_rig(head, truth, statement(values["stated"], truth, rng)), truth)

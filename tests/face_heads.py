@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from capture_plan.mesh import border_edges, vertex_normals
+from capture_plan.mesh import border_edges, half_edges, pieces, vertex_normals
 from capture_plan.rig import sample_rig
 
 # on the midline, between the lowest vertex of the upper and the highest of the lower lip
@@ -390,11 +390,65 @@ def cartoon(head: Head) -> Head:
     return replace(bend(head, grow), eye_depth=8.0)
 
 
+def half_balls(head: Head) -> Head:
+    """Eyes that are only the front halves of balls, as in most avatars."""
+    front = head.neutral[:, 2] > head.neutral[head.of("eye_")][:, 2].mean() - 2
+    return cut(head, front | ~head.of("eye_"))
+
+
+def sealed(head: Head) -> Head:
+    """A mask whose lids and lips have grown together: it has one border, its rim."""
+    open_mask = mask(head)
+    edges = border_edges(open_mask.triangles)
+    for loop in _loops(edges):
+        middle = open_mask.neutral[loop].mean(axis=0)
+        if np.abs(open_mask.neutral[loop] - middle).max() < 40:
+            open_mask = _capped(open_mask, edges[np.isin(edges, loop).all(axis=1)])
+    return open_mask
+
+
+def hands_apart(head: Head) -> Head:
+    """Two hands that float 800 mm to the sides, and no body."""
+    for side in (-1, 1):
+        head = add(head, ellipsoid(np.array([side * 760.0, 420.0, 40.0]), (90, 25, 50), 20), "hands")
+    return head
+
+
+def one_armed(head: Head) -> Head:
+    """A bust with a machine's arm on one side alone, which reaches high and far."""
+    arm, triangles = tube(between([ring(45, 45, 900, n=20), ring(40, 40, 300, n=20)]))
+    lean = np.stack([250 + 0.9 * (arm[:, 1] - 300), arm[:, 1], arm[:, 2] - 120], axis=1)
+    lean[:, 0] += arm[:, 0]
+    return add(bust(head), (lean, triangles), "machine_arm")
+
+
+def _loops(edges: np.ndarray) -> list[np.ndarray]:
+    """Vertices of every connected border."""
+    used, ends = np.unique(edges, return_inverse=True)
+    label = pieces(np.column_stack([ends.reshape(-1, 2), ends.reshape(-1, 2)[:, 1]]), len(used))
+    return [used[label == number] for number in np.unique(label)]
+
+
+def _capped(head: Head, edges: np.ndarray) -> Head:
+    """A fan over these border edges around one new vertex, which moves as they do on average."""
+    loop, v = np.unique(edges), len(head.neutral)
+    directed = {tuple(edge) for edge in half_edges(head.triangles).tolist()}
+    fan = [(v, b, a) if (a, b) in directed else (v, a, b) for a, b in edges.tolist()]
+    return replace(
+        head,
+        neutral=np.concatenate([head.neutral, head.neutral[loop].mean(axis=0, keepdims=True)]),
+        triangles=np.concatenate([head.triangles, fan]).astype(np.int32),
+        deltas=np.concatenate([head.deltas, head.deltas[:, loop].mean(axis=1, keepdims=True)], axis=1),
+        parts=np.append(head.parts, head.parts[loop[0]]).astype(np.int32),
+    )
+
+
 KINDS: dict[str, Callable[[Head], Head]] = {
     kind.__name__: kind
     for kind in (
         *(whole, mask, mask_with_eyes, bust, body, clothed, cut_ears, earless, horned, hatted, haired, bearded),
         *(bespectacled, jewelled, spare_close, spare_rows, spare_behind, helmeted, caged, narrow_mouthed, closed_neck),
         *(long_necked, skin_alone, eyeless, one_eyed, winking, cartoon),
+        *(half_balls, sealed, hands_apart, one_armed),
     )
 }

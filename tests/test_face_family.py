@@ -33,13 +33,12 @@ def verdicts() -> list[dict[str, str]]:
 
 
 @pytest.mark.parametrize("question", QUESTIONS)
-@pytest.mark.xfail(reason="the finder believes one piece of evidence at a time", strict=True)
 def test_no_face_is_read_wrong_without_a_doubt(verdicts, question):
     wrong = [case_name(SEED, i) for i, verdict in enumerate(verdicts) if verdict[question] == "wrong"]
     assert not wrong
 
 
-@pytest.mark.xfail(reason="the finder believes one piece of evidence at a time", strict=True)
+@pytest.mark.xfail(reason="some faces are still doubted", raises=AssertionError, strict=True)
 def test_nearly_all_faces_are_read_right(verdicts):
     assert np.mean([v == "right" for verdict in verdicts for v in verdict.values()]) >= RIGHT
 
@@ -63,7 +62,10 @@ def test_a_file_turned_back_and_scaled_is_the_head(index):
     case = family_case(1, index)
     head = KINDS[case.values["kind"]](sample_head())
     back = case.truth.unit_mm * case.raw.neutral @ case.truth.rotation.T
-    np.testing.assert_allclose(back[: len(head.neutral)], head.neutral, atol=1e-6)
+    if case.values["placed"] == "at_home":
+        np.testing.assert_allclose(back[: len(head.neutral)], head.neutral, atol=1e-6)
+    nearest = [np.linalg.norm(back - place, axis=1).min() for place in (case.truth.eye_left, case.truth.mouth)]
+    assert max(nearest) < 25
     assert np.linalg.det(case.truth.rotation) == pytest.approx(1)
 
 

@@ -152,9 +152,9 @@ def test_every_kind_is_one_of_the_list():
 
 
 def test_a_thousand_names_take_a_fraction_of_a_second():
-    started = time.perf_counter()
+    started = time.process_time()
     movements_of([f"head_lod0__{k}_mouth_corner_pull_{k % 7}L" for k in range(1000)])
-    assert time.perf_counter() - started < 2
+    assert time.process_time() - started < 2
 
 
 @pytest.mark.parametrize(

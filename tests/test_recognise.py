@@ -7,7 +7,7 @@ import pytest
 from capture_plan.errors import RigError
 from capture_plan.rig import sample_rig
 from capture_plan.rig.name_map import NameMap, read_name_map
-from capture_plan.rig.recognise import recognise, recognise_all, slider_pairs
+from capture_plan.rig.recognise import _data, recognise, recognise_all, slider_pairs
 from capture_plan.rig.sequence import map_weights
 
 
@@ -30,6 +30,23 @@ from capture_plan.rig.sequence import map_weights
         ("lookLeft", "VRM", "lookLeft", None, "both eyes look to the subject's left"),
         ("joy", "VRM", "happy", None, "happy face"),
         ("Expressions_mouthSmile_max", "MB-Lab", "mouthSmile_max", None, "mouth smile, upper end of its slider"),
+        ("Fcl_EYE_Close_L", "VRoid", "Fcl_EYE_Close", "left", "eye closed (left)"),
+        ("Face.Fcl_ALL_Joy", "VRoid", "Fcl_ALL_Joy", None, "happy face"),
+        ("viseme_PP", "Visemes", "viseme_PP", None, "as in p"),
+        ("vrc.v_ou", "Visemes", "viseme_ou", None, "lips puckered"),
+        ("V_Open", "Reallusion", "V_Open", None, "mouth says ah"),
+        ("Eye_L_Look_R", "Reallusion", "Eye_L_Look_R", "left", "towards the nose (left)"),
+        ("Mouth_L", "Reallusion", "Mouth_L", None, "subject's left"),
+        ("Brow_Raise_Inner_R", "Reallusion", "Brow_Raise_Inner", "right", "inner brow raised (right)"),
+        ("PHMEyesClosedL", "Daz", "PHMEyesClosed", "left", "eye closed (left)"),
+        ("ウィンク", "MikuMikuDance", "ウィンク", "left", "eye closed (left)"),
+        ("ｳｨﾝｸ２右", "MikuMikuDance", "ウィンク2右", "right", "eye closed (right)"),
+        ("口角上げ", "MikuMikuDance", "口角上げ", None, "corner pulled up"),
+        ("BrowsD_R", "Faceshift", "BrowsD", "right", "brow lowered"),
+        ("Eye_Right_Left", "Unified Expressions", "Eye_Right_Left", "right", "towards the nose"),
+        ("l_smile", "plain words", "l_smile", "left", "corner pulled up (left)"),
+        ("左目を閉じる", "plain words", "左目を閉じる", "left", "eye closed (left)"),
+        ("puff", "plain words", "puff", None, "cheek moves"),
         ("Expressions_eyeClosedL_min", "MB-Lab", "eyeClosedL_min", "left", "eye closed (left), lower end"),
     ],
 )
@@ -40,7 +57,7 @@ def test_a_name_is_told_in_its_standard_and_in_plain_words(name, standard, calle
     assert words in found.words
 
 
-@pytest.mark.parametrize("name", ["", "shape_12", "AU99", "au4_au7", "PupilDilate_L", "Augen", "gaugeau12x"])
+@pytest.mark.parametrize("name", ["", "shape_12", "AU99", "au4_au7", "target_43", "上", "browser", "gaugeau12x"])
 def test_what_no_standard_knows_is_not_recognised(name):
     assert recognise(name) is None
 
@@ -64,6 +81,36 @@ def test_the_eye_that_looks_left_looks_out_on_the_left_and_in_on_the_right():
     named = [recognise(f"CTRL_expressions_eyeLook{way}{side}") for way in ("Left", "Right") for side in "LR"]
     near = [found.arkit[0] for found in named if found]
     assert near == ["eyeLookOutLeft", "eyeLookInRight", "eyeLookInLeft", "eyeLookOutRight"]
+
+
+def test_names_of_houses_and_words_drive_and_are_driven_by_their_nearest():
+    assert shares(["eyeBlinkLeft", "jawOpen"], ["Fcl_EYE_Close_L", "Fcl_EYE_Close_R", "Fcl_MTH_A"]) == {
+        ("eyeBlinkLeft", "Fcl_EYE_Close_L"): 1.0,
+        ("jawOpen", "Fcl_MTH_A"): 1.0,
+    }
+    assert shares(["mouthSmileLeft", "mouthSmileRight"], ["口角上げ"]) == {
+        ("mouthSmileLeft", "口角上げ"): 0.5,
+        ("mouthSmileRight", "口角上げ"): 0.5,
+    }
+
+
+def test_two_names_of_one_movement_are_not_both_driven():
+    assert shares(["jawOpen"], ["mouthOpen", "あ", "Merged_Open_Mouth"]) == {("jawOpen", "mouthOpen"): 1.0}
+
+
+def test_every_name_of_a_house_is_told_and_its_nearest_is_arkits():
+    for names in _data("houses").values():
+        for own in names:
+            found = recognise_all([*names])[own]
+            assert found is not None
+            assert found.standard in (*_data("houses"), "ARKit", "VRM") or len(own) == 1
+            assert set(found.arkit) <= set(sample_rig().names) | {"browInnerUpLeft", "browInnerUpRight"}
+
+
+def test_letters_are_visemes_only_beside_their_family():
+    assert recognise("A") == recognise_all(["A", "B"])["A"]
+    told = recognise_all(list("AIUEO"))
+    assert all(one and one.words.startswith("mouth") for one in told.values())
 
 
 def test_openface_writes_r_for_regressed_unless_there_is_an_l():

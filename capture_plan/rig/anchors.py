@@ -33,7 +33,7 @@ OPENING, MOUTH_OPENING = 0.4, 0.25  # pupil distances from the place found to th
 BEHIND_EARS = 0.4  # pupil distances that a head goes on; a mask ends with what is furthest to its side
 
 
-Border = tuple[Float[np.ndarray, "n 3"], Int[np.ndarray, " n"]]  # places and numbers of the vertices of a border
+Border = tuple[Float[np.ndarray, "_ 3"], Int[np.ndarray, " _"]]  # places and numbers of the vertices of a border
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,10 +187,10 @@ def _mouth(
 ) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, "2 3"], Int[np.ndarray, " b"]]:
     """Centre and corners (left, right) of the mouth, and the border of the lips."""
     place = None if found.places is None else found.places[0]
-    for loop in sorted(loops, key=lambda loop: -np.ptp(rig.neutral[loop, 0])) if place is not None else ():
+    for loop in sorted(loops, key=lambda loop: _apart(rig.neutral[loop], place)) if place is not None else ():
         points = rig.neutral[loop]
         centre, width = _middle(points), np.ptp(points[:, 0])
-        near = np.linalg.norm((centre - place)[1:] * [1, 0.5]) < MOUTH_OPENING * unit
+        near = _apart(points, place) < MOUTH_OPENING * unit
         if near and abs(centre[0] - x0) < 0.15 * unit and 0.1 * unit < width < 2.5 * unit:
             corners = points[[points[:, 0].argmax(), points[:, 0].argmin()]]
             front = points[np.argsort(np.abs(points[:, 0] - x0), kind="stable")[: max(2, len(points) // 5)]]
@@ -204,6 +204,11 @@ def _mouth(
     half = MOUTH_WIDTH * unit / 2
     points = [np.r_[x, y, forward(x)[2]] for x in (x0, x0 + half, x0 - half)]
     return points[0], np.stack(points[1:]), np.empty(0, dtype=np.int64)
+
+
+def _apart(points: Float[np.ndarray, "n 3"], place: Float[np.ndarray, " 3"]) -> float:
+    """From a place to the middle of an opening, across the midline; depth counts half."""
+    return float(np.linalg.norm((_middle(points) - place)[1:] * [1, 0.5]))
 
 
 def _tear(rig: Rig, place: Float[np.ndarray, " 3"], unit: float, x0: float) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 from msgspec import Struct
 
+from capture_plan.rig.agreement import agreed_meanings, misleading
 from capture_plan.rig.anchors import face_anchors, interpupillary
 from capture_plan.rig.face.facts import ReadingFacts, reading_facts
 from capture_plan.rig.findings import (
@@ -23,9 +24,7 @@ from capture_plan.rig.findings import (
 from capture_plan.rig.findings_cover import covers
 from capture_plan.rig.findings_mesh import holes, sizes, untidy, windings
 from capture_plan.rig.findings_sides import crooked, misnamed, overlaps, partners
-from capture_plan.rig.name_map import NameMap
 from capture_plan.rig.pairs import blendshape_pairs
-from capture_plan.rig.recognise import recognise_all
 from capture_plan.rig.record import Rig
 from capture_plan.rig.symmetry import SymmetryReport, symmetry_report
 
@@ -99,7 +98,7 @@ def audit(rig: Rig) -> Audit:
     if used:
         findings += dependent(used, gram) + opposites(used, gram, _sideways(rig, symmetry))
         findings += partners(rig, used) + overlaps(rig, used) + correctives(rig, used)
-    findings += misnamed(rig) + sizes(rig, pupils, used, anchors.pupils) + windings(rig) + covers(rig)
+    findings += misnamed(rig) + misleading(rig) + sizes(rig, pupils, used, anchors.pupils) + windings(rig) + covers(rig)
     findings += crooked(symmetry) + holes(rig, anchors) + untidy(rig)
     return Audit(
         vertices=len(rig.neutral),
@@ -139,7 +138,7 @@ def _sideways(rig: Rig, symmetry: SymmetryReport) -> list[tuple[str, str]]:
 
 def _details(rig: Rig, symmetry: SymmetryReport) -> tuple[BlendshapeFacts, ...]:
     largest = rig.displacement[:, rig.skin].max(axis=1)
-    means = recognise_all(rig.names, mine=NameMap(dict(rig.meanings)))
+    means = agreed_meanings(rig)
     facts = []
     for image, skin_mm in zip(symmetry.blendshapes, largest.tolist(), strict=True):
         known = means[image.blendshape]

@@ -12,11 +12,14 @@ from functools import lru_cache
 
 import numpy as np
 
+from capture_plan.rig.agreement import agreed_meanings
 from capture_plan.rig.gaze import Gaze, gazes
 from capture_plan.rig.pairs import ONE_SIDED, laterality
+from capture_plan.rig.recognise import Recognised
 from capture_plan.rig.record import Rig
 
 DIRECTIONS = ("jawLeft", "jawRight", "mouthLeft", "mouthRight")  # where something moves, no side of the face
+OF_PARTS = ("MetaHuman", "VRM", "MB-Lab")  # whose names say a part of a movement, or several at once
 OF_ONE_MIND = 0.5  # of the movement goes that way: jaws moved aside have 0.84 to 0.99, mouths 0.75 to 0.89
 OTHER = {"Left": "Right", "Right": "Left"}
 REMEMBERED = 8  # rigs of a session
@@ -35,11 +38,17 @@ def base_name(arkit: str) -> str:
 @lru_cache(maxsize=REMEMBERED)
 def _all(rig: Rig) -> dict[str, str | None]:
     looks, side = gazes(rig), dict(zip(rig.names, laterality(rig).tolist(), strict=True))
-    return {name: _confirmed(rig, name, looks.get(name), side[name]) for name in rig.names}
+    said = {name: _said(meaning) for name, meaning in agreed_meanings(rig).items()}
+    return {name: _confirmed(rig, name, said[name], looks.get(name), side[name]) for name in rig.names}
 
 
-def _confirmed(rig: Rig, name: str, gaze: Gaze | None, side: float) -> str | None:
-    said = rig.arkit(name)
+def _said(meaning: Recognised | None) -> str | None:
+    """ARKit's name for a name that says exactly one movement."""
+    one = meaning is not None and len(meaning.arkit) == 1 and meaning.standard not in OF_PARTS
+    return meaning.arkit[0] if meaning and one else None
+
+
+def _confirmed(rig: Rig, name: str, said: str | None, gaze: Gaze | None, side: float) -> str | None:
     if gaze is not None and gaze.eye and (said is None or said.startswith("eyeLook")):
         return _look(gaze)
     if said is None:

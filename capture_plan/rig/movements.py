@@ -17,10 +17,10 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 from capture_plan.rig.names import INTENSITY, UNIT, Side, arkit_name
-from capture_plan.rig.words import DATA, split_words
+from capture_plan.rig.words import DATA, side_words, split_words
 
 Kind = Literal[
     "blink", "eye wide", "eye squint", "gaze up", "gaze down", "gaze left", "gaze right", "gaze in", "gaze out",
@@ -40,6 +40,7 @@ PARTS = frozenset(("eye", "lid", "brow", "mouth", "lip", "corner", "jaw", "cheek
 OWN, UNIT_NAME, PLAIN, ONE_THING = 1.0, 0.95, 0.9, 0.8
 UNEXPLAINED, STRANGE = 0.15, 0.15  # taken off for a known thing that is no part of the movement, for an unknown word
 VOWELS = frozenset(("a", "i", "u", "e", "o", "aa", "ih", "ou", "ee", "oh", "ah", "uh", "oo"))
+SURE = 0.75  # below it a name says something besides the movement
 SYLLABLE = 0.6  # one kana or hangul, alone in its rig
 PREFIXED = 0.95  # of a movement read after a prefix was cut off
 MMD_LEAST = 3  # standard names of MikuMikuDance in one rig
@@ -83,6 +84,22 @@ def movements_of(names: Sequence[str]) -> tuple[Movement | None, ...]:
     return tuple(_winks(words, told))
 
 
+def nearest_of(movement: Movement) -> str | None:
+    """ARKit's blendshape nearest to a movement, without its side; None where none is or the name is not sure."""
+    base = _table("nearest").get(movement.kind)
+    if base is None or movement.confidence < SURE:
+        return None
+    if movement.kind in SIDEWAYS:
+        return f"{base}{movement.towards.capitalize()}" if movement.towards else None
+    return base
+
+
+def said_of(movement: Movement) -> str:
+    """A movement in words for people: "smile (left)"."""
+    words = _table("said").get(movement.kind, movement.kind)
+    return f"{words} ({movement.side})" if movement.side else words
+
+
 def _beside(whole: Movement | None, cut: Movement | None) -> Movement | None:
     """Of a whole name and what follows its prefix the surer reading; a hat or a body as prefix says nothing."""
     if cut and whole and whole.kind in ("hair or clothes", "body"):
@@ -123,11 +140,11 @@ def _said(words: tuple[str, ...]) -> Movement | None:
         return found
     meanings = _meanings()
     things = [meanings.get(word) for word in words]
-    if whole := meanings.get("".join(word for word in words if word not in _sides())):
+    if whole := meanings.get("".join(word for word in words if word not in side_words())):
         things = [whole]
     said = {thing for each in things for thing in each or ()}
     sides: Sides = [
-        (at, side) for at, word in enumerate(words) if (side := _sides().get(word)) and word not in meanings
+        (at, side) for at, word in enumerate(words) if (side := side_words().get(word)) and word not in meanings
     ]
     if sides:
         said.add("side")
@@ -212,7 +229,7 @@ def _is_cut(words: Sequence[str], prefix: tuple[str, ...]) -> bool:
 
 def _bare(words: Sequence[str]) -> str:
     """A name without sides and numbers, its words with spaces."""
-    return " ".join(word for word in words if not word.isdigit() and word not in _sides())
+    return " ".join(word for word in words if not word.isdigit() and word not in side_words())
 
 
 def _families(words: Sequence[tuple[str, ...]]) -> frozenset[str]:
@@ -233,7 +250,7 @@ def _in_family(words: tuple[str, ...], found: Movement | None, family: frozenset
 
 def _in_mmd(words: tuple[str, ...], found: Movement | None) -> Movement | None:
     """What a name of MikuMikuDance moves; its kana stand for mouth shapes beyond doubt."""
-    side: Side | None = next((_sides()[word] for word in words if word in _sides()), None)
+    side: Side | None = next((side_words()[word] for word in words if word in side_words()), None)
     if kind := _table("mmd").get(_bare(words)):
         return Movement(kind, side, PLAIN)
     return replace(found, confidence=PLAIN) if found and found.confidence == SYLLABLE else found
@@ -256,7 +273,7 @@ def _winks(words: Sequence[Sequence[str]], told: list[Movement | None]) -> list[
 
 def _is_strange(word: str) -> bool:
     """A word that nothing here knows."""
-    return not (word.isdigit() or len(word) == 1 or word in _sides() or word in _filler())
+    return not (word.isdigit() or len(word) == 1 or word in side_words() or word in _filler())
 
 
 @cache
@@ -264,7 +281,7 @@ def _data() -> dict:
     return tomllib.loads(DATA.read_text(encoding="utf-8"))
 
 
-def _table(key: str) -> dict[str, Kind]:
+def _table(key: str) -> dict[str, Any]:
     return _data()[key]
 
 
@@ -283,11 +300,6 @@ def _meanings() -> dict[str, tuple[str, ...]]:
 @cache
 def _filler() -> frozenset[str]:
     return frozenset(_data()["filler"]["words"])
-
-
-@cache
-def _sides() -> dict[str, Side]:
-    return {word: side for side, words in _data()["sides"].items() for word in words}
 
 
 @cache

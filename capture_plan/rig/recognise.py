@@ -5,10 +5,13 @@
     recognise("CTRL_expressions_mouthFunnelUL")   MetaHuman  mouthFunnelUL left   "mouth funnel (upper left)"
     recognise("Expressions_mouthSmile_max")       MB-Lab     mouthSmile    none   "mouth smile, upper end of its slider"
     recognise("blink_l")                          VRM        blinkLeft     left   "left eye closed"
+    recognise("Fcl_EYE_Close_L")                  VRoid      Fcl_EYE_Close left   "eye closed (left)"
+    recognise("brow_raise")                       plain words               none   "inner brow raised"
     recognise("eyes_leftEye_blink")               Faceware   eyes_leftEye_blink   left   "eye closed (left)"
 
 Confidence  1 the standard's own spelling; 0.9 a house spelling of it; 0.7 a word of the standard that others use too
-            ("happy"); 0.6 the shape of a name only. What the user's own name map says has confidence 1.
+            ("happy"); 0.6 the shape of a name only,
+            or words of any language (0.63 at most). What the user's own name map says has confidence 1.
 Names are hints for people and for recorded weights; which blendshapes are partners, geometry decides (`pairs.py`).
 """
 
@@ -20,10 +23,15 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
+from capture_plan.rig.movements import Movement, movement_of, movements_of, nearest_of, said_of
 from capture_plan.rig.name_map import NameMap
 from capture_plan.rig.names import INTENSITY, UNIT, WORD, Side, arkit_name, side_of
+from capture_plan.rig.words import side_words, split_words
 
 OWN, HOUSE, SHARED, SHAPE = 1.0, 0.9, 0.7, 0.6
+WORDS = 0.7  # of the confidence that plain words have among themselves: 0.63 at most
+IN_WORDS = "plain words"
+ANY_SPELLING = ("MikuMikuDance", "Visemes")  # the others are told by how they write
 CONTROL = re.compile(r"(?:.*[:|.])?CTRL_expressions[_.]")
 ENDS = re.compile(r"(?P<base>[A-Za-z]*[a-z](?:Left|Right)?)(?P<quadrant>[UD]?(?:IN|OUT)?[LRCUDM]?)(?P<phase>Ph\d)?")
 NUMBERED = re.compile(r"\d+\.")  # 13.mouth_leftMouth_smile
@@ -58,6 +66,10 @@ def recognise(name: str, *, mine: NameMap | None = None) -> Recognised | None:
 def recognise_all(names: Collection[str], *, mine: NameMap | None = None) -> dict[str, Recognised | None]:
     """Every name's meaning, each read beside the others: AU12_r is a right side where there is an AU12_l."""
     found = {name: recognise(name, mine=mine) for name in names}
+    for name, movement in zip(names, movements_of(tuple(names)), strict=True):
+        meaning = found[name]
+        if meaning is None or meaning.standard == IN_WORDS:
+            found[name] = _in_words(name, movement)
     for name, meaning in found.items():
         if meaning and INTENSITY.fullmatch(name) and name[:-1] + "l" in found:
             found[name] = _unit(int(name[2:4]), "right", HOUSE)
@@ -145,6 +157,75 @@ def _mblab(name: str) -> Recognised | None:
     return Recognised("MB-Lab", f"{match['base']}_{match['end']}", side, words, OWN if match["prefix"] else SHAPE)
 
 
+def _house(name: str) -> Recognised | None:
+    """A name of VRoid, Reallusion, MikuMikuDance and others, whole or after a prefix that ends in a dot or colon."""
+    for tail in (name, *(name.rpartition(mark)[2] for mark in ".:|/" if mark in name)):
+        words = _without_viseme(split_words(tail))
+        sides: list[Side] = [side_words()[word] for word in words if word in side_words()]
+        bare = " ".join(word for word in words if word not in side_words())
+        half: Side | None = sides[0] if len(sides) == 1 else None
+        if whole := _house_names().get(" ".join(words)):
+            return _of_house(tail, *whole, None)
+        if known := _house_names().get(bare):
+            return _of_house(tail, *known, half)
+    return None
+
+
+def _of_house(name: str, standard: str, own: str, entry: Any, side: Side | None) -> Recognised | None:
+    """What a name means by its entry in houses.toml; a single sign of MikuMikuDance only where it says a movement."""
+    if standard == "MikuMikuDance" and len(own) == 1 and movement_of(name) is None:
+        return None
+    if standard not in ANY_SPELLING and not _same_letters(name, own):
+        return None
+    confidence = SHARED if standard in ANY_SPELLING else HOUSE
+    if isinstance(entry, str) and entry:
+        nearest = _sided(entry, side) if entry in _data("arkit") else (entry,)
+        base = entry if entry in _data("arkit") else entry.removesuffix("Left").removesuffix("Right")
+        half: Side | None = side if base == entry else "left" if entry.endswith("Left") else "right"
+        return Recognised(standard, own, half, _with(_data("arkit")[base]["words"], half), confidence, nearest)
+    said = entry["words"] if isinstance(entry, dict) else " ".join(split_words(own))
+    return Recognised(standard, own, side, _with(said, side), confidence)
+
+
+def _words(name: str) -> Recognised | None:
+    """A name that says its movement in the words of some language."""
+    return _in_words(name, movement_of(name))
+
+
+def _in_words(name: str, movement: Movement | None) -> Recognised | None:
+    if movement is None:
+        return None
+    base = nearest_of(movement)
+    sure = round(WORDS * movement.confidence, 3)
+    if base is None:
+        return Recognised(IN_WORDS, name, movement.side, said_of(movement), sure)
+    words = _data("arkit")[base]["words"]
+    return Recognised(IN_WORDS, name, movement.side, _with(words, movement.side), sure, _sided(base, movement.side))
+
+
+@cache
+def _house_names() -> dict[str, tuple[str, str, Any]]:
+    """(standard, own spelling, entry) of every name of a house, by its words in small letters."""
+    return {
+        " ".join(split_words(own)): (standard, own, entry)
+        for standard, names in reversed(_data("houses").items())
+        for own, entry in names.items()
+    }
+
+
+def _without_viseme(words: tuple[str, ...]) -> tuple[str, ...]:
+    """VRChat's v_aa as viseme_aa; V_Open is Reallusion's own."""
+    short = words[1:] if words[:1] == ("v",) else words[2:] if words[:2] == ("vrc", "v") else ()
+    spelled = ("viseme", *short)
+    return spelled if short and " ".join(spelled) in _house_names() else words
+
+
+def _same_letters(name: str, own: str) -> bool:
+    """Whether a name is spelled as its standard does, but for its side."""
+    letters = own.replace("_", "")
+    return name.replace("_", "").startswith(letters)
+
+
 def _faceware(name: str) -> Recognised | None:
     short = NUMBERED.sub("", name).lower()
     for known, entry in _data("faceware").items():
@@ -156,7 +237,16 @@ def _faceware(name: str) -> Recognised | None:
     return None
 
 
-READERS: tuple[Callable[[str], Recognised | None], ...] = (_arkit, _facs, _metahuman, _vrm, _mblab, _faceware)
+READERS: tuple[Callable[[str], Recognised | None], ...] = (
+    _arkit,
+    _facs,
+    _metahuman,
+    _vrm,
+    _mblab,
+    _faceware,
+    _house,
+    _words,
+)
 
 
 @cache

@@ -13,6 +13,8 @@ import unicodedata
 from functools import cache, lru_cache
 from importlib.resources import files
 
+from capture_plan.rig.names import Side
+
 MARKS = "\u0591-\u05c7\u0610-\u061a\u064b-\u065f\u0670\u0900-\u0903\u093a-\u094f\u0e31\u0e34-\u0e3a\u0e47-\u0e4e"
 PIECE = re.compile(
     r"CTRL|PHM|JCM|[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+"
@@ -65,3 +67,10 @@ def _known() -> frozenset[str]:
     tables = (data["words"], data["sides"], data["filler"], data["syllables"])
     words = {word for table in tables for words in table.values() for word in words}
     return frozenset(words | set(data["mmd"]))
+
+
+@cache
+def side_words() -> dict[str, Side]:
+    """Words for left and right."""
+    sides = tomllib.loads(DATA.read_text(encoding="utf-8"))["sides"]
+    return {word: side for side, words in sides.items() for word in words}

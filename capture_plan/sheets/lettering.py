@@ -17,7 +17,7 @@ from itertools import groupby
 
 from fontTools.ttLib import TTFont
 
-from capture_plan.rig.movements import movement_of, movements_of
+from capture_plan.rig.movements import movement_of, movements_of, said_of
 
 SANS = "sans"
 FONTS = {  # the first one is the face of the house
@@ -64,7 +64,7 @@ class Labels:
     def __init__(self, names: Sequence[str] = ()) -> None:
         odd = [k for k, name in enumerate(names) if not _is_printable(name)]
         told = movements_of(names) if odd else ()
-        words = {k: _words(told[k].kind, told[k].side) if told[k] else None for k in odd}  # type: ignore[union-attr]
+        words = {k: said_of(found) if (found := told[k]) else None for k in odd}
         often = Counter(words.values())
         self._labels = {
             names[k]: (said if often[said] == 1 else f"{said} (No. {k + 1})")
@@ -110,17 +110,13 @@ def _told(some: list[tuple[str, bool]]) -> str:
     """What is written for letters that no face has."""
     run = "".join(letter for letter, _ in some)
     if (found := movement_of(run)) is not None:
-        return _words(found.kind, found.side)
+        return said_of(found)
     if all(unicodedata.category(letter) in INVISIBLE for letter in run):
         return ""
     script = script_of(run)
     if script == "Chinese":
         return "".join(f"(U+{ord(letter):X})" for letter in run)
     return "(sign)" if script == "an unknown" else f"({script} script)"
-
-
-def _words(kind: str, side: str | None) -> str:
-    return f"{kind} ({side})" if side else kind
 
 
 @cache

@@ -27,6 +27,7 @@ MOVES = 0.1  # share of a blendshape's largest displacement
 FOLDS = 0.3  # of the extent of what moves: lids that close keep their width, a hat drawn into the head keeps nothing
 RIGID = 0.12  # of the motion left after the best rigid fit: a wide open jaw leaves 0.4
 MOST_OF_IT = 0.6  # of the area within reach: a jaw that opens moves up to half of a head
+CALLED = 2  # blendshapes named for the face, whose size is then the typical one
 FAR = 5.0  # median radii from the middle of the face
 TOO_WIDE = 3.0  # median radii
 FEW = 5  # blendshapes
@@ -98,8 +99,10 @@ def find_channels(
     folds = np.array([_folds(neutral, delta, length) for delta, length in zip(deltas, np.sqrt(squared), strict=True)])
     aside = folds | np.array([movement is not None and movement.kind in NOT_OF_THE_FACE for movement in movements])
     w = _kept(w, aside)
-    middle, near = _densest(centre, radius, w)
-    typical = np.median(radius[near & (w > 0)])
+    called = np.array([movement is not None for movement in movements]) & (w > 0)
+    typical = float(np.median(radius[called if called.sum() >= CALLED else w > 0])) or 1.0
+    middle, near = _densest(centre, typical, w)
+    typical = float(np.median(radius[near & called])) if (near & called).sum() >= CALLED else typical
     w = _kept(w, (np.linalg.norm(centre - middle, axis=1) > FAR * typical) | (radius > TOO_WIDE * typical))
     w, middle, rho = _settled(neutral, a, deltas, energy, w)
     return Channels(energy, centre, radius, D, w, movements, middle, rho)
@@ -175,11 +178,11 @@ def _moves_rigidly(
 
 
 def _densest(
-    centre: Float[np.ndarray, "k 3"], radius: Float[np.ndarray, " k"], w: Float[np.ndarray, " k"]
+    centre: Float[np.ndarray, "k 3"], typical: float, w: Float[np.ndarray, " k"]
 ) -> tuple[Float[np.ndarray, " 3"], Bool[np.ndarray, " k"]]:
-    """The place around which most blendshapes lie (mean shift), and which do."""
+    """The place around which most blendshapes lie (mean shift over three typical radii), and which do."""
     some = w > 0
-    reach = TOO_WIDE * float(np.median(radius[some])) or 1.0
+    reach = TOO_WIDE * typical
     near = np.linalg.norm(centre[:, None] - centre, axis=2) < reach
     middle = centre[np.argmax(np.where(some, near @ w, -1))]
     for _ in range(10):

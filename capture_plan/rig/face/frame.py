@@ -132,7 +132,8 @@ def unit_note(raw: RawRig, unit: Unit, pupils: float | None, given: float | None
             f"fits no usual unit: scaled to the size of a human face, one unit is {unit.mm:.4g} mm; "
             "give --unit-mm where that is wrong"
         ]
-    return [f"not sure how long a unit is: one unit was taken as {unit.mm:g} mm{apart}; give --unit-mm where it is not"]
+    told = "the file's own unit" if unit.mm == raw.unit_mm else "not sure how long a unit is: one unit"
+    return [f"{told} was taken as {unit.mm:g} mm{apart}; give --unit-mm where it is not"]
 
 
 def check_given(unit_mm: float | None, up: str | None, facing: str | None) -> None:

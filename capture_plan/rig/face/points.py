@@ -106,7 +106,7 @@ def choose(eyes: list[Candidate], mouths: list[Candidate]) -> tuple[Found, Found
     several = len(kinds - BY_WORD) + bool(kinds & BY_WORD) > 1 or (mouth is not None and bool(kinds & BY_WORD))
     fits = not mouths if mouth is None else _face_like(eye, mouth)
     sure = best - other_eyes > LEAD and several and fits
-    found_eyes = Found(_most_trusted(with_eye), sure, _signs(eyes, with_eye))
+    found_eyes = Found(_together(with_eye), sure, _signs(eyes, with_eye))
     if mouth is None:
         return found_eyes, Found(None, False, ())
     with_mouth = [one for one in mouths if _same(one, mouth, p)]
@@ -119,6 +119,12 @@ def choose(eyes: list[Candidate], mouths: list[Candidate]) -> tuple[Found, Found
 
 def _most_trusted(agreeing: list[Candidate]) -> Float[np.ndarray, "n 3"]:
     return max(agreeing, key=lambda one: one.trust).places
+
+
+def _together(agreeing: list[Candidate]) -> Float[np.ndarray, "n 3"]:
+    """Mean of the places of the best sign of each kind, by trust."""
+    best = {one.kind: one for one in sorted(agreeing, key=lambda one: one.trust)}.values()
+    return np.average([one.places for one in best], axis=0, weights=[one.trust for one in best])
 
 
 def pupils(eyes: Candidate) -> float:

@@ -5,8 +5,8 @@ Score of a unit u, nats = its commonness + FORMAT where the format states it + l
                          + log h(extent of the mesh u)
            f, g, h  mixtures of log-normal densities over the usual one: human, roughly human, anything
 Sure       the lead over every other unit is LEAD, and the face has a size that faces have
-The format's unit stands while the face lies within what cartoons have; a face that fits no usual unit is scaled to a
-human's, which is never sure.
+The format's unit stands while the face is as large as those of mascots may be, but is not sure of what no person has; a
+face that fits no usual unit is scaled to a human's, which is never sure.
 """
 
 import numpy as np
@@ -14,7 +14,8 @@ import numpy as np
 from capture_plan.rig.face.record import Sign, Unit
 from capture_plan.rig.formats.raw import UNITS_MM
 
-HUMAN_MM = (50.0, 80.0)  # between the pupils: outside of it only the format's word is enough
+HUMAN_MM, CARTOON_MM = (50.0, 80.0), (35.0, 130.0)  # between the pupils: the second is enough with the format's word
+STANDS_MM, STANDS_RHO_MM, STANDS_EXTENT_MM = (25.0, 400.0), (15.0, 250.0), (60.0, 4000.0)  # mascots and small animals
 PUPILS_MM, RHO_MM = 63.0, 54.0  # adults; four human rigs 49 to 60
 FORMAT = 4.5  # nats: of the units that files state about one in a hundred is wrong
 COMMON = {1.0: 0.0, 10.0: 0.0, 1000.0: 0.0, 100.0: -0.7, 25.4: -1.2, 304.8: -2.5}
@@ -34,7 +35,7 @@ def find_unit(stated: float | None, pupils: float | None, rho: float, extent: fl
     `extent` is the largest one of the whole mesh; where `few` blendshapes move, rho says little.
     """
     units = list(dict.fromkeys([*COMMON, *UNITS_MM.values(), *([stated] if stated else [])]))
-    sizes = ((1.0, 0.9),) if few else SIZES
+    sizes = ((1.0, 1.4),) if few else SIZES
     common = np.array([COMMON.get(unit, ODD if unit != stated else 0.0) for unit in units])
     by_format = np.array([FORMAT * (unit == stated) for unit in units])
     by_eyes = np.array([_log_mixture(pupils * unit / PUPILS_MM, PUPILS) if pupils else 0.0 for unit in units])
@@ -42,8 +43,12 @@ def find_unit(stated: float | None, pupils: float | None, rho: float, extent: fl
     by_mesh = np.array([_log_mixture(extent * unit / HEAD_MM, WHOLE) for unit in units])
     total = common + by_format + by_eyes + by_size + by_mesh
     best = int(np.argmax(total))
+    if stated and _can_be(stated, pupils, rho, extent, few=few):
+        best = units.index(stated)
     lead = float(total[best] - np.delete(total, best).max())
-    fits = _fits(pupils * units[best] / PUPILS_MM, PUPILS) if pupils else _fits(rho * units[best] / RHO_MM, sizes)
+    fits = (
+        _fits(pupils * units[best] / PUPILS_MM, PUPILS) if pupils else few or _fits(rho * units[best] / RHO_MM, sizes)
+    )
     if not fits and not stated:
         scaled = PUPILS_MM / pupils if pupils else RHO_MM / rho
         return Unit(
@@ -57,9 +62,19 @@ def find_unit(stated: float | None, pupils: float | None, rho: float, extent: fl
         Sign(name, f"{units[int(np.argmax(score))]:g} mm", round(float(score[best] - score[rest].max()), 2))
         for name, score in told
     )
-    human = pupils is None or HUMAN_MM[0] <= pupils * units[best] <= HUMAN_MM[1]
-    sure = lead > LEAD and (units[best] == stated or human) and fits
+    low, high = CARTOON_MM if units[best] == stated else HUMAN_MM
+    human = pupils is None or low <= pupils * units[best] <= high
+    sure = lead > LEAD and human and fits
     return Unit(float(units[best]), sure, signs)
+
+
+def _can_be(stated: float, pupils: float | None, rho: float, extent: float, *, few: bool) -> bool:
+    """Whether a face of the format's own size is one of a person, a mascot or an animal: then its unit stands."""
+    if pupils:
+        length, (low, high) = pupils, STANDS_MM
+    else:
+        length, (low, high) = (extent, STANDS_EXTENT_MM) if few else (rho, STANDS_RHO_MM)
+    return low <= length * stated <= high
 
 
 def _log_mixture(ratio: float, parts: tuple[tuple[float, float], ...]) -> float:

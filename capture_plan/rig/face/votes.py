@@ -67,7 +67,7 @@ def name_votes(channels: Channels) -> list[Vote]:
         if above is not None and below is not None:
             votes.append(Vote(words, "up", _unit(above - below), kappa, eps))
     apart = _left_minus_right(channels)
-    if len(apart):
+    if apart.any():
         strength = float(np.linalg.norm(apart.sum(axis=0)) / np.linalg.norm(apart, axis=1).sum())
         votes.append(Vote("names call this side left", "left", strength * _unit(apart.sum(axis=0)), 6.0, 0.06))
     return votes

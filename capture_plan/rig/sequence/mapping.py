@@ -11,7 +11,7 @@ Weights    w[t, k] = sum_c s[c, k] x[t, c] with the shares s; OpenFace's intensi
 """
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +26,7 @@ INTENSITY_FULL = 5.0  # OpenFace: AU12_r runs from 0 to 5
 QUADRANTS = ("UL", "UR", "DL", "DR")  # of MetaHuman lips
 HOW = ("by your name map", "same name", "means the same", "half and whole", "nearest")
 NO_FIT = len(HOW)
+EXACT = ("ARKit", "FACS", "MetaHuman", "VRM", "MB-Lab", "yours")  # no two names of these are one movement
 
 
 @dataclass(frozen=True)
@@ -155,12 +156,33 @@ def _offers(columns: Sequence[str], names: Sequence[str], mine: NameMap | None) 
             offers.append((column, column, 1, 1.0))
         elif known is not None:
             ranked = [(name, *_fit(known, other)) for name, other in means.items() if other is not None]
+            ranked = _without_doubles(ranked, means)
             first = min((rank for _, rank, _ in ranked), default=NO_FIT)
             for name, rank, part in ranked:
                 if rank == first < NO_FIT:
                     offers.append((column, name, rank, 0.0 if part else 1.0))
                     parts += [name] if part else []
     return [(column, name, rank, share or 1 / max(1, parts.count(name))) for column, name, rank, share in offers]
+
+
+def _without_doubles(
+    ranked: list[tuple[str, int, bool]], means: Mapping[str, Recognised | None]
+) -> list[tuple[str, int, bool]]:
+    """Of several blendshapes that only their words make one movement, the surest alone: a weight opens a mouth once."""
+    surest: dict[tuple[str, ...], tuple[str, int, bool]] = {}
+    for one in ranked:
+        meaning = means[one[0]]
+        if meaning is None or meaning.standard in EXACT or not meaning.arkit or one[1] == NO_FIT:
+            surest[(one[0],)] = one
+            continue
+        key = ("nearest", *meaning.arkit)
+        if key not in surest or _confidence(means[surest[key][0]]) < meaning.confidence:
+            surest[key] = one
+    return list(surest.values())
+
+
+def _confidence(meaning: Recognised | None) -> float:
+    return meaning.confidence if meaning else 0.0
 
 
 def _fit(column: Recognised, blendshape: Recognised) -> tuple[int, bool]:
@@ -176,7 +198,7 @@ def _fit(column: Recognised, blendshape: Recognised) -> tuple[int, bool]:
     rank = 3 if column.standard == blendshape.standard else 4
     part = column.standard == "MetaHuman" and column.name[-2:] in QUADRANTS
     if set(column.arkit) & set(blendshape.arkit):
-        return rank, part
+        return rank, part or set(column.arkit) < set(blendshape.arkit)
     if any(half in (whole + "Left", whole + "Right") for half in column.arkit for whole in blendshape.arkit):
         return rank, True
     if any(half in (whole + "Left", whole + "Right") for whole in column.arkit for half in blendshape.arkit):
