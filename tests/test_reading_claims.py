@@ -51,7 +51,7 @@ def test_a_plan_that_was_read_right_makes_sense(plan, rig):
         ({"up": "+z", "facing": "+y"}, "what moves the eyes lies above what moves the mouth", "--up and --facing"),
         ({"up": "+y", "facing": "-z"}, "most of the markers are seen from the front", "--up and --facing"),
         ({"up": "-y", "facing": "+z"}, "the jaw opens downwards", "--up and --facing"),
-        ({"unit_mm": 20}, "the pupils are 50 to 80 mm apart, or there is a reason why not", "give 10"),
+        ({"unit_mm": 20.0}, "the pupils are 50 to 80 mm apart, or there is a reason why not", "give 10"),
     ],
 )
 def test_a_wrong_reading_fails_though_the_plan_was_made_with_it(file, given, what, says):

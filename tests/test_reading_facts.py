@@ -48,7 +48,8 @@ def test_points_of_the_file_are_those_of_the_rig_in_its_unit_and_axes(rig):
 def test_json_has_every_answer_with_its_doubt(found):
     told = msgspec.json.decode(msgspec.json.encode(found))["reading"]
     assert set(told) == {
-        *("axes", "unit", "eyes", "mouth", "nose", "chin", "ears", "sides", "left_out", "set_aside"),
+        *("axes", "unit", "eyes", "mouth", "nose", "chin", "ears", "sides"),
+        *("left_out", "set_aside", "against"),
     }
     for name in ("axes", "unit", "eyes", "mouth", "nose", "chin", "ears", "sides"):
         assert {"sure", "signs"} <= set(told[name]), name
@@ -80,7 +81,7 @@ def test_a_plan_carries_the_strongest_signs_alone(rig, monkeypatch):
 
 def test_signs_are_told_for_and_against():
     told = signs_words((Sign("weak", "", 1.0), Sign("the format", "+y", 5.0), Sign("the blink", "it goes down", -2.0)))
-    assert told == "; by the format, weak; against it: the blink (it goes down)"
+    assert told == "by the format, weak; against it: the blink (it goes down)"
 
 
 def test_the_text_says_what_was_understood(found):
@@ -126,8 +127,10 @@ def test_every_doubt_is_a_sentence_with_what_to_give(found, read, doubt, says):
 
 def test_a_doubt_is_marked_beside_its_answer(read):
     unsure = replace(read, mouth=SpotFacts(None, None, False))
-    assert [label for label, _, sure in answers(unsure) if not sure] == ["Mouth"]
-    assert ("Mouth", "not found", False) in answers(unsure)
+    (doubted,) = [one for one in answers(unsure) if not one.sure]
+    assert (doubted.label, doubted.text) == ("Mouth", "not found")
+    against = replace(read, against=("the eyes lie 60 mm below the mouth",))
+    assert [one.label for one in answers(against) if not one.sure] == ["Axes"]
 
 
 def test_region_names_need_eyes_and_mouth(read):

@@ -104,8 +104,9 @@ def audit_text(found: Audit) -> str:
 def understood(read: ReadingFacts) -> list[str]:
     """How the face was understood: every answer with what it rests on, what was left out, what is in doubt."""
     lines = ["", "WHAT WAS UNDERSTOOD"]
-    for label, text, sure in answers(read):
-        lines += _paragraph(label if sure else f"{label} (not sure)", text)
+    for one in answers(read):
+        label = one.label if one.sure else f"{one.label} (not sure)"
+        lines += _paragraph(label, "; ".join(filter(None, (one.text, one.signs))))
     for label, text in left_out_words(read):
         lines += _paragraph(label, text)
     for place, doubt in enumerate(doubts(read)):

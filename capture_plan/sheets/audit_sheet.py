@@ -14,9 +14,9 @@ from capture_plan.errors import RigError
 from capture_plan.rig import Rig
 from capture_plan.rig.audit import Audit
 from capture_plan.rig.audit_page import audit_text, verdict
-from capture_plan.rig.face.words import answers, doubts, left_out_words
-from capture_plan.sheets.page import MARGIN_MM, Booklet, Paper
-from capture_plan.sheets.style import FAINT, INK, SOFT, WASH
+from capture_plan.rig.face.words import Answer, answers, doubts, left_out_words
+from capture_plan.sheets.page import MARGIN_MM, POINT_MM, Booklet, Paper
+from capture_plan.sheets.style import FAINT, SOFT, WASH
 from capture_plan.sheets.understood import CLAY, PLAIN_SKIN, REST, Understood, draw_understood, understood
 
 A4_ACROSS = Paper("a4", 297.0, 210.0)
@@ -24,8 +24,10 @@ KINDS = (".png", ".pdf", ".html", ".htm")
 DPI = 160  # of the PNG; the head itself is drawn finer, for the PDF
 HEAD_DPI = 220
 VIEWS_Y, VIEWS_MM = 37.0, 98.0  # from the top of the page, and how high the heads are
-TEXT_Y = 156.0
-DOUBT_PT, LINE_MM = 8.0, 3.35
+TEXT_Y = 155.0
+ROW_MM = 7.4  # of an answer with its signs
+DOUBT_PTS = (8.0, 7.4, 6.8, 6.2)  # the largest at which all doubts have room
+MOST_MM, OUT_MM, BETWEEN_MM = 50.0, 7.6, 0.8  # of the box of doubts, of a line below it, between two doubts
 GOOD, WARN, BAD = "#0f7b4f", "#9a5b00", "#b3261e"
 PAPER_OF_WARNING = "#fff6e5"
 
@@ -81,26 +83,41 @@ def _draw_sides(book: Booklet) -> None:
 def _draw_swatches(book: Booklet, shown: Understood) -> None:
     """What the colours of the head mean."""
     skin = [_hex(PLAIN_SKIN)] if shown.regions is None else [_hex(CLAY)]
-    x, y = MARGIN_MM, TEXT_Y - 6.5
+    x, y = MARGIN_MM, TEXT_Y - 6.0
     words = "skin: markers may go there" + ("" if shown.regions is None else ", in the soft colours of its regions")
     for fill, text in ((skin[0], words), (_hex(REST), "the rest: no markers")):
         book.box(x, y - 2.6, 5, 3.2, fill=fill, line=SOFT, width=0.15)
         x += 6.4 + book.text(x + 6.4, y, text, 7.2, colour=SOFT) + 6
     if shown.regions is None:
-        book.text(x, y, "regions have no names: eyes or mouth are not certain", 7.2, bold=True, colour=WARN)
+        book.text(x, y, "regions have no names: the reading is not certain", 7.2, bold=True, colour=WARN)
 
 
 def _draw_answers(book: Booklet, found: Audit) -> None:
-    """Every answer in a row, with whether it is certain."""
+    """Every answer in a row with whether it is certain, and below it the signs that it rests on."""
     assert found.reading is not None, "checked when the page is begun"
     x, y, wide = MARGIN_MM, TEXT_Y, book.paper.width / 2 - MARGIN_MM - 3
     book.text(x, y, "WHAT WAS UNDERSTOOD", 9, bold=True)
-    for label, text, sure in answers(found.reading):
-        y += 5.4
-        book.line((x, y - 3.8), (x + wide, y - 3.8), width=0.1, colour=FAINT)
-        book.text(x, y, label, 8, bold=True)
-        book.text(x + 15, y, "sure" if sure else "not sure", 7.4, bold=True, colour=GOOD if sure else WARN)
-        book.text(x + 30, y, text, 7.6, colour=INK, fit=wide - 30)
+    y += 1.3
+    for one in _rows(answers(found.reading)):
+        book.line((x, y), (x + wide, y), width=0.1, colour=FAINT)
+        book.text(x, y + 3.4, one.label, 8, bold=True)
+        colour = GOOD if one.sure else WARN
+        book.text(x + 26, y + 3.4, "sure" if one.sure else "not sure", 7.4, bold=True, colour=colour)
+        book.text(x + 40, y + 3.4, one.text, 7.6, fit=wide - 40)
+        book.text(x + 40, y + 6.2, one.signs, 6.4, colour=SOFT, fit=wide - 40)
+        y += ROW_MM if one.signs else ROW_MM - 2.6
+
+
+def _rows(told: list[Answer]) -> list[Answer]:
+    """Nose, chin and ears, which are drawn and rest on eyes and mouth, in one row."""
+    small = [one for one in told if one.label in ("Nose", "Chin", "Ears")]
+    sure = [one.label.lower() for one in small if one.sure]
+    not_found = [one.label.lower() for one in small if one.text == "not found"]
+    rest = [one.label.lower() for one in small if not one.sure and one.text != "not found"]
+    groups = ((sure, "drawn above"), (rest, "drawn above, not certain"), (not_found, "not found"))
+    words = "; ".join(f"{', '.join(names)} {said}" for names, said in groups if names)
+    merged = Answer("Nose, chin, ears", words, "", all(one.sure for one in small))
+    return [*(one for one in told[:-1] if one not in small), merged, told[-1]]
 
 
 def _draw_doubts(book: Booklet, found: Audit) -> None:
@@ -109,19 +126,26 @@ def _draw_doubts(book: Booklet, found: Audit) -> None:
     x, wide = book.paper.width / 2 + 3, book.paper.width / 2 - MARGIN_MM - 3
     told, out = doubts(found.reading), left_out_words(found.reading)
     words = told or ["If the picture looks wrong all the same, give --up, --facing, --unit-mm or --skin."]
-    lines = [min(len(book.broken(sentence, DOUBT_PT, width=wide - 6)), 3) for sentence in words]
-    y, high = TEXT_Y - 4, min(9.0 + sum(LINE_MM * n + 0.8 for n in lines), 46.0 - 8.5 * len(out))
+    most = MOST_MM - OUT_MM * len(out)
+    size = next((pt for pt in DOUBT_PTS if _height(book, words, pt, wide - 6) <= most), DOUBT_PTS[-1])
+    y, high = TEXT_Y - 4, min(_height(book, words, size, wide - 6), most)
     book.box(x, y, wide, high, fill=PAPER_OF_WARNING if told else WASH, line=WARN if told else None, width=0.4)
-    book.text(
-        x + 3, y + 4.6, "IN DOUBT" if told else "NOTHING IS IN DOUBT", 9, bold=True, colour=WARN if told else GOOD
-    )
+    title, colour = ("IN DOUBT", WARN) if told else ("NOTHING IS IN DOUBT", GOOD)
+    book.text(x + 3, y + 4.6, title, 9, bold=True, colour=colour)
     row = y + 6.0
-    for sentence, most in zip(words, lines, strict=True):
-        row = book.paragraph(x + 3, row, sentence, DOUBT_PT, width=wide - 6, lines=most) + 0.8
+    for sentence in words:
+        lines = len(book.broken(sentence, size, width=wide - 6))
+        row = book.paragraph(x + 3, row, sentence, size, width=wide - 6, lines=lines) + BETWEEN_MM
     for i, (label, text) in enumerate(out):
-        top = y + high + 1.5 + 8.5 * i
-        book.text(x + 3, top + 3.4, label, 8, bold=True)
-        book.paragraph(x + 21, top, text, 7.6, width=wide - 22, lines=2, colour=INK)
+        top = y + high + 1.5 + OUT_MM * i
+        book.text(x + 3, top + 2.7, label, 7.6, bold=True)
+        book.paragraph(x + 21, top, text, 7.6, width=wide - 22, lines=2)
+
+
+def _height(book: Booklet, words: list[str], size: float, width: float) -> float:
+    """Of the box around these sentences, millimetres."""
+    lines = sum(len(book.broken(sentence, size, width=width)) for sentence in words)
+    return 8.0 + lines * size * POINT_MM * 1.18 + BETWEEN_MM * len(words)
 
 
 def _png(pdf: bytes) -> bytes:

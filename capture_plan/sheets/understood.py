@@ -32,6 +32,7 @@ EXPECTED = {
 COLUMN_MM, PITCH_MM, LABEL_PT = 25.0, 3.9, 7.0  # of names beside a head
 BAR_MM = 100.0
 ROUND_MM = 6.0  # of the head's surroundings shown around skin and points
+FADE, BLANK_MM = 0.04, 0.1  # of the height, where the rig goes on; of its side border, so that it fades there too
 PROBE_PX = 300  # height of the quick picture that tells what is seen
 CLAY, PLAIN_SKIN, REST = (0.90, 0.89, 0.87), (0.95, 0.79, 0.68), (0.40, 0.42, 0.46)  # display colours
 TINT, SCALP_TINT = 0.42, 0.12  # share of a region's own colour; that of the scalp is grey, as what is no skin
@@ -109,13 +110,19 @@ def frames_of(shown: Understood, aspect: float) -> tuple[Frame, ...]:
     rig = shown.rig
     places = np.concatenate([rig.neutral[rig.skin], *([label.at[None] for label in points_of(shown, FRONT)])])
     boxes = [(p.min(axis=0) - ROUND_MM, p.max(axis=0) + ROUND_MM) for p in (view.project(places) for view in VIEWS)]
-    height = max(max(high[1] - low[1], (high[0] - low[0]) / aspect) for low, high in boxes)
-    width, frames = aspect * height, []
-    for low, high in boxes:
-        middle = (low + high) / 2
-        left, bottom = middle[0] - width / 2, middle[1] - height / 2
-        frames.append(Frame(left, left + width, bottom, bottom + height, 0.04 * height, 0, 0, 0.04 * height))
-    return tuple(frames)
+    height = max(float(max(high[1] - low[1], (high[0] - low[0]) / aspect)) for low, high in boxes)
+    seen = zip(VIEWS, boxes, strict=True)
+    return tuple(_frame(view.project(rig.neutral), low + high, aspect * height, height) for view, (low, high) in seen)
+
+
+def _frame(places: Float[np.ndarray, "v 3"], ends: Float[np.ndarray, " 3"], width: float, height: float) -> Frame:
+    """A frame around the middle between two ends; it fades where the rig goes on beyond it, as a body does."""
+    left, bottom = float(ends[0] - width) / 2, float(ends[1] - height) / 2
+    x, y = places[:, 0], places[:, 1]
+    beyond = [bool(one.any()) for one in (x < left, x > left + width, y < bottom, y > bottom + height)]
+    fade, fade_top = (FADE * height if goes_on else 0.0 for goes_on in (any(beyond[:3]), beyond[3]))
+    on_left, on_right = (BLANK_MM if goes_on else 0.0 for goes_on in beyond[:2])
+    return Frame(left, left + width, bottom, bottom + height, fade, on_left, on_right, fade_top)
 
 
 def points_of(shown: Understood, view: View) -> list[Label]:

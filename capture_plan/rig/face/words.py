@@ -3,6 +3,7 @@ a person can give to settle it.
 """
 
 from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 from capture_plan.rig.face.facts import PairFacts, ReadingFacts, SpotFacts
 from capture_plan.rig.face.record import Sign
@@ -13,8 +14,17 @@ SPOKEN = 3  # signs that a line names
 NAMED = 6  # parts or blendshapes that a line calls by their names
 
 
-def answers(read: ReadingFacts) -> list[tuple[str, str, bool]]:
-    """Label, text and whether it is certain, of every answer."""
+class Answer(NamedTuple):
+    """One thing that was understood: what, the signs it rests on, and whether it is certain."""
+
+    label: str
+    text: str
+    signs: str
+    sure: bool
+
+
+def answers(read: ReadingFacts) -> list[Answer]:
+    """Every answer in words."""
     axes, unit = read.axes, read.unit
     turned = f", turned by {axes.turned_degrees:.0f} degrees" if axes.turned_degrees else ""
     pupils = read.eyes.apart_mm
@@ -29,16 +39,19 @@ def answers(read: ReadingFacts) -> list[tuple[str, str, bool]]:
         ("Ears", _pair_words(read.ears), read.ears),
         ("Sides", _side_words(read), read.sides),
     ]
-    return [(label, text + signs_words(answer.signs), answer.sure) for label, text, answer in rows]
+    believed = {"Axes": not read.against}
+    return [
+        Answer(label, text, signs_words(one.signs), one.sure and believed.get(label, True)) for label, text, one in rows
+    ]
 
 
 def signs_words(signs: Sequence[Sign]) -> str:
-    """', by the format, the jaw opens downwards; against it: ...': the strongest signs of an answer."""
+    """'by the format, the jaw opens downwards; against it: ...': the strongest signs of an answer."""
     told = sorted(signs, key=lambda sign: -abs(sign.weight))
-    speak = [sign.name for sign in told if sign.weight > 0]
+    speak = [sign.name for sign in told if sign.weight > 0] + ["what was given" for s in told if s.name == "given"]
     against = [f"{sign.name} ({sign.says})" if sign.says else sign.name for sign in told if sign.weight < 0]
-    words = f"; by {some(speak, SPOKEN)}" if speak else ""
-    return words + (f"; against it: {some(against, SPOKEN)}" if against else "")
+    words = [f"by {some(speak, SPOKEN)}"] if speak else []
+    return "; ".join([*words, f"against it: {some(against, SPOKEN)}"] if against else words)
 
 
 def doubts(read: ReadingFacts) -> list[str]:
@@ -62,7 +75,7 @@ def left_out_words(read: ReadingFacts) -> list[tuple[str, str]]:
     if read.left_out:
         rows.append(("Left out", f"{some(read.left_out)}: no part of the rig that is shown"))
     if read.set_aside:
-        rows.append(("Set aside", f"{some(read.set_aside)}: not of the face itself, and no sign of where it is"))
+        rows.append(("Set aside", f"{some(read.set_aside)}: no movement of the face itself, so no sign of where it is"))
     return rows
 
 
@@ -98,7 +111,9 @@ def _frame_doubts(read: ReadingFacts) -> list[str]:
     axes, unit, pupils = read.axes, read.unit, read.eyes.apart_mm
     found = []
     if read.against:
-        found.append(f"Against this reading: {'; '.join(read.against)}. {GIVE_AXES[0].upper()}{GIVE_AXES[1:]}.")
+        found.append(
+            f"Against this reading: {'; '.join(read.against[:SPOKEN])}. {GIVE_AXES[0].upper()}{GIVE_AXES[1:]}."
+        )
     elif not axes.sure:
         found.append(
             f"How the head lies in its file is not certain: {axes.up} was taken for up and {axes.facing} for forward. "
@@ -124,7 +139,7 @@ def _face_doubts(read: ReadingFacts) -> list[str]:
     found = []
     if missing:
         found.append(f"No {' and no '.join(missing)} found: say with --skin what is face, if clothes or hair mislead.")
-    if unsure:
+    if unsure and _lies(read):
         are = "is" if unsure == ["mouth"] else "are"
         found.append(f"Where {' and '.join(unsure)} {are}, is not certain: look at the picture, and try --skin.")
     if not read.regions_known:
@@ -133,9 +148,15 @@ def _face_doubts(read: ReadingFacts) -> list[str]:
 
 
 def _side_doubts(read: ReadingFacts) -> list[str]:
-    if read.sides.disagree:
+    if read.sides.disagree and _lies(read):
         return [
             f"Names and movements disagree about left and right in {some(read.sides.disagree)}: exchange these names, "
             "or give --facing if the picture shows the head from behind."
         ]
-    return [] if read.sides.sure else ["Left and right are not certain: compare the picture, and give --facing."]
+    certain = read.sides.sure or not _lies(read)
+    return [] if certain else ["Left and right are not certain: compare the picture, and give --facing."]
+
+
+def _lies(read: ReadingFacts) -> bool:
+    """Whether how the head lies is beyond doubt; where it is not, nothing else can be, and one sentence says so."""
+    return read.axes.sure and not read.against
