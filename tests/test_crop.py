@@ -9,6 +9,11 @@ from capture_plan.rig.crop import WHOLE_RIG, crop_to_head
 from capture_plan.rig.formats.raw import RawRig
 
 
+def cropped(raw: RawRig) -> RawRig:
+    """Cropped to the head; all of its blendshapes are the face's."""
+    return crop_to_head(raw, np.ones(len(raw.names), dtype=bool))
+
+
 def head_on_a_body(height_mm: float) -> RawRig:
     """The sample's head with a slab of triangles below it, down to `height_mm`."""
     rig = sample_rig()
@@ -30,12 +35,12 @@ def head_on_a_body(height_mm: float) -> RawRig:
 
 def test_a_bust_is_kept_whole():
     raw = head_on_a_body(300)
-    assert crop_to_head(raw) is raw
+    assert cropped(raw) is raw
 
 
 def test_of_a_figure_the_head_stays_with_all_its_numbers_and_motion():
     raw, sample = head_on_a_body(1500), sample_rig()
-    head = crop_to_head(raw)
+    head = cropped(raw)
     np.testing.assert_array_equal(head.source_index[: len(sample.neutral)], np.arange(len(sample.neutral)))
     np.testing.assert_array_equal(head.neutral, raw.neutral[head.source_index])
     np.testing.assert_array_equal(head.deltas, raw.deltas[:, head.source_index])
@@ -49,10 +54,10 @@ def test_a_crop_does_not_depend_on_unit_or_axes():
     turned = dataclasses.replace(
         raw, neutral=raw.neutral[:, [2, 0, 1]] / 1000, deltas=raw.deltas[..., [2, 0, 1]] / 1000
     )
-    np.testing.assert_array_equal(crop_to_head(turned).source_index, crop_to_head(raw).source_index)
+    np.testing.assert_array_equal(cropped(turned).source_index, cropped(raw).source_index)
 
 
 def test_a_few_blendshapes_do_not_say_where_the_face_is():
     raw = head_on_a_body(1500)
     few = dataclasses.replace(raw, deltas=raw.deltas[: WHOLE_RIG - 1], names=raw.names[: WHOLE_RIG - 1])
-    assert crop_to_head(few) is few
+    assert cropped(few) is few

@@ -32,6 +32,7 @@ NEVER_IN = (
     ((*EYES, *GAZE), BELOW),
     (BROWS, BELOW | {"cheek"}),
 )
+TELLING = 8  # facial blendshapes: where fewer are, a lid may well move most with the jaw
 LOOK_AGAIN = (
     "eyes or mouth were taken for something else: look at `capture-plan audit RIG -o audit.png`, and give --skin, --up "
     "or --facing"
@@ -75,7 +76,7 @@ def _markers_sided(plan: Plan, rig: Rig) -> list[Sense]:
 def _regions_moved(plan: Plan, rig: Rig) -> list[Sense]:
     """No marker lies in a region that what moves it most cannot belong to."""
     named = [m for m in plan.layout.landmarks if m.region != UNNAMED]
-    if not named:
+    if not named or rig_channels(rig).facial.sum() < TELLING:
         return []
     strongest = strongest_kinds(plan, rig, named)
     wrong = [

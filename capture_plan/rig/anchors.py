@@ -190,11 +190,11 @@ def _mouth(
 ) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, "2 3"], Int[np.ndarray, " b"]]:
     """Centre and corners (left, right) of the mouth, and the border of the lips."""
     place = None if found.places is None else found.places[0]
-    for loop in sorted(loops, key=lambda loop: _apart(rig.neutral[loop], place)) if place is not None else ():
+    near = [] if place is None else [(_apart(rig.neutral[loop], place), loop) for loop in loops]
+    for apart, loop in sorted(near, key=lambda one: one[0]):
         points = rig.neutral[loop]
         centre, width = _middle(points), np.ptp(points[:, 0])
-        near = _apart(points, place) < MOUTH_OPENING * unit
-        if near and abs(centre[0] - x0) < 0.15 * unit and 0.1 * unit < width < 2.5 * unit:
+        if apart < MOUTH_OPENING * unit and abs(centre[0] - x0) < 0.15 * unit and 0.1 * unit < width < 2.5 * unit:
             corners = points[[points[:, 0].argmax(), points[:, 0].argmin()]]
             front = points[np.argsort(np.abs(points[:, 0] - x0), kind="stable")[: max(2, len(points) // 5)]]
             return np.r_[x0, front[:, 1].mean(), front[:, 2].max()], corners, loop

@@ -31,6 +31,8 @@ CALLED = 2  # blendshapes named for the face, whose size is then the typical one
 FAR = 5.0  # median radii from the middle of the face
 TOO_WIDE = 3.0  # median radii
 FEW = 5  # blendshapes
+LITTLE = 0.3  # of the usual distance between movements: where each moves a single vertex
+SMALLEST = 0.02  # of the mesh's diagonal: a single vertex that moves is no face
 REACH = 3.5  # rho: on a human head past the crown and the throat
 
 
@@ -100,9 +102,12 @@ def find_channels(
     aside = folds | np.array([movement is not None and movement.kind in NOT_OF_THE_FACE for movement in movements])
     w = _kept(w, aside)
     called = np.array([movement is not None for movement in movements]) & (w > 0)
-    typical = float(np.median(radius[called if called.sum() >= CALLED else w > 0])) or 1.0
+    apart = np.linalg.norm(centre[w > 0] - np.median(centre[w > 0], axis=0), axis=1)
+    least = max(SMALLEST * float(np.linalg.norm(np.ptp(neutral, axis=0))), LITTLE * float(np.median(apart)))
+    typical = max(float(np.median(radius[called if called.sum() >= CALLED else w > 0])), least)
     middle, near = _densest(centre, typical, w)
-    typical = float(np.median(radius[near & called])) if (near & called).sum() >= CALLED else typical
+    if (near & called).sum() >= CALLED:
+        typical = max(float(np.median(radius[near & called])), least)
     w = _kept(w, (np.linalg.norm(centre - middle, axis=1) > FAR * typical) | (radius > TOO_WIDE * typical))
     w, middle, rho = _settled(neutral, a, deltas, energy, w)
     return Channels(energy, centre, radius, D, w, movements, middle, rho)
@@ -136,7 +141,8 @@ def _size(
 ) -> tuple[Float[np.ndarray, " 3"], float]:
     moved = w @ energy / w.sum()
     middle = moved @ neutral
-    return middle, float(np.sqrt(moved @ ((neutral - middle) ** 2).sum(axis=1)))
+    rho = float(np.sqrt(moved @ ((neutral - middle) ** 2).sum(axis=1)))
+    return middle, max(rho, SMALLEST * float(np.linalg.norm(np.ptp(neutral, axis=0))))
 
 
 def _folds(neutral: Float[np.ndarray, "v 3"], delta: Float[np.ndarray, "v 3"], length: Float[np.ndarray, " v"]) -> bool:
@@ -157,7 +163,7 @@ def _moves_rigidly(
     d ~ t + w x p, weights a over what moves; the rest of the motion in root mean square over the whole.
     """
     length = np.linalg.norm(delta, axis=1)
-    moving = length > MOVES * length.max()
+    moving = length > MOVES * length.max(initial=0)
     if a[moving].sum() < MOST_OF_IT * a.sum() or moving.sum() < 4:
         return False
     p, d, root = points[moving], delta[moving], np.sqrt(a[moving])[:, None, None]
@@ -186,6 +192,5 @@ def _densest(
     near = np.linalg.norm(centre[:, None] - centre, axis=2) < reach
     middle = centre[np.argmax(np.where(some, near @ w, -1))]
     for _ in range(10):
-        close = (np.linalg.norm(centre - middle, axis=1) < reach) & some
-        middle = w[close] @ centre[close] / w[close].sum()
-    return middle, close
+        middle = np.average(centre, axis=0, weights=w * (np.linalg.norm(centre - middle, axis=1) < reach))
+    return middle, (np.linalg.norm(centre - middle, axis=1) < reach) & some

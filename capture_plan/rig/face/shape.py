@@ -129,7 +129,7 @@ class Shape:
             return np.zeros(0), np.zeros((0, 2), dtype=np.int64)
         tree = KDTree(self.neutral[at])
         distance, other = tree.query(self.neutral[at], k=min(NEIGHBOURS + 1, len(at)), distance_upper_bound=LINK * rho)
-        i = np.repeat(np.arange(len(at)), other.shape[1])
+        i = np.arange(len(at)).repeat(np.size(other) // len(at))
         j, distance = other.ravel(), distance.ravel()
         fits = (j < len(at)) & (i < j)
         i, j, distance = i[fits], j[fits], distance[fits]

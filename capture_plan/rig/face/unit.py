@@ -34,7 +34,7 @@ def find_unit(stated: float | None, pupils: float | None, rho: float, extent: fl
 
     `extent` is the largest one of the whole mesh; where `few` blendshapes move, rho says little.
     """
-    units = list(dict.fromkeys([*COMMON, *UNITS_MM.values(), *([stated] if stated else [])]))
+    units = sorted(set(COMMON) | set(UNITS_MM.values()) | ({stated} if stated else set()))
     sizes = ((1.0, 1.4),) if few else SIZES
     common = np.array([COMMON.get(unit, ODD if unit != stated else 0.0) for unit in units])
     by_format = np.array([FORMAT * (unit == stated) for unit in units])

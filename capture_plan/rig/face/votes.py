@@ -140,6 +140,8 @@ def _eyes_and_mouth(shape: Shape, sides: int) -> list[Vote]:
     openings = [tear @ place / tear.sum() for place, tear in shape.openings]
     lids = _mirrored(openings, sides, shape, 0.15)
     lips = next((place for place in openings if _aside(place, sides, shape) < 0.2), None)
+    if shape.channels.few:  # what parts may well be lids alone
+        lips = None
     rims = [shape.neutral[loop] for loop in shape.rims if len(loop) >= 6]
     if lips is not None:
         lids = [pair for pair in lids if np.linalg.norm(pair.mean(axis=0) - lips) > 0.5 * rho]  # no mouth corners
@@ -174,7 +176,7 @@ def _lower_lip(shape: Shape, sides: int) -> list[Vote]:
     lips = next(
         (place.mean(axis=0) for place, _ in shape.openings if _aside(place.mean(axis=0), sides, shape) < 0.2), None
     )
-    if lips is None:
+    if lips is None or shape.channels.few:
         return []
     one, other = (shape.neutral[pair[tear > TORN, end]] for end in (0, 1))
     near = np.linalg.norm((one + other) / 2 - lips, axis=1) < 0.6 * shape.channels.rho

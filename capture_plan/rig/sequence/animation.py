@@ -50,7 +50,7 @@ def read_animation(path: Path) -> WeightTable:
 def animation(gltf: Gltf) -> WeightTable:
     """The table of a document."""
     nodes = [index for index in scene_nodes(gltf) if "mesh" in gltf.entry("nodes", index)]
-    named = target_names(gltf, titles(gltf, nodes), vrm.given_names(vrm.read_expressions(gltf)))
+    named, _ = target_names(gltf, titles(gltf, nodes), vrm.given_names(vrm.read_expressions(gltf)))
     takes = gltf.document.get("animations", [])
     for take in takes:
         channels = [
