@@ -202,7 +202,9 @@ def _mouth(
     skin = rig.neutral[rig.skin]
 
     def forward(x: float) -> Float[np.ndarray, " 3"]:
-        return skin[np.hypot(skin[:, 0] - x, skin[:, 1] - y).argsort()[:12]].max(axis=0)
+        away = np.hypot(skin[:, 0] - x, skin[:, 1] - y)
+        nearest = away.argsort()[:12]
+        return skin[nearest[away[nearest] <= max(0.15 * unit, away[nearest[0]])]].max(axis=0)
 
     half = MOUTH_WIDTH * unit / 2
     points = [np.r_[x, y, forward(x)[2]] for x in (x0, x0 + half, x0 - half)]

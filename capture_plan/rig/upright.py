@@ -14,7 +14,7 @@ from jaxtyping import Float
 from scipy.spatial import KDTree
 
 from capture_plan.mesh.mirror import SAMPLE, Plane, find_mirror_plane, mirror_plane
-from capture_plan.rig.face.axes import together
+from capture_plan.rig.face.axes import PAIRS, axes_matrix, together
 from capture_plan.rig.face.frame import head_shape, votes_of
 from capture_plan.rig.formats.raw import RawRig
 
@@ -43,6 +43,12 @@ def tilt_degrees(plane: Plane) -> float:
     return float(np.degrees(np.arccos(min(1.0, max(map(abs, plane.normal))))))
 
 
+def off_axes_degrees(R: Float[np.ndarray, "3 3"]) -> float:
+    """Angle of the rotation from the nearest pose along signed axes."""
+    traces = [np.trace(R @ axes_matrix(*pair).T) for pair in PAIRS]
+    return float(np.degrees(np.arccos(np.clip((max(traces) - 1) / 2, -1, 1))))
+
+
 def straightened(raw: RawRig) -> tuple[RawRig, Float[np.ndarray, "3 3"]]:
     """The rig itself where its mirror plane lies along an axis, within `TILTED_DEGREES`; else upright, with a note.
 
@@ -57,7 +63,7 @@ def straightened(raw: RawRig) -> tuple[RawRig, Float[np.ndarray, "3 3"]]:
     Q = _onto_axis(np.array(plane.normal))
     turned = rotated(raw, Q)
     R = upright(turned)
-    if np.degrees(np.arccos((np.trace(R @ np.round(R).T) - 1) / 2)) > PITCH_DEGREES:  # not about one axis of the file
+    if off_axes_degrees(R) > PITCH_DEGREES:  # not about one axis of the file
         told += f", its pitch to about {PITCH_DEGREES:.0f} degrees"
         turned, Q = dataclasses.replace(rotated(turned, R), up=None, facing=None), R @ Q
     return dataclasses.replace(turned, note="; ".join(filter(None, (raw.note, told)))), Q

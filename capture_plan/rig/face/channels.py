@@ -31,7 +31,7 @@ CALLED = 2  # blendshapes named for the face, whose size is then the typical one
 FAR = 5.0  # median radii from the middle of the face
 TOO_WIDE = 3.0  # median radii
 FEW = 5  # blendshapes
-LITTLE = 0.3  # of the usual distance between movements: where each moves a single vertex
+LITTLE = 0.5  # of the usual distance between movements: where each moves a single vertex
 SMALLEST = 0.02  # of the mesh's diagonal: a single vertex that moves is no face
 REACH = 3.5  # rho: on a human head past the crown and the throat
 
