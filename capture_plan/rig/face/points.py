@@ -21,10 +21,11 @@ from capture_plan.rig.face.record import Sign
 from capture_plan.rig.face.shape import Shape
 
 BY_WORD = {"blink", "eye name", "part"}  # kinds of sign that fall together where names lie
+ENOUGH = {*BY_WORD, "ball", "lids"}  # kinds that suffice alone above a mouth; other small movements may be brows
 NEAR = 0.35  # pupil distances
 USUAL, LOOSE = 1.0, 0.35  # pupil distances from the eyes to the mouth: four human heads 0.9 to 1.15; in logarithms
 LEAD = 0.5
-OF_THE_NAMES = 2.0  # trust in what is named for the mouth: enough alone
+ALONE = 1.8  # trust in what is named for the mouth, or in skin that parts widely: enough without another sign
 WITHOUT_MOUTH, NO_FACE = 1.5, 4.0  # trust that eyes lose that no mouth fits, or one that is not below them
 BELOW, DEEP = (0.3, 1.9), 0.9  # pupil distances from the eyes down and in depth to the mouth
 
@@ -80,7 +81,7 @@ def _chosen_eyes(
     """The places of all eyes that agree with one; `sure` where several independent kinds do and the mouth fits."""
     agreeing = [one for one in eyes if _same(one, eye, pupils(eye))]
     kinds = {one.kind for one in agreeing}
-    several = len(kinds - BY_WORD) + bool(kinds & BY_WORD) > 1 or (mouth is not None and bool(kinds & BY_WORD))
+    several = len(kinds - BY_WORD) + bool(kinds & BY_WORD) > 1 or (mouth is not None and bool(kinds & ENOUGH))
     fits = not mouths if mouth is None else _face_like(eye, mouth)
     return Found(_together(agreeing), sure and several and fits, _signs(eyes, agreeing))
 
@@ -88,7 +89,7 @@ def _chosen_eyes(
 def _chosen_mouth(eye: Candidate, mouth: Candidate, mouths: list[Candidate], *, sure: bool) -> Found:
     """The place of all mouths that agree with one, that of a tear where there is one: it lies at the lips."""
     agreeing = [one for one in mouths if _same(one, mouth, pupils(eye))]
-    several = len({one.kind for one in agreeing}) > 1 or mouth.trust >= OF_THE_NAMES
+    several = len({one.kind for one in agreeing}) > 1 or mouth.trust >= ALONE
     place = max(agreeing, key=lambda one: (one.kind == "tear", one.trust)).places
     return Found(place, sure and several and _face_like(eye, mouth), _signs(mouths, agreeing))
 
