@@ -33,6 +33,7 @@ BY_MOTION: tuple[tuple[str, tuple[str, ...], Role, float, float, float], ...] = 
 )
 SPREAD = 0.7  # of the summed lengths: left and right names that agree on a direction add up to more
 SEVERAL = 3  # pairs of names that can contradict each other
+CLOSING = 0.6  # share of the largest displacement: the lids alone
 BODY_BEYOND = 7.0  # rho from the face: what lies there is a body
 
 
@@ -101,6 +102,7 @@ def shape_votes(shape: Shape, sides: int) -> list[Vote]:
     votes += _small_above_wide(channels, sides)
     votes += _eyes_and_mouth(shape, sides)
     votes += _lower_lip(shape, sides)
+    votes += _closing(shape, sides)
     if channels.few:
         votes.append(Vote("the neck is cut below the head", "up", 4 * (a @ shape.normals) / a.sum(), 3.0, 0.35))
     votes += _body_votes(shape)
@@ -139,9 +141,7 @@ def _eyes_and_mouth(shape: Shape, sides: int) -> list[Vote]:
     balls = _balls(shape, sides)
     openings = [tear @ place / tear.sum() for place, tear in shape.openings]
     lids = _mirrored(openings, sides, shape, 0.15)
-    lips = next((place for place in openings if _aside(place, sides, shape) < 0.2), None)
-    if shape.channels.few:  # what parts may well be lids alone
-        lips = None
+    lips = _lips(shape, sides)
     rims = [shape.neutral[loop] for loop in shape.rims if len(loop) >= 6]
     if lips is not None:
         lids = [pair for pair in lids if np.linalg.norm(pair.mean(axis=0) - lips) > 0.5 * rho]  # no mouth corners
@@ -173,10 +173,8 @@ def _balls(shape: Shape, sides: int) -> list[Float[np.ndarray, "2 3"]]:
 def _lower_lip(shape: Shape, sides: int) -> list[Vote]:
     """Where lips part, the lower one moves more: it hangs on the jaw."""
     tear, pair = shape.tears
-    lips = next(
-        (place.mean(axis=0) for place, _ in shape.openings if _aside(place.mean(axis=0), sides, shape) < 0.2), None
-    )
-    if lips is None or shape.channels.few:
+    lips = _lips(shape, sides)
+    if lips is None:
         return []
     one, other = (shape.neutral[pair[tear > TORN, end]] for end in (0, 1))
     near = np.linalg.norm((one + other) / 2 - lips, axis=1) < 0.6 * shape.channels.rho
@@ -185,6 +183,37 @@ def _lower_lip(shape: Shape, sides: int) -> list[Vote]:
     apart = (one - other)[near]
     down = (more * apart).sum(axis=0) / (np.abs(more).sum() * np.linalg.norm(apart, axis=1).mean())
     return [Vote("the lower lip moves more than the upper", "up", -2 * down, 4.0, 0.12)]
+
+
+def _closing(shape: Shape, sides: int) -> list[Vote]:
+    """What is small, beside the middle, and moves towards the mouth by more than its size is a lid, above the mouth."""
+    lips, rho = _lips(shape, sides), shape.channels.rho
+    if lips is None:
+        return []
+    ups = []
+    for k in np.flatnonzero(shape.channels.facial):
+        d = shape.deltas[k]
+        length = np.linalg.norm(d, axis=1)
+        most = length > CLOSING * length.max()
+        place, way = shape.neutral[most].mean(axis=0), _unit(d[most].sum(axis=0))
+        spread = np.sqrt(((shape.neutral[most] - place) ** 2).sum(axis=1).mean())
+        apart = lips - place
+        aside = abs(apart[sides])
+        apart[sides] = 0
+        small = spread < 0.25 * rho and length.max() > 1.2 * spread and 0.25 * rho < aside < 1.2 * rho
+        if small and np.linalg.norm(apart) > 0.5 * rho and way @ _unit(apart) > 0.85:
+            ups.append(-way)
+    if not ups:
+        return []
+    return [Vote("something small beside the middle closes towards the mouth", "up", np.mean(ups, axis=0), 6.0, 0.12)]
+
+
+def _lips(shape: Shape, sides: int) -> Float[np.ndarray, " 3"] | None:
+    """Where skin parts most across the middle; None where none does, or so little moves that it may be lids."""
+    if shape.channels.few:
+        return None
+    openings = (tear @ place / tear.sum() for place, tear in shape.openings)
+    return next((place for place in openings if _aside(place, sides, shape) < 0.2), None)
 
 
 def _covers(rim: Float[np.ndarray, "n 3"], ball: Float[np.ndarray, " 3"], rho: float) -> bool:
