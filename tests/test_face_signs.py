@@ -1,0 +1,173 @@
+"""Signs and doubts of a face: what one sign may decide, what several decide, and what stays open."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from capture_plan.rig import sample_rig
+from capture_plan.rig.face.axes import AXES, PAIRS, Vote, axes_matrix, decide, likelihood, vector
+from capture_plan.rig.face.candidate import Candidate
+from capture_plan.rig.face.channels import find_channels
+from capture_plan.rig.face.of_rig import rig_points
+from capture_plan.rig.face.points import choose
+from capture_plan.rig.face.reading import face_reading
+from capture_plan.rig.face.unit import find_unit
+
+UP = (Vote("eyes above mouth", "up", vector("+z"), 8.0, 0.02), Vote("brows rise", "up", vector("+z"), 6.0, 0.03))
+FORWARD = (Vote("skin", "facing", vector("-y"), 6.0, 0.03), Vote("nose", "facing", vector("-y"), 5.0, 0.1))
+
+
+def decided(*votes, sides=0, stated=None, up=None, facing=None, speaking=20):
+    mirror = np.where(np.arange(3) == sides, 0.0, -4.0)
+    return decide(votes, mirror, stated=stated, up=up, facing=facing, speaking=speaking)
+
+
+# ---------------------------------------------------------------- axes
+@pytest.mark.parametrize("pair", PAIRS)
+def test_signs_that_agree_decide_wherever_they_point(pair):
+    R = axes_matrix(*pair)
+    ours = {"up": R[1], "facing": R[2]}
+    votes = [dataclasses.replace(vote, direction=ours[vote.role]) for vote in UP + FORWARD]
+    found = decided(*votes, sides=int(np.argmax(np.abs(R[0]))))
+    assert (found.up, found.facing, found.sure) == (*pair, True)
+
+
+def test_a_vote_favours_its_own_axis_and_its_opposite_least():
+    scores = likelihood(UP[0], None)
+    assert AXES[int(np.argmax(scores))] == "+z"
+    assert AXES[int(np.argmin(scores))] == "-z"
+
+
+def test_a_part_across_the_face_says_nothing_of_up():
+    aslant = dataclasses.replace(UP[0], direction=vector("+z") + 5 * vector("+x"))
+    np.testing.assert_allclose(likelihood(aslant, 0), likelihood(UP[0], 0))
+
+
+def test_one_sign_a_question_is_not_enough():
+    weak = [dataclasses.replace(vote, kappa=3.0, eps=0.2) for vote in (UP[0], FORWARD[0])]
+    assert not decided(*weak).sure
+
+
+def test_signs_that_contradict_each_other_leave_a_doubt():
+    against = dataclasses.replace(UP[0], direction=vector("-z"))
+    assert not decided(UP[0], against, *FORWARD).sure
+
+
+def test_the_format_stands_against_one_sign_and_falls_to_several():
+    assert decided(UP[0], stated=("+y", "+z")).up == "+y"
+    found = decided(*UP, *FORWARD, stated=("+y", "+z"))
+    assert (found.up, found.facing) == ("+z", "-y")
+    assert any(sign.name == "the format" and sign.weight < 0 for sign in found.signs)
+
+
+def test_what_a_person_gives_is_not_voted_on():
+    found = decided(*UP, *FORWARD, up="-x", facing="+z")
+    assert (found.up, found.facing, found.sure) == ("-x", "+z", True)
+
+
+# ---------------------------------------------------------------- unit
+@pytest.mark.parametrize("mm", [1.0, 10.0, 1000.0, 25.4, 100.0])
+def test_a_human_face_tells_its_unit_in_any_usual_one(mm):
+    found = find_unit(None, 62 / mm, 52 / mm, 300 / mm, few=False)
+    assert (found.mm, found.sure) == (mm, True)
+
+
+def test_the_format_s_unit_stands_for_a_mascot_and_is_not_sure():
+    found = find_unit(1000.0, 0.29, 0.2, 0.9, few=False)
+    assert (found.mm, found.sure) == (1000.0, False)
+
+
+def test_the_format_s_unit_falls_where_no_face_can_be_so_large():
+    assert find_unit(1000.0, 62.0, 52.0, 300.0, few=False).mm == 1.0
+
+
+def test_a_face_of_no_usual_unit_is_scaled_and_not_sure():
+    found = find_unit(None, 63 / 5.0, 54 / 5.0, 300 / 5.0, few=False)
+    assert found.mm in (5.0, 10.0)
+    assert not found.sure
+
+
+# ---------------------------------------------------------------- channels
+def with_one_more(name, delta):
+    """The sample with one more blendshape."""
+    rig = sample_rig()
+    deltas = np.concatenate([rig.deltas, delta[None].astype(np.float32)])
+    return rig.neutral, rig.triangles, deltas, (*rig.names, name)
+
+
+def test_every_movement_of_the_sample_is_the_face_s():
+    rig = sample_rig()
+    assert find_channels(rig.neutral, rig.triangles, rig.deltas, rig.names).facial.all()
+
+
+@pytest.mark.parametrize("name", ["shape_53", "head_turn_left"])
+def test_a_head_that_turns_as_a_whole_is_set_aside_with_or_without_its_name(name):
+    v = sample_rig().neutral
+    turned = np.stack([0.2 * (v[:, 2] - 30), 0 * v[:, 0], -0.2 * v[:, 0]], axis=1)
+    channels = find_channels(*with_one_more(name, turned))
+    assert not channels.facial[-1]
+    assert channels.facial[:-1].all()
+
+
+def test_what_folds_into_a_point_is_hidden_and_set_aside():
+    v = sample_rig().neutral
+    top = v[:, 1] > np.percentile(v[:, 1], 90)
+    fold = np.where(top[:, None], v[top].mean(axis=0) - v, 0)
+    assert not find_channels(*with_one_more("shape_53", fold)).facial[-1]
+
+
+# ---------------------------------------------------------------- eyes and mouth
+def pair(kind, trust, half, y):
+    return Candidate(kind, kind, trust, np.array([[half, y, 0.0], [-half, y, 0.0]]))
+
+
+def spot(kind, trust, y):
+    return Candidate(kind, kind, trust, np.array([[0.0, y, 0.0]]))
+
+
+def test_wider_openings_do_not_win_over_eyes_that_several_signs_agree_on():
+    eyes, _ = choose(
+        [pair("rim", 0.3, 80, 0), pair("rim", 0.3, 30, 60), pair("ball", 1.5, 31, 61)], [spot("tear", 1.8, 0)]
+    )
+    assert eyes.sure
+    assert eyes.places[0, 0] == pytest.approx(31, abs=1)
+
+
+def test_a_neck_below_is_no_mouth_where_skin_parts_above_it():
+    _, mouth = choose([pair("ball", 1.5, 30, 60)], [spot("rim", 0.7, -70), spot("tear", 1.8, 0)])
+    assert mouth.places[0, 1] == 0
+
+
+def test_two_places_of_equal_trust_leave_a_doubt():
+    eyes, _ = choose([pair("ball", 1.5, 30, 60), pair("part", 1.5, 31, 90)], [])
+    assert not eyes.sure
+
+
+def test_eyes_below_the_mouth_are_never_sure():
+    eyes, mouth = choose([pair("ball", 1.5, 30, -60), pair("rim", 0.3, 30, -60)], [spot("tear", 1.8, 0)])
+    assert not eyes.sure
+    assert not mouth.sure
+
+
+def test_nothing_found_is_said():
+    eyes, mouth = choose([], [])
+    assert (eyes.places, eyes.sure, mouth.places, mouth.sure) == (None, False, None, False)
+
+
+# ---------------------------------------------------------------- sides
+def test_names_that_say_the_other_side_are_told():
+    rig = sample_rig()
+    swap = {"Left": "Right", "Right": "Left"}
+    names = tuple(next((n.removesuffix(a) + b for a, b in swap.items() if n.endswith(a)), n) for n in rig.names)
+    sides = face_reading(dataclasses.replace(rig, names=names)).sides
+    assert not sides.sure
+    assert "eyeBlinkRight" in sides.disagree
+    assert face_reading(rig).sides.sure
+
+
+def test_shuffled_names_are_not_believed_and_the_eyes_are_found_all_the_same():
+    rig = sample_rig()
+    shuffled = tuple(np.random.default_rng(3).permutation(rig.names).tolist())
+    found, right = rig_points(dataclasses.replace(rig, names=shuffled)).eyes, rig_points(rig).eyes
+    assert np.linalg.norm(found.places - right.places, axis=1).max() < 8
