@@ -8,11 +8,14 @@ import pytest
 from capture_plan.rig import sample_rig
 from capture_plan.rig.face.axes import AXES, PAIRS, Vote, axes_matrix, decide, likelihood, vector
 from capture_plan.rig.face.candidate import Candidate
-from capture_plan.rig.face.channels import find_channels
+from capture_plan.rig.face.channels import find_channels, moves_rigidly
+from capture_plan.rig.face.eyes import eye_candidates
 from capture_plan.rig.face.of_rig import rig_points
 from capture_plan.rig.face.points import choose
 from capture_plan.rig.face.reading import face_reading
+from capture_plan.rig.face.shape import Shape
 from capture_plan.rig.face.unit import find_unit
+from capture_plan.rig.face.votes import all_votes
 
 UP = (Vote("eyes above mouth", "up", vector("+z"), 8.0, 0.02), Vote("brows rise", "up", vector("+z"), 6.0, 0.03))
 FORWARD = (Vote("skin", "facing", vector("-y"), 6.0, 0.03), Vote("nose", "facing", vector("-y"), 5.0, 0.1))
@@ -66,6 +69,20 @@ def test_what_a_person_gives_is_not_voted_on():
     assert (found.up, found.facing, found.sure) == ("-x", "+z", True)
 
 
+@pytest.mark.parametrize("named", [True, False])
+def test_every_sign_of_the_sample_points_where_it_should(named):
+    """The blink of the sample drags its throat along, and its jaw swings back as it drops: both still point up and on."""
+    rig = sample_rig()
+    names = rig.names if named else tuple(f"shape_{k:02d}" for k in range(len(rig.names)))
+    channels = find_channels(rig.neutral, rig.triangles, rig.deltas, names)
+    shape = Shape(rig.neutral, rig.triangles, rig.deltas, channels, rig.parts, rig.part_names)
+    truth = {"left": vector("+x"), "up": vector("+y"), "facing": vector("+z")}
+    votes = all_votes(shape, 0)
+    assert [vote.name for vote in votes if vote.direction @ truth[vote.role] <= 0] == []
+    assert {"the lower lip moves more than the upper", "lids lie before the eyeballs"} <= {vote.name for vote in votes}
+    assert "something small beside the middle closes towards the mouth" in {vote.name for vote in votes}
+
+
 # ---------------------------------------------------------------- unit
 @pytest.mark.parametrize("mm", [1.0, 10.0, 1000.0, 25.4, 100.0])
 def test_a_human_face_tells_its_unit_in_any_usual_one(mm):
@@ -117,7 +134,27 @@ def test_what_folds_into_a_point_is_hidden_and_set_aside():
     assert not find_channels(*with_one_more("shape_53", fold)).facial[-1]
 
 
+def test_turning_is_rigid_and_bending_is_not():
+    points = np.random.default_rng(0).normal(size=(200, 3))
+    turn = np.cross([0.1, 0.2, 0.3], points) + [1.0, 0, 0]
+    bend = np.stack([np.zeros(200), points[:, 0] ** 2 + 1, np.zeros(200)], axis=1)
+    areas = np.ones(200)
+    assert moves_rigidly(points, areas, turn)
+    assert not moves_rigidly(points, areas, bend)
+
+
 # ---------------------------------------------------------------- eyes and mouth
+def test_lids_are_known_by_how_they_close():
+    rig = sample_rig()
+    names = tuple(f"shape_{k:02d}" for k in range(len(rig.names)))
+    channels = find_channels(rig.neutral, rig.triangles, rig.deltas, names)
+    shape = Shape(rig.neutral, rig.triangles, rig.deltas, channels, rig.parts, rig.part_names)
+    lids = [one for one in eye_candidates(shape, 0.0, named=False) if one.kind == "lids"]
+    right = rig_points(rig).eyes.places
+    assert len(lids) == 1
+    assert np.linalg.norm(lids[0].places - right, axis=1).max() < 8
+
+
 def pair(kind, trust, half, y):
     return Candidate(kind, kind, trust, np.array([[half, y, 0.0], [-half, y, 0.0]]))
 

@@ -129,7 +129,7 @@ def _settled(
     """Weights, middle and size of the face once the head's own motion is set aside."""
     middle, rho = _size(neutral, energy, w)
     near = np.linalg.norm(neutral - middle, axis=1) < REACH * rho
-    rigid = np.array([k for k in np.flatnonzero(w) if _moves_rigidly(neutral[near], a[near], deltas[k, near])])
+    rigid = np.array([k for k in np.flatnonzero(w) if moves_rigidly(neutral[near], a[near], deltas[k, near])])
     if len(rigid):
         w = _kept(w, np.isin(np.arange(len(w)), rigid))
         middle, rho = _size(neutral, energy, w)
@@ -155,7 +155,7 @@ def _folds(neutral: Float[np.ndarray, "v 3"], delta: Float[np.ndarray, "v 3"], l
     return bool(after < FOLDS * before)
 
 
-def _moves_rigidly(
+def moves_rigidly(
     points: Float[np.ndarray, "n 3"], a: Float[np.ndarray, " n"], delta: Float[np.ndarray, "n 3"]
 ) -> bool:
     """Whether most of the head moves, and as one rigid piece: least squares over small rotations w and shifts t.
