@@ -71,7 +71,7 @@ def test_what_a_person_gives_is_not_voted_on():
 
 @pytest.mark.parametrize("named", [True, False])
 def test_every_sign_of_the_sample_points_where_it_should(named):
-    """The blink of the sample drags its throat along, and its jaw swings back as it drops: both still point up and on."""
+    """The sample's blink drags its throat along, and its jaw swings back as it drops: both still tell up from down."""
     rig = sample_rig()
     names = rig.names if named else tuple(f"shape_{k:02d}" for k in range(len(rig.names)))
     channels = find_channels(rig.neutral, rig.triangles, rig.deltas, names)
@@ -136,7 +136,7 @@ def test_what_folds_into_a_point_is_hidden_and_set_aside():
 
 def test_turning_is_rigid_and_bending_is_not():
     points = np.random.default_rng(0).normal(size=(200, 3))
-    turn = np.cross([0.1, 0.2, 0.3], points) + [1.0, 0, 0]
+    turn = np.cross([0.1, 0.2, 0.3], points) + np.array([1.0, 0, 0])
     bend = np.stack([np.zeros(200), points[:, 0] ** 2 + 1, np.zeros(200)], axis=1)
     areas = np.ones(200)
     assert moves_rigidly(points, areas, turn)
