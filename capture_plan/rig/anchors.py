@@ -29,6 +29,7 @@ MOUTH_BELOW_EYES, MOUTH_WIDTH = 1.1, 0.8  # of the pupil distance
 EARS_WITHIN = 1.9  # pupil distances from the midline: four human heads have 1.4, a fox's whiskers 2.2
 SAME_FACE = 0.5  # of the given skin; where less is found to be skin, the search went astray and the person is right
 REMEMBERED = 8  # rigs of a session; the search for skin casts rays
+CHIN_BEHIND = 0.8  # pupil distances behind the mouth at most: four human heads 0.1 to 0.2
 ASKEW = 0.15  # rho between the mirror planes of the skin and of the head
 OPENING, MOUTH_OPENING = 0.4, 0.25  # pupil distances from the place found to the middle of the opening that is it
 BEHIND_EARS = 0.4  # pupil distances that a head goes on; a mask ends with what is furthest to its side
@@ -96,6 +97,7 @@ def surface_anchors(rig: Rig, points: Points) -> Anchors:
     drop = eyes[0, 1] - mouth[1]
     between = middle[(middle[:, 1] < eyes[0, 1] - 0.1 * drop) & (middle[:, 1] > mouth[1] + 0.2 * drop)]
     below = middle[(middle[:, 1] < mouth[1] - 0.3 * drop) & (middle[:, 1] > mouth[1] - 0.95 * drop)]
+    below = below[below[:, 2] > mouth[2] - CHIN_BEHIND * unit]  # not the nape, nor the back of a collar
     nose = _furthest(between, (0, 0, 1), mouth + np.array([0, 0.5 * drop, 0.3 * unit]))
     chin = _furthest(below, (0, -1, 1), mouth - np.array([0, 0.65 * drop, 0]))
     beside = skin[
@@ -242,9 +244,5 @@ def _furthest(
 
 
 def interpupillary(rig: Rig) -> float | None:
-    """Millimetres between the centres of the eyeballs, else of the lid openings; None where neither is found."""
-    x0 = mirror_plane(rig.neutral[rig.skin])
-    if pair := _mirrored_pair([(rig.neutral[eye], np.flatnonzero(eye)) for eye in eyeballs(rig)], x0):
-        return float(np.linalg.norm(pair[0][0].mean(axis=0) - pair[1][0].mean(axis=0)))
-    anchors = face_anchors(rig)
-    return anchors.pupils if "eyes" in anchors.found else None
+    """Millimetres between the eyes as they were found; None where no sign speaks of any."""
+    return None if rig_points(rig).eyes.places is None else face_anchors(rig).pupils

@@ -17,12 +17,12 @@ from capture_plan.mesh import boundary_vertices, edges, half_edges, pieces, tria
 from capture_plan.mesh.geometry import triangle_cross
 from capture_plan.rig.anchors import Anchors
 from capture_plan.rig.face.shape import border_loops
+from capture_plan.rig.face.unit import HUMAN_MM
 from capture_plan.rig.findings import Finding
 from capture_plan.rig.record import Rig
 from capture_plan.rig.regions import face_regions
 from capture_plan.visibility.occluder import Occluder
 
-PUPILS_MM = (54, 74)  # human adults
 BREADTH_MM = (60, 300)  # of what moves: one lip to a whole head with its neck
 MOVES = 0.1  # share of the largest displacement
 FAR = 1.5  # pupil distances: an open jaw moves the chin by 0.7
@@ -35,8 +35,8 @@ def sizes(rig: Rig, pupils_mm: float | None, used: tuple[str, ...], unit: float)
     """The head's size and the size of what its blendshapes do; `unit` is the distance of the eyes, found or not."""
     found = []
     change = f"Check the unit: one unit of the file was taken as {rig.unit_mm:g} mm (--unit-mm changes it)"
-    if pupils_mm is not None and not PUPILS_MM[0] <= pupils_mm <= PUPILS_MM[1]:
-        message = f"the pupils are {pupils_mm:.0f} mm apart, a person's {PUPILS_MM[0]} to {PUPILS_MM[1]} mm"
+    if pupils_mm is not None and not HUMAN_MM[0] <= pupils_mm <= HUMAN_MM[1]:
+        message = f"the pupils are {pupils_mm:.0f} mm apart, a person's {HUMAN_MM[0]:g} to {HUMAN_MM[1]:g} mm"
         advice = f"{change}. If the character is no human, scale the rig to the actor who wears the markers."
         found.append(Finding("size", (), message, advice, False, "stop"))
     moved = rig.displacement.max(axis=0) * rig.skin

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Int
+from msgspec.structs import replace as replace_axes
 
 from capture_plan.errors import RigError
 from capture_plan.rig.crop import crop_to_head
@@ -34,7 +35,7 @@ from capture_plan.rig.name_map import read_name_map
 from capture_plan.rig.record import Rig
 from capture_plan.rig.remembered import remembered
 from capture_plan.rig.skin import find_skin
-from capture_plan.rig.upright import straightened
+from capture_plan.rig.upright import off_axes_degrees, straightened
 
 READERS = {".npz": read_npz, ".glb": read_gltf, ".gltf": read_gltf, ".vrm": read_gltf, ".fbx": read_fbx}
 READERS |= dict.fromkeys(SUFFIXES, read_usd)
@@ -120,7 +121,7 @@ def rig_from_raw(
         note="; ".join(filter(None, (raw.note, frame.note))),
         turn=tuple(map(float, (turn @ turned).ravel())),
         understood=Understood(
-            axes=frame.axes,
+            axes=replace_axes(frame.axes, turned_degrees=round(off_axes_degrees(turned), 1)),
             unit=frame.unit,
             left_out=raw.left_out,
             set_aside=tuple(name for name, own in zip(raw.names, facial, strict=True) if not own),

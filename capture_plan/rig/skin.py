@@ -61,8 +61,8 @@ def find_skin(
     area = np.bincount(piece[kept[:, 0]], areas, piece.max() + 1)
     moves = np.bincount(piece, moving, len(area)) > 0
     main = np.where(moves, area, area * 1e-9).argmax()
-    if area[main] < LITTLE * area.max():  # eyes and lips move as pieces of their own on a head that stands still
-        main = area.argmax()
+    loose = bool(area[main] < LITTLE * area.max())  # eyes and lips move as pieces of their own on a head that stands
+    least, main = area[main], area.argmax() if loose else main
 
     # what is worn over the skin hides nothing that make-up cannot reach
     worn = (
@@ -77,7 +77,7 @@ def find_skin(
     seen[at] = hemisphere_visibility(neutral, triangles[~over[triangles].any(axis=1)], at, rays=64)
 
     skin = piece == main
-    for i in np.flatnonzero((area >= PIECE_AREA * area[main]) & ~worn):
+    for i in np.flatnonzero((area >= PIECE_AREA * least) & ~worn):
         of_piece = piece == i
         if np.median(seen[of_piece]) >= PIECE_SEEN and (moving | called_skin)[of_piece].any():
             skin |= of_piece & (i == main or not is_ball(neutral[of_piece]))

@@ -17,9 +17,12 @@ def rig_channels(rig: Rig) -> Channels:
     return find_channels(rig.neutral, rig.triangles, rig.deltas, rig.names)
 
 
+def rig_shape(rig: Rig) -> Shape:
+    """What the shape of a rig tells near its face."""
+    return Shape(rig.neutral, rig.triangles, rig.deltas, rig_channels(rig), rig.parts, rig.part_names)
+
+
 @lru_cache(maxsize=REMEMBERED)
 def rig_points(rig: Rig) -> Points:
     """Eyes and mouth of a rig, with their doubt."""
-    channels = rig_channels(rig)
-    shape = Shape(rig.neutral, rig.triangles, rig.deltas, channels, rig.parts, rig.part_names)
-    return find_points(shape, named=names_agree(channels))
+    return find_points(rig_shape(rig), named=names_agree(rig_channels(rig)))

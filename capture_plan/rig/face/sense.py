@@ -21,10 +21,11 @@ from scipy.spatial import KDTree
 
 from capture_plan.mesh import vertex_areas, vertex_normals
 from capture_plan.mesh.mirror import mirror_plane
+from capture_plan.rig.face.axes import axes_matrix, decide, vector
 from capture_plan.rig.face.channels import Channels
-from capture_plan.rig.face.of_rig import REMEMBERED, rig_channels
+from capture_plan.rig.face.of_rig import REMEMBERED, rig_channels, rig_shape
 from capture_plan.rig.face.reading import face_reading
-from capture_plan.rig.face.votes import BROWS, EYES, MOUTH, names_agree
+from capture_plan.rig.face.votes import BROWS, EYES, MOUTH, all_votes, names_agree
 from capture_plan.rig.movements import Movement, movements_of
 from capture_plan.rig.record import Rig
 
@@ -64,7 +65,8 @@ def pose_senses(rig: Rig) -> tuple[Sense, ...]:
     """Every question about how the head lies that this rig has evidence for."""
     channels, kinds = rig_channels(rig), kinds_of(rig)
     named = (*_above(channels, kinds), *_jaw(channels, kinds)) if names_agree(channels) else ()
-    return (*named, *_points_above(rig), *looks_forward(rig, moving_most(rig), "moving skin"), *_mirrored(rig))
+    shown = (*_points_above(rig), *looks_forward(rig, moving_most(rig), "moving skin"), *_mirrored(rig))
+    return (*_voted(rig), *named, *shown)
 
 
 @lru_cache(maxsize=REMEMBERED)
@@ -111,6 +113,30 @@ def outward(rig: Rig) -> Float[np.ndarray, "v 3"]:
     n, a = vertex_normals(rig.neutral, skin), vertex_areas(rig.neutral, skin)
     away = rig.neutral - a @ rig.neutral / max(float(a.sum()), 1e-12)
     return n * (1.0 if np.einsum("v,vx,vx->", a, n, away) >= 0 else -1.0)
+
+
+def _voted(rig: Rig) -> Iterator[Sense]:
+    """All signs together, asked again in the rig's axes, speak for up and forward as they were read."""
+    shape = rig_shape(rig)
+    votes = all_votes(shape, int(np.argmax(shape.mirror)))
+    said = decide(votes, shape.mirror, stated=None, up=None, facing=None, speaking=int(shape.channels.facial.sum()))
+    right = (said.up, said.facing) == ("+y", "+z")
+    if not (right or said.sure):
+        return
+    up, facing = (_axis_in_file(rig, axis) for axis in (said.up, said.facing))
+    strongest = sorted(said.signs, key=lambda sign: -sign.weight)[:3]
+    found = f"they speak for {up} up and {facing} forward in the file ({', '.join(sign.name for sign in strongest)})"
+    mend = f"it was read with {rig.up} up and {rig.facing} forward; give --up {up} --facing {facing}"
+    yield Sense("all signs of the face together agree with how it lies", right, found, mend)
+
+
+def _axis_in_file(rig: Rig, axis: str) -> str:
+    """The signed axis of the file that is nearest to one of the rig's."""
+    along = np.reshape(rig.turn, (3, 3)).T @ vector(axis)
+    if np.allclose(rig.turn, np.eye(3).ravel()):  # a rig made by hand tells its axes by name
+        along = axes_matrix(rig.up, rig.facing).T @ vector(axis)
+    index = int(np.argmax(np.abs(along)))
+    return ("-" if along[index] < 0 else "+") + "xyz"[index]
 
 
 def _above(channels: Channels, kinds: tuple[Movement | None, ...]) -> Iterator[Sense]:

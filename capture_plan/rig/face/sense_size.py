@@ -1,7 +1,7 @@
 """Whether the size of a face makes sense: pupils as far apart as a person's, or a reason why they are not.
 
 A reason is that the file itself states its unit and the reading believes it, or that the face is built unlike a
-person's, so that no unit could give it a person's size. What a person gave is no reason: it is what is asked about.
+person's, so that no unit could give it a person's size, and is not beyond what cartoons have. What a person gave is no reason: it is what is asked about.
 """
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from capture_plan.rig.face.of_rig import rig_channels
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.face.sense import Sense
-from capture_plan.rig.face.unit import HUMAN_MM, PUPILS_MM
+from capture_plan.rig.face.unit import CARTOON_MM, HUMAN_MM, PUPILS_MM
 from capture_plan.rig.formats.raw import UNITS_MM
 from capture_plan.rig.record import Rig
 
@@ -49,6 +49,7 @@ def _reason(rig: Rig, proportion: float) -> str:
     """Why a face may be larger or smaller than a person's; nothing where it may not."""
     if rig.unit_found == "format" and face_reading(rig).unit.sure:
         return f"the file itself states its unit, {rig.unit_mm:g} mm"
-    if not HUMAN_PUPILS[0] <= proportion <= HUMAN_PUPILS[1]:
+    possible = CARTOON_MM[0] <= proportion * rig_channels(rig).rho <= CARTOON_MM[1]
+    if possible and not HUMAN_PUPILS[0] <= proportion <= HUMAN_PUPILS[1]:
         return f"built unlike a person: {proportion:.2f} of the size of what moves, a person's are 1.1 to 1.3"
     return ""
