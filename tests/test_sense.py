@@ -48,7 +48,8 @@ def test_of_all_ways_to_read_a_head_only_the_right_one_makes_sense(rig, way):
 
 
 def test_what_is_wrong_is_told_in_words_with_what_to_give(rig):
-    lying = next(sense for sense in pose_senses(read_as(rig, "+z", "+y")) if not sense.holds)
+    together, lying = [sense for sense in pose_senses(read_as(rig, "+z", "+y")) if not sense.holds][:2]
+    assert "speak for +y up and +z forward" in together.found
     assert "before" in lying.found
     assert "--up and --facing" in lying.mend
     upside_down = [sense.found for sense in pose_senses(read_as(rig, "-y", "+z")) if not sense.holds]

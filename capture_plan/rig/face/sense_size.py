@@ -1,7 +1,8 @@
 """Whether the size of a face makes sense: pupils as far apart as a person's, or a reason why they are not.
 
 A reason is that the file itself states its unit and the reading believes it, or that the face is built unlike a
-person's, so that no unit could give it a person's size, and is not beyond what cartoons have. What a person gave is no reason: it is what is asked about.
+person's, so that no unit could give it a person's size, and lies within what cartoons have. What a person gave is no
+reason: it is what is asked about.
 """
 
 import numpy as np
