@@ -3,6 +3,7 @@
 from capture_plan.layout.record import Layout, MotionFit, Worth
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
+from capture_plan.rig.face.words import doubts
 from capture_plan.rig.kinds import apart_lines
 from capture_plan.visibility import FEWEST_PIXELS
 
@@ -62,13 +63,17 @@ def bound_words(plan: Plan) -> list[str]:
 
 
 def region_words(plan: Plan) -> list[str]:
-    """Why places have no names, where the face was not understood beyond doubt."""
+    """What of the face was not understood beyond doubt, what to give, and why places then have no names."""
     read = plan.audit.reading
-    if not read or read.regions_known:
+    if not read:
         return []
+    doubted = [f"In doubt: {' '.join(told)}"] if (told := doubts(read)) else []
+    if read.regions_known:
+        return doubted
     return [
+        *doubted,
         "Eyes, mouth or axes of this face are not certain, so that places go without the names of regions, and zones "
-        "without dots lie where eyes and mouth are assumed: look at `capture-plan audit RIG -o audit.png` first."
+        "without dots lie where eyes and mouth are assumed: look at `capture-plan audit RIG -o audit.png` first.",
     ]
 
 
