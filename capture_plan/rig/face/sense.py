@@ -124,8 +124,8 @@ def _voted(rig: Rig) -> Iterator[Sense]:
     if not (right or said.sure):
         return
     up, facing = (_axis_in_file(rig, axis) for axis in (said.up, said.facing))
-    strongest = sorted(said.signs, key=lambda sign: -sign.weight)[:3]
-    found = f"all signs together speak for {up} up and {facing} forward in the file ({', '.join(sign.name for sign in strongest)})"
+    strongest = ", ".join(sign.name for sign in sorted(said.signs, key=lambda sign: -sign.weight)[:3])
+    found = f"all signs together speak for {up} up and {facing} forward in the file ({strongest})"
     mend = f"it was read with {rig.up} up and {rig.facing} forward; give --up {up} --facing {facing}"
     yield Sense("all signs of the face together agree with how it lies", right, found, mend)
 
