@@ -29,6 +29,7 @@ MOUTH_BELOW_EYES, MOUTH_WIDTH = 1.1, 0.8  # of the pupil distance
 EARS_WITHIN = 1.9  # pupil distances from the midline: four human heads have 1.4, a fox's whiskers 2.2
 SAME_FACE = 0.5  # of the given skin; where less is found to be skin, the search went astray and the person is right
 REMEMBERED = 8  # rigs of a session; the search for skin casts rays
+ASTRAY = 0.5  # pupil distances between the mouth found and the skin before it
 CHIN_BEHIND = 0.8  # pupil distances behind the mouth at most: four human heads 0.1 to 0.2
 ASKEW = 0.15  # rho between the mirror planes of the skin and of the head
 OPENING, MOUTH_OPENING = 0.4, 0.25  # pupil distances from the place found to the middle of the opening that is it
@@ -206,7 +207,9 @@ def _mouth(
     def forward(x: float) -> Float[np.ndarray, " 3"]:
         away = np.hypot(skin[:, 0] - x, skin[:, 1] - y)
         nearest = away.argsort()[:12]
-        return skin[nearest[away[nearest] <= max(0.15 * unit, away[nearest[0]])]].max(axis=0)
+        on = skin[nearest[away[nearest] <= max(0.15 * unit, away[nearest[0]])]].max(axis=0)
+        astray = place is not None and abs(on[2] - place[2]) > ASTRAY * unit  # a skin that shows its inside
+        return np.array([x, y, place[2]]) if astray else on
 
     half = MOUTH_WIDTH * unit / 2
     points = [np.r_[x, y, forward(x)[2]] for x in (x0, x0 + half, x0 - half)]

@@ -25,6 +25,7 @@ AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 PAIRS = tuple((up, facing) for up in AXES for facing in AXES if up[1] != facing[1])
 Role = Literal["up", "facing", "left"]
 LEAD, LEAD_OF_FEW = 3.0, 4.5  # nats; the larger one where fewer than FEW blendshapes speak
+LEAST = 3  # blendshapes that say for sure how a head lies whose format is silent
 STRONG, TIE = 3.5, -0.8  # nats: so strong a sign may break a tie alone, a weaker one may not
 FORMAT = 0.96  # share of files whose own axes are right: of 36 files from the field all but one
 
@@ -84,12 +85,17 @@ def decide(
         tables.append(np.array([np.log(FORMAT if pair == stated else (1 - FORMAT) / 23) for pair in pairs]))
     total = np.sum(tables, axis=0)
     best = int(np.argmax(total))
+    overruled = stated in pairs and speaking < FEW and pairs[best] != stated
+    if overruled:  # so few movements do not overrule a format, but leave a doubt
+        best = pairs.index(stated)
     names = [vote.name for vote in votes] + ["its two sides mirror each other"] + ["the format"] * (stated is not None)
     says = [_says(vote) for vote in votes] + [pairs[best][0][1] + pairs[best][1][1]] + ["".join(stated or ())]
     weights = [_weight(table, best) for table in tables]
     signs = tuple(Sign(name, said, round(weight, 2)) for name, said, weight in zip(names, says, weights, strict=False))
     given = up is not None and facing is not None
-    return Axes(*pairs[best], sure=given or _sure(tables, best, stated is not None, speaking), signs=signs)
+    enough = speaking >= LEAST or stated == pairs[best]
+    sure = enough and not overruled and _sure(tables, best, stated is not None, speaking)
+    return Axes(*pairs[best], sure=given or sure, signs=signs)
 
 
 def _sure(tables: list[np.ndarray], best: int, has_format: bool, speaking: int) -> bool:

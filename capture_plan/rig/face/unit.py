@@ -19,6 +19,7 @@ STANDS_MM, STANDS_RHO_MM, STANDS_EXTENT_MM = (25.0, 400.0), (15.0, 250.0), (60.0
 PUPILS_MM, RHO_MM = 63.0, 54.0  # adults; four human rigs 49 to 60
 FORMAT = 4.5  # nats: of the units that files state about one in a hundred is wrong
 COMMON = {1.0: 0.0, 10.0: 0.0, 1000.0: 0.0, 100.0: -0.7, 25.4: -1.2, 304.8: -2.5}
+USUAL = (1.0, 10.0, 1000.0, 100.0, 25.4)  # units that the eyes alone may make sure of: feet are a scaling slip
 ODD = -4.0  # a unit that only this file has
 PUPILS = ((0.75, 0.08), (0.22, 0.35))  # share and spread of the logarithm
 HEAD_MM = 300.0  # a head with its neck; masks are half of that, bodies six times
@@ -65,7 +66,8 @@ def find_unit(stated: float | None, pupils: float | None, rho: float, extent: fl
     )
     low, high = CARTOON_MM if units[best] == stated else HUMAN_MM
     human = pupils is None or low <= pupils * units[best] <= high
-    sure = lead > LEAD and human and fits
+    told_or_seen = units[best] == stated or (pupils is not None and units[best] in USUAL)
+    sure = lead > LEAD and human and fits and told_or_seen
     return Unit(float(units[best]), sure, signs)
 
 
