@@ -208,8 +208,9 @@ def _mouth(
         away = np.hypot(skin[:, 0] - x, skin[:, 1] - y)
         nearest = away.argsort()[:12]
         on = skin[nearest[away[nearest] <= max(0.15 * unit, away[nearest[0]])]].max(axis=0)
-        astray = place is not None and abs(on[2] - place[2]) > ASTRAY * unit  # a skin that shows its inside
-        return np.array([x, y, place[2]]) if astray else on
+        if place is not None and abs(on[2] - place[2]) > ASTRAY * unit:  # a skin that shows its inside
+            return np.array([x, y, place[2]])
+        return on
 
     half = MOUTH_WIDTH * unit / 2
     points = [np.r_[x, y, forward(x)[2]] for x in (x0, x0 + half, x0 - half)]

@@ -44,10 +44,10 @@ REASONS: dict[Kind, str] = {
 def verdict(found: Audit) -> str:
     """One line: can this rig be shot with."""
     out, k = found.blendshapes - len(found.used), found.blendshapes
-    if not found.used:
-        return "No: no blendshape moves the face skin."
     if found.reading and found.reading.no_face:
         return "No: no face was found, neither eyes nor a mouth; see below what to give."
+    if not found.used:
+        return "No: no blendshape moves the face skin."
     kept = f"all {k} blendshapes are planned" if out == 0 else f"{len(found.used)} of {k} blendshapes are planned"
     stops = [finding for finding in found.findings if finding.urgency == "stop"]
     if any(finding.kind == "winding" for finding in stops):

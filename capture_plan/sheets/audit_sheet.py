@@ -130,7 +130,8 @@ def _draw_doubts(book: Booklet, found: Audit) -> None:
     size = next((pt for pt in DOUBT_PTS if _height(book, words, pt, wide - 6) <= most), DOUBT_PTS[-1])
     y, high = TEXT_Y - 4, min(_height(book, words, size, wide - 6), most)
     book.box(x, y, wide, high, fill=PAPER_OF_WARNING if told else WASH, line=WARN if told else None, width=0.4)
-    title, colour = ("IN DOUBT", WARN) if told else ("NOTHING IS IN DOUBT", GOOD)
+    calm = ("NOTHING IS IN DOUBT", GOOD) if verdict(found).startswith("Yes") else ("SEE THE VERDICT ABOVE", WARN)
+    title, colour = ("IN DOUBT", WARN) if told else calm
     book.text(x + 3, y + 4.6, title, 9, bold=True, colour=colour)
     row = y + 6.0
     for sentence in words:

@@ -85,9 +85,9 @@ def decide(
         tables.append(np.array([np.log(FORMAT if pair == stated else (1 - FORMAT) / 23) for pair in pairs]))
     total = np.sum(tables, axis=0)
     best = int(np.argmax(total))
-    overruled = stated in pairs and speaking < FEW and pairs[best] != stated
-    if overruled:  # so few movements do not overrule a format, but leave a doubt
-        best = pairs.index(stated)
+    overruled = False
+    if stated is not None and stated in pairs and speaking < FEW:  # so few do not overrule a format, but leave a doubt
+        overruled, best = pairs[best] != stated, pairs.index(stated)
     names = [vote.name for vote in votes] + ["its two sides mirror each other"] + ["the format"] * (stated is not None)
     says = [_says(vote) for vote in votes] + [pairs[best][0][1] + pairs[best][1][1]] + ["".join(stated or ())]
     weights = [_weight(table, best) for table in tables]

@@ -98,7 +98,8 @@ def _spot_words(spot: SpotFacts) -> str:
 
 
 def _point(point: tuple[float, float, float]) -> str:
-    return f"({', '.join(f'{c:.4g}' for c in point)})"
+    finest = 1e-4 * max(abs(c) for c in point)  # less of a coordinate is rounding
+    return f"({', '.join(f'{c:.4g}' if abs(c) > finest else '0' for c in point)})"
 
 
 def _side_words(read: ReadingFacts) -> str:
