@@ -192,6 +192,16 @@ def test_nothing_found_is_said():
     assert (eyes.places, eyes.sure, mouth.places, mouth.sure) == (None, False, None, False)
 
 
+def test_one_group_of_signs_that_contradicts_the_others_leaves_a_doubt():
+    votes = [Vote(f"place {i}", "up", vector("+y"), 8.0, 0.02, "named place") for i in range(2)]
+    votes += [Vote(f"motion {i}", "up", vector("-y"), 6.0, 0.03, "named motion") for i in range(6)]
+    votes += [Vote(f"facing {i}", "facing", vector("+z"), 6.0, 0.03) for i in range(2)]
+    sides = np.array([0.0, -4, -4])
+    ask = dict(stated=None, up=None, facing=None, speaking=20)
+    assert not decide(votes, sides, **ask).sure
+    assert decide([vote for vote in votes if vote.group != "named place"], sides, **ask).sure
+
+
 # ---------------------------------------------------------------- sides
 def test_names_that_say_the_other_side_are_told():
     rig = sample_rig()
@@ -201,6 +211,18 @@ def test_names_that_say_the_other_side_are_told():
     assert not sides.sure
     assert "eyeBlinkRight" in sides.disagree
     assert face_reading(rig).sides.sure
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [("jawLeft", "jawRight"), ("mouthLeft", "mouthRight"), ("LookIn", "LookOut"), ("LookUp", "LookDown")],
+)
+def test_names_that_say_the_other_way_are_told(one, other):
+    rig = sample_rig()
+    names = tuple(n.replace(one, "@").replace(other, one).replace("@", other) for n in rig.names)
+    wrong = {new for new, old in zip(names, rig.names, strict=True) if new != old}
+    assert set(face_reading(dataclasses.replace(rig, names=names)).sides.disagree) == wrong
+    assert face_reading(rig).sides.disagree == ()
 
 
 def test_shuffled_names_are_not_believed_and_the_eyes_are_found_all_the_same():

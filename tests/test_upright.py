@@ -1,6 +1,7 @@
 """A head that lies anyhow in its file is put upright; one that lies along axes is left alone."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -10,7 +11,10 @@ from scipy.spatial.transform import Rotation
 
 from capture_plan.rig import read_rig, sample_rig
 from capture_plan.rig.face.axes import axes_matrix
+from capture_plan.rig.face.frame import head_shape
+from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.formats.raw import RawRig
+from capture_plan.rig.read import rig_from_raw
 from capture_plan.rig.upright import rotated, straightened, upright
 
 
@@ -41,14 +45,14 @@ def test_an_upright_head_is_told_upright_but_for_its_pitch():
 @pytest.mark.parametrize(("up", "facing"), [("+y", "+z"), ("+z", "-y"), ("-x", "+y")])
 def test_a_head_along_axes_is_left_alone(up, facing):
     raw = rotated(head(), axes_matrix(up, facing).T)
-    assert straightened(raw)[0] is raw
+    assert straightened(raw, head_shape(raw))[0] is raw
 
 
 @pytest.mark.parametrize("axis", ["y", "z"])
 @pytest.mark.parametrize("angle", [-20, 12, 35])
 def test_a_head_turned_about_one_axis_comes_back_exactly(axis, angle):
     Q = Rotation.from_euler(axis, angle, degrees=True).as_matrix()
-    found, Q_back = straightened(rotated(head(), Q))
+    found, Q_back = straightened(lying := rotated(head(), Q), head_shape(lying))
     assert np.abs(found.neutral - head().neutral).max() < 0.1  # millimetres
     assert degrees(Q_back @ Q) < 0.1
     assert f"turned by {abs(angle)} degrees" in found.note
@@ -77,4 +81,25 @@ def test_a_mesh_without_symmetry_is_left_alone():
         head(), neutral=v, deltas=rng.normal(size=(1, 400, 3)).astype(np.float32), names=("a",),
         triangles=np.arange(399).reshape(-1, 3), parts=np.zeros(400, dtype=np.int32), source_index=np.arange(400),
     )  # fmt: skip
-    assert straightened(raw)[0] is raw
+    assert straightened(raw, head_shape(raw))[0] is raw
+
+
+@pytest.mark.parametrize("stated", [None, ("+y", "+z")])
+@pytest.mark.parametrize("degrees_down", [-50, -30, 30, 45, 60])
+def test_a_head_that_bows_or_looks_up_is_lifted_and_told(degrees_down, stated):
+    up, facing = stated or (None, None)
+    bowed = rotated(head(), Rotation.from_euler("x", degrees_down, degrees=True).as_matrix())
+    rig, upright_rig = (rig_from_raw(dataclasses.replace(raw, up=up, facing=facing)) for raw in (bowed, head()))
+    back = np.reshape(rig.turn, (3, 3)) @ Rotation.from_euler("x", degrees_down, degrees=True).as_matrix()
+    assert degrees(back) < 12
+    assert re.search(r"the head is tipped by about \d+ degrees from the axes of its file: it was put upright", rig.note)
+    read = face_reading(rig)
+    assert read.sure
+    assert read.axes.turned_degrees > 20
+    apart = np.subtract(read.eyes.left, face_reading(upright_rig).eyes.left @ back.T)
+    assert np.linalg.norm(apart) < 5
+
+
+def test_a_head_that_bows_a_little_is_left_as_its_artist_made_it():
+    bowed = rotated(head(), Rotation.from_euler("x", 14, degrees=True).as_matrix())
+    assert rig_from_raw(bowed).turn == tuple(np.eye(3).ravel())

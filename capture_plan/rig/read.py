@@ -11,13 +11,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Bool, Float, Int
 from msgspec.structs import replace as replace_axes
 
 from capture_plan.errors import RigError
 from capture_plan.rig.crop import crop_to_head
 from capture_plan.rig.face.axes import axes_matrix
-from capture_plan.rig.face.frame import check_given, find_frame
+from capture_plan.rig.face.frame import Frame, check_given, find_frame, head_shape
 from capture_plan.rig.face.record import Understood
 from capture_plan.rig.formats.belongs import what_belongs
 from capture_plan.rig.formats.csv_folder import read_csv_folder
@@ -35,7 +35,7 @@ from capture_plan.rig.name_map import read_name_map
 from capture_plan.rig.record import Rig
 from capture_plan.rig.remembered import remembered
 from capture_plan.rig.skin import find_skin
-from capture_plan.rig.upright import off_axes_degrees, straightened
+from capture_plan.rig.upright import lifted, off_axes_degrees, straightened
 
 READERS = {".npz": read_npz, ".glb": read_gltf, ".gltf": read_gltf, ".vrm": read_gltf, ".fbx": read_fbx}
 READERS |= dict.fromkeys(SUFFIXES, read_usd)
@@ -91,8 +91,7 @@ def rig_from_raw(
     skin: str | None = None,
 ) -> Rig:
     """The rig of what a reader gave, in millimetres, +y up, facing +z; what is given here is not searched for."""
-    raw, turned = straightened(what_belongs(raw))
-    frame = find_frame(raw, unit_mm=unit_mm, up=up, facing=facing)
+    raw, turned, frame = _framed(what_belongs(raw), unit_mm, up, facing)
     facial = frame.channels.facial
     raw = crop_to_head(raw, facial)
     turn = axes_matrix(frame.up, frame.facing)
@@ -127,6 +126,20 @@ def rig_from_raw(
             set_aside=tuple(name for name, own in zip(raw.names, facial, strict=True) if not own),
         ),
     )
+
+
+def _framed(
+    raw: RawRig, unit_mm: float | None, up: str | None, facing: str | None
+) -> tuple[RawRig, Float[np.ndarray, "3 3"], Frame]:
+    """The rig along signed axes, the rotation that this took, and how it lies in them."""
+    shape = head_shape(raw)
+    straight, turned = straightened(raw, shape)
+    shape = shape if straight is raw else head_shape(straight)
+    frame = find_frame(straight, unit_mm=unit_mm, up=up, facing=facing, shape=shape)
+    if up or facing or (raised := lifted(straight, frame)) is None:
+        return straight, turned, frame
+    straight, Q = raised
+    return straight, Q @ turned, find_frame(straight, unit_mm=unit_mm, up=None, facing=None)
 
 
 def read_raw(path: Path) -> RawRig:

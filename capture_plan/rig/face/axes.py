@@ -5,7 +5,8 @@ Data       signs[s]  a direction u in the file (any length), the role it speaks 
 Likelihood of sign s for the signed axis a of its role: eps / 6 + (1 - eps) softmax_a(kappa |u| cos(u, a))
 Choice     of the 24 right-handed (up, facing) the one with the largest sum of logarithms
 Lead       its sum less log sum exp of the others', nats: sure above LEAD, from at least two signs besides the format,
-           and still in front when any single sign is left out
+           and still in front when any single sign is left out; never where one group of signs by itself (how what is
+           named moves, where it lies, shape) speaks for another axis by more than AGAINST
 The format's own statement is one sign, a strong one: only several others together overrule it.
 
 A direction across the face tells nothing about up or facing, so its part along the best mirror axis is taken out.
@@ -13,7 +14,8 @@ A direction across the face tells nothing about up or facing, so its part along 
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from itertools import product
+from typing import Literal, get_args
 
 import numpy as np
 from jaxtyping import Float
@@ -24,7 +26,9 @@ from capture_plan.rig.face.record import Axes, Sign
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 PAIRS = tuple((up, facing) for up in AXES for facing in AXES if up[1] != facing[1])
 Role = Literal["up", "facing", "left"]
+Group = Literal["named motion", "named place", "shape"]
 LEAD, LEAD_OF_FEW = 3.0, 4.5  # nats; the larger one where fewer than FEW blendshapes speak
+AGAINST = 4.0  # nats; on 22 avatars 2.4 at most, where all deltas are negated 7 to 21
 LEAST = 3  # blendshapes that say for sure how a head lies whose format is silent
 STRONG, TIE = 3.5, -0.8  # nats: so strong a sign may break a tie alone, a weaker one may not
 FORMAT = 0.96  # share of files whose own axes are right: of 36 files from the field all but one
@@ -32,13 +36,17 @@ FORMAT = 0.96  # share of files whose own axes are right: of 36 files from the f
 
 @dataclass(frozen=True, eq=False)
 class Vote:
-    """A sign in words, the direction in the file that it gives to a role, its sharpness and how often it is wrong."""
+    """A sign in words, the direction in the file that it gives to a role, its sharpness and how often it is wrong.
+
+    Signs of one `group` err together: names that lie, deltas that were negated.
+    """
 
     name: str
     role: Role
     direction: Float[np.ndarray, " 3"]
     kappa: float
     eps: float
+    group: Group = "shape"
 
 
 def vector(axis: str) -> Float[np.ndarray, " 3"]:
@@ -94,7 +102,8 @@ def decide(
     signs = tuple(Sign(name, said, round(weight, 2)) for name, said, weight in zip(names, says, weights, strict=False))
     given = up is not None and facing is not None
     enough = speaking >= LEAST or stated == pairs[best]
-    sure = enough and not overruled and _sure(tables, best, stated is not None, speaking)
+    contradicted = _group_against(votes, sides, pairs[best])
+    sure = enough and not overruled and not contradicted and _sure(tables, best, stated is not None, speaking)
     return Axes(*pairs[best], sure=given or sure, signs=signs)
 
 
@@ -107,6 +116,17 @@ def _sure(tables: list[np.ndarray], best: int, has_format: bool, speaking: int) 
     agreeing = sum(_weight(table, best) > 0.5 for table in own)
     alone = [_lead(total - table, best) > (TIE if _weight(table, best) > STRONG else 0) for table in own]
     return _lead(total, best) > needed and agreeing >= 2 and all(alone)
+
+
+def _group_against(votes: Sequence[Vote], sides: int, chosen: tuple[str, str]) -> bool:
+    """Whether the signs of one group, taken alone, speak clearly for another axis than the one chosen."""
+    for group, role in product(get_args(Group), ("up", "facing")):
+        own = [likelihood(vote, sides) for vote in votes if (vote.group, vote.role) == (group, role)]
+        total = np.sum([np.zeros(6), *own], axis=0)
+        best = int(np.argmax(total))
+        if AXES[best] != _axis_of(role, chosen) and _lead(total, best) > AGAINST:
+            return True
+    return False
 
 
 def _lead(total: Float[np.ndarray, " n"], best: int) -> float:

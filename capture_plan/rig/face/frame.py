@@ -21,7 +21,7 @@ from capture_plan.rig.record import Found
 class Frame:
     """Unit and axes of a file with their signs, how each was found, and a sentence where a person should know one.
 
-    `channels` are in the file's axes and unit; `points` in the rig's axes and the file's unit.
+    `channels` and `votes` are in the file's axes and unit; `points` in the rig's axes and the file's unit.
     """
 
     axes: Axes
@@ -31,6 +31,7 @@ class Frame:
     facing_found: Found
     note: str
     channels: Channels
+    votes: tuple[Vote, ...]
     points: Points
 
     @property
@@ -49,12 +50,18 @@ class Frame:
         return self.axes.facing
 
 
-def find_frame(raw: RawRig, *, unit_mm: float | None, up: str | None, facing: str | None) -> Frame:
-    """Unit and axes of `raw`: what is given here, else what its format says where that can be, else what is found."""
-    shape = head_shape(raw)
+def find_frame(
+    raw: RawRig, *, unit_mm: float | None, up: str | None, facing: str | None, shape: Shape | None = None
+) -> Frame:
+    """Unit and axes of `raw`: what is given here, else what its format says where that can be, else what is found.
+
+    `shape` is that of `raw`, where it is known already.
+    """
+    shape = shape or head_shape(raw)
     stated = (raw.up, raw.facing) if raw.up and raw.facing else None
+    votes = tuple(all_votes(shape, int(np.argmax(shape.mirror))))
     axes = decide(
-        all_votes(shape, int(np.argmax(shape.mirror))),
+        votes,
         shape.mirror,
         stated=stated if not (up or facing) else None,
         up=up,
@@ -78,6 +85,7 @@ def find_frame(raw: RawRig, *, unit_mm: float | None, up: str | None, facing: st
         facing_found="format" if agrees else found[1],
         note="; ".join([*axes_note(raw, axes, given=bool(up or facing)), *unit_note(raw, unit, pupils, unit_mm)]),
         channels=shape.channels,
+        votes=votes,
         points=points,
     )
 

@@ -3,14 +3,17 @@
 from functools import lru_cache
 
 import numpy as np
+from jaxtyping import Float
 
 from capture_plan.rig.anchors import face_anchors
 from capture_plan.rig.face.channels import Channels
 from capture_plan.rig.face.of_rig import REMEMBERED, rig_channels, rig_points
 from capture_plan.rig.face.record import Axes, Eyes, Reading, Sides, Sign, Spot, Understood, Unit, Vector
+from capture_plan.rig.movements import Movement
 from capture_plan.rig.record import Rig
 
 ASIDE = 0.1  # rho from the midline: what is called left and lies nearer than that says nothing of the sides
+ALONG = 0.2  # of a direction of length 1; sideways jaws, lips and looks of four heads 0.25 to 0.8
 MOST = 0.8  # of the names with a side
 
 
@@ -55,20 +58,48 @@ def by_hand(rig: Rig) -> Understood:
 
 
 def find_sides(channels: Channels, names: tuple[str, ...], x0: float, *, sure: bool) -> Sides:
-    """Whether blendshapes that are called left move the subject's left, and which do not."""
-    agree, disagree = 0, []
-    for name, movement, centre in zip(names, channels.movements, channels.centre, strict=True):
-        aside = float(centre[0] - x0) / channels.rho
-        if movement is None or movement.side is None or movement.kind.startswith("gaze") or abs(aside) < ASIDE:
-            continue
-        if (movement.side == "left") == (aside > 0):
-            agree += 1
-        else:
-            disagree.append(name)
-    several = agree + len(disagree)
-    most = several == 0 or agree >= MOST * several
+    """Whether blendshapes move the subject's left, and to the left, where their names say so; which do not."""
+    agrees = {
+        name: agree
+        for name, movement, centre, direction in zip(
+            names, channels.movements, channels.centre, channels.direction, strict=True
+        )
+        if movement is not None
+        and (agree := _as_called(movement, float(centre[0] - x0) / channels.rho, direction)) is not None
+    }
+    agree, several = sum(agrees.values()), len(agrees)
     sign = Sign("names of one side", f"{agree} of {several} move the side that they are called by", float(agree))
-    return Sides(sure=sure and most, disagree=tuple(disagree), signs=(sign,) if several else ())
+    return Sides(
+        sure=sure and agree >= MOST * several,
+        disagree=tuple(name for name, right in agrees.items() if not right),
+        signs=(sign,) if several else (),
+    )
+
+
+def _as_called(movement: Movement, aside: float, direction: Float[np.ndarray, " 3"]) -> bool | None:
+    """Whether a blendshape moves the side, or to the side, that its name says; None where that says nothing.
+
+    `aside` is how far its centre lies to the subject's left of the middle, rho.
+    """
+    towards = _towards(movement)
+    if towards is not None:
+        along = float(direction @ towards)
+        return None if abs(along) < ALONG else along > 0
+    if movement.side is None or movement.kind.startswith("gaze") or abs(aside) < ASIDE:
+        return None
+    return (movement.side == "left") == (aside > 0)
+
+
+def _towards(movement: Movement) -> Float[np.ndarray, " 3"] | None:
+    """Which way a name says that what it moves goes, where it says left, right or the way of a gaze."""
+    left, up = np.array([1.0, 0, 0]), np.array([0, 1.0, 0])
+    outwards = left if movement.side == "left" else -left
+    ways = {"gaze up": up, "gaze down": -up, "gaze left": left, "gaze right": -left}
+    if movement.kind in ("gaze in", "gaze out"):
+        return None if movement.side is None else outwards if movement.kind == "gaze out" else -outwards
+    if movement.kind in ("jaw side", "mouth side", "tongue") and movement.towards is not None:
+        return left if movement.towards == "left" else -left
+    return ways.get(movement.kind)
 
 
 def _vector(point: np.ndarray) -> Vector:

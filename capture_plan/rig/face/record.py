@@ -67,7 +67,10 @@ class Spot(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Sides(Struct, frozen=True, forbid_unknown_fields=True):
-    """Whether names and geometry agree on the subject's left: `sure`, and which blendshapes they disagree about."""
+    """Whether names and geometry agree on the subject's left: `sure`, and which blendshapes they disagree about.
+
+    A name disagrees that moves the other side of the face than it says, or its jaw, lips or gaze the other way.
+    """
 
     sure: bool
     disagree: tuple[str, ...] = ()

@@ -58,7 +58,8 @@ def name_votes(channels: Channels) -> list[Vote]:
     for words, kinds, role, sign, kappa, eps in BY_MOTION:
         rows = channels.of(*kinds)
         if rows:
-            votes.append(Vote(words, role, sign * channels.direction[rows].mean(axis=0), kappa, eps))
+            direction = sign * channels.direction[rows].mean(axis=0)
+            votes.append(Vote(words, role, direction, kappa, eps, "named motion"))
     eyes, mouth, brows = (_middle_of(channels, kinds) for kinds in (EYES, MOUTH, BROWS))
     for words, above, below, kappa, eps in (
         ("what is named for the eyes lies above the mouth", eyes, mouth, 8.0, 0.02),
@@ -66,11 +67,12 @@ def name_votes(channels: Channels) -> list[Vote]:
         ("what is named for the brows lies above the eyes", brows, eyes, 5.0, 0.08),
     ):
         if above is not None and below is not None:
-            votes.append(Vote(words, "up", _unit(above - below), kappa, eps))
+            votes.append(Vote(words, "up", _unit(above - below), kappa, eps, "named place"))
     apart = _left_minus_right(channels)
     if apart.any():
         strength = float(np.linalg.norm(apart.sum(axis=0)) / np.linalg.norm(apart, axis=1).sum())
-        votes.append(Vote("names call this side left", "left", strength * _unit(apart.sum(axis=0)), 6.0, 0.06))
+        left = strength * _unit(apart.sum(axis=0))
+        votes.append(Vote("names call this side left", "left", left, 6.0, 0.06, "named place"))
     return votes
 
 
@@ -83,9 +85,11 @@ def _names_and_balls(shape: Shape, sides: int) -> list[Vote]:
     eyes, mouth, brows = balls[0].mean(axis=0), _middle_of(channels, MOUTH), _middle_of(channels, BROWS)
     votes = []
     if mouth is not None:
-        votes.append(Vote("two balls lie above what is named for the mouth", "up", _unit(eyes - mouth), 8.0, 0.06))
+        words = "two balls lie above what is named for the mouth"
+        votes.append(Vote(words, "up", _unit(eyes - mouth), 8.0, 0.06, "named place"))
     if brows is not None:
-        votes.append(Vote("what is named for the brows lies above two balls", "up", _unit(brows - eyes), 5.0, 0.10))
+        words = "what is named for the brows lies above two balls"
+        votes.append(Vote(words, "up", _unit(brows - eyes), 5.0, 0.10, "named place"))
     return votes
 
 

@@ -105,7 +105,7 @@ def _point(point: tuple[float, float, float]) -> str:
 def _side_words(read: ReadingFacts) -> str:
     if not read.sides.disagree:
         return "names and movements agree on left and right" if read.sides.sure else "left and right are not certain"
-    return f"{len(read.sides.disagree)} blendshapes move the other side than their names say"
+    return f"{len(read.sides.disagree)} blendshapes move the other side, or the other way, than their names say"
 
 
 def _frame_doubts(read: ReadingFacts) -> list[str]:
