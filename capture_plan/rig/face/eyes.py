@@ -149,11 +149,15 @@ def _sharp(shape: Shape, x0: float, sign: int) -> list[Sharp]:
 
 
 def _of_the_smallest(found: list[tuple[float, Float[np.ndarray, " 3"]]], most: float) -> Float[np.ndarray, " 3"] | None:
-    """Mean of the places of movements as small as the smallest: a grin that closes the eyes too is left out."""
+    """Mean of the places of movements as small as the smallest: a grin that closes the eyes too is left out.
+
+    None where the smallest is larger than `most`, or where they lie further apart: the eyes of two heads.
+    """
     smallest = min((spread for spread, _ in found), default=np.inf)
     if smallest > most:
         return None
-    return np.mean([place for spread, place in found if spread <= WIDER * smallest], axis=0)
+    places = np.array([place for spread, place in found if spread <= WIDER * smallest])
+    return places.mean(axis=0) if np.ptp(places, axis=0).max() < most else None
 
 
 def weighted_median(x: Float[np.ndarray, "v n"], w: Float[np.ndarray, " v"]) -> Float[np.ndarray, " n"]:

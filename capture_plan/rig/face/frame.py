@@ -83,7 +83,13 @@ def find_frame(
         unit_found="given" if unit_mm else "format" if unit.mm == raw.unit_mm else "detected",
         up_found="format" if agrees else found[0],
         facing_found="format" if agrees else found[1],
-        note="; ".join([*axes_note(raw, axes, given=bool(up or facing)), *unit_note(raw, unit, pupils, unit_mm)]),
+        note="; ".join(
+            [
+                *axes_note(raw, axes, given=bool(up or facing)),
+                *unit_note(raw, unit, pupils, unit_mm),
+                *["two heads move in this file: export one of them alone"] * shape.doubled,
+            ]
+        ),
         channels=shape.channels,
         votes=votes,
         points=points,

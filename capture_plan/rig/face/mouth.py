@@ -13,6 +13,7 @@ LIPS = (
 STRONG_TEAR = 6.0
 FRONT = 0.25  # rho: lips are about 12 mm deep
 WIDEST = 1.2  # rho: a movement of the mouth alone is smaller
+ASIDE = 0.7  # rho from the middle: half a smile lies at 0.4, what lies further is another head's
 MOST = 12  # candidates
 
 
@@ -21,6 +22,7 @@ def mouth_candidates(shape: Shape, x0: float, *, named: bool) -> list[Candidate]
     channels, rho = shape.channels, shape.channels.rho
     found = []
     rows = [k for k in channels.of(*LIPS) if channels.radius[k] < WIDEST * rho] if named else []
+    rows = [k for k in rows if abs(channels.centre[k, 0] - x0) < ASIDE * rho]
     if rows:
         place = np.median(channels.centre[rows], axis=0)
         found.append(Candidate("name", "what is named for the mouth", 2.0, _on_plane(place, x0)))

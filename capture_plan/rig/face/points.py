@@ -4,12 +4,12 @@ Data       a head in the rig's axes (+y up, +z forward, the subject's left +x), 
 Agreement  candidates within NEAR pupil distances are one; their trusts add up, each kind of sign once
 Score      trust of the eyes + trust of the mouth - (log(h / (USUAL p)) / LOOSE)^2 / 2, h from the eyes to the mouth and
            p between the pupils
-Sure       the score leads that of every other place by LEAD, at least two kinds of sign agree, and the mouth lies
-           below the eyes as it does in faces
+Sure       the score leads that of every other place by LEAD, at least two kinds of sign agree, no sign that would be
+           enough alone points to another mouth, and the mouth lies below the eyes as it does in faces
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -49,11 +49,17 @@ class Points:
 
 
 def find_points(shape: Shape, *, named: bool) -> Points:
-    """Eyes and mouth of a head in the rig's axes; names are heeded where `named` says that they do not contradict."""
+    """Eyes and mouth of a head in the rig's axes; names are heeded where `named` says that they do not contradict.
+
+    Of two heads in one file none is sure.
+    """
     x0 = shape.mirror_across(0)[1]
     eyes = [one for one in eye_candidates(shape, x0, named=named) if _possible(one, shape)]
     mouths = mouth_candidates(shape, x0, named=named)
-    return Points(x0, *choose(eyes, mouths))
+    points = Points(x0, *choose(eyes, mouths))
+    if not shape.doubled:
+        return points
+    return replace(points, eyes=replace(points.eyes, sure=False), mouth=replace(points.mouth, sure=False))
 
 
 def choose(eyes: list[Candidate], mouths: list[Candidate]) -> tuple[Found, Found]:
@@ -90,8 +96,11 @@ def _chosen_mouth(eye: Candidate, mouth: Candidate, mouths: list[Candidate], *, 
     """The place of all mouths that agree with one, that of a tear where there is one: it lies at the lips."""
     agreeing = [one for one in mouths if _same(one, mouth, pupils(eye))]
     several = len({one.kind for one in agreeing}) > 1 or mouth.trust >= ALONE
+    rivals = [
+        one for one in mouths if one.trust >= ALONE and not _same(one, mouth, pupils(eye)) and _face_like(eye, one)
+    ]
     place = max(agreeing, key=lambda one: (one.kind == "tear", one.trust)).places
-    return Found(place, sure and several and _face_like(eye, mouth), _signs(mouths, agreeing))
+    return Found(place, sure and several and not rivals and _face_like(eye, mouth), _signs(mouths, agreeing))
 
 
 def _together(agreeing: list[Candidate]) -> Float[np.ndarray, "n 3"]:

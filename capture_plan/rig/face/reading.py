@@ -8,6 +8,7 @@ from jaxtyping import Float
 from capture_plan.rig.anchors import face_anchors
 from capture_plan.rig.face.channels import Channels
 from capture_plan.rig.face.of_rig import REMEMBERED, rig_channels, rig_points
+from capture_plan.rig.face.points import NEAR, Points
 from capture_plan.rig.face.record import Axes, Eyes, Reading, Sides, Sign, Spot, Understood, Unit, Vector
 from capture_plan.rig.movements import Movement
 from capture_plan.rig.record import Rig
@@ -35,7 +36,7 @@ def face_reading(rig: Rig) -> Reading:
             signs=points.eyes.signs,
         ),
         mouth=Spot(
-            at=None if points.mouth.places is None else _vector(anchors.mouth),
+            at=None if points.mouth.places is None else _vector(_lips(anchors.mouth, points)),
             sure=points.mouth.sure and file.axes.sure,
             signs=points.mouth.signs,
         ),
@@ -46,6 +47,15 @@ def face_reading(rig: Rig) -> Reading:
         left_out=file.left_out,
         set_aside=file.set_aside,
     )
+
+
+def _lips(refined: Float[np.ndarray, " 3"], points: Points) -> Float[np.ndarray, " 3"]:
+    """The middle of the lips by their border, where that lies at the mouth that was found."""
+    eyes, mouth = points.eyes.places, points.mouth.places
+    if mouth is None or eyes is None:
+        return refined
+    near = np.linalg.norm(refined - mouth[0]) < NEAR * np.linalg.norm(eyes[0] - eyes[1])
+    return refined if near else mouth[0]
 
 
 def by_hand(rig: Rig) -> Understood:
