@@ -108,7 +108,10 @@ def find_channels(
     middle, near = _densest(centre, typical, w)
     if (near & called).sum() >= CALLED:
         typical = max(float(np.median(radius[near & called])), least)
-    w = _kept(w, (np.linalg.norm(centre - middle, axis=1) > FAR * typical) | (radius > TOO_WIDE * typical))
+    beyond = (np.linalg.norm(centre - middle, axis=1) > FAR * typical) | (radius > TOO_WIDE * typical)
+    if (w > 0).sum() < FEW:  # a jaw and two blinks lie far from each other for their size
+        beyond &= ~called
+    w = _kept(w, beyond)
     w, middle, rho = _settled(neutral, a, deltas, energy, w)
     return Channels(energy, centre, radius, D, w, movements, middle, rho)
 

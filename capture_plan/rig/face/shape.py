@@ -37,7 +37,7 @@ TORN = 2.5  # tear of lips and lids; cheeks stay below 1
 LINK = 0.2  # rho between torn vertices of one opening
 CELL, CELLS = 0.15, 32  # rho, and cells to either side of the middle, in which the front is looked for
 FRONT = 0.5  # rho behind the front of its cell
-TWIN, ALIKE, CLEAR = 0.2, 0.05, 0.02  # share of the facial energy; of the size: unlike, and between them
+TWIN, ALIKE, BESIDE = 0.2, 0.02, 0.3  # share of the facial energy; of the size: unlike, and from middle to middle
 COMPACT = 0.45  # least over largest extent of an eyeball, or of the half that shows
 
 
@@ -102,15 +102,15 @@ class Shape:
 
     @cached_property
     def doubled(self) -> bool:
-        """Whether two pieces of one size, clear of each other, move by like shares: two heads in one file."""
+        """Whether two pieces of one shape, moved by like shares, stand beside each other: two heads in one file."""
         share = np.bincount(self.piece, self.channels.moved)
-        if len(share) < 2:
+        if len(share) < 2 or np.sort(share)[-2] < TWIN:
             return False
         first, second = (self.neutral[self.piece == number] for number in np.argsort(share, kind="stable")[:-3:-1])
-        size = np.ptp(first, axis=0)
-        alike = np.abs(np.ptp(second, axis=0) - size).max() < ALIKE * size.max()
-        gap = np.maximum(first.min(axis=0) - second.max(axis=0), second.min(axis=0) - first.max(axis=0)).max()
-        return bool(np.sort(share)[-2] > TWIN and alike and gap > CLEAR * size.max())
+        size = float(np.ptp(first, axis=0).max())
+        apart = middle_of_box(second) - middle_of_box(first)
+        off = KDTree(second).query(first[:: max(1, len(first) // SAMPLE)] + apart)[0]
+        return bool(np.linalg.norm(apart) > BESIDE * size and np.median(off) < ALIKE * size)
 
     @cached_property
     def mirror(self) -> Float[np.ndarray, " 3"]:

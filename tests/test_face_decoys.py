@@ -1,0 +1,64 @@
+"""What looks like a face beside the face: a veil that moves with it, a second head in the same file."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from capture_plan.mesh import vertex_normals
+from capture_plan.rig.face.reading import face_reading
+from capture_plan.rig.formats.raw import RawRig
+from capture_plan.rig.read import rig_from_raw
+from tests.face_heads import cut, sample_head, visible_skin
+
+
+def raw_of(head):
+    """The head as a file of millimetres without a statement."""
+    index = np.arange(len(head.neutral), dtype=np.int32)
+    return RawRig("case", head.neutral, head.triangles, head.deltas, head.names, head.parts, head.part_names, index)
+
+
+def with_more(head, points, triangles, deltas):
+    """A head with one more piece."""
+    return dataclasses.replace(
+        head,
+        neutral=np.vstack([head.neutral, points]),
+        triangles=np.vstack([head.triangles, triangles + len(head.neutral)]).astype(np.int32),
+        deltas=np.concatenate([head.deltas, deltas.astype(np.float32)], axis=1),
+        parts=np.concatenate([head.parts, np.zeros(len(points), dtype=head.parts.dtype)]),
+    )
+
+
+def test_a_veil_that_moves_with_the_mouth_leaves_a_doubt_or_the_mouth_behind_it():
+    head = sample_head()
+    veil = cut(head, visible_skin(head) & (head.neutral[:, 1] < 690) & (head.neutral[:, 2] > 80))
+    hanging = veil.neutral + 12 * vertex_normals(veil.neutral, veil.triangles)
+    hanging[:, 1] -= 120 * np.clip((690 - hanging[:, 1]) / 60, 0, 1)
+    mouth = face_reading(rig_from_raw(raw_of(with_more(head, hanging, veil.triangles, 0.8 * veil.deltas)))).mouth
+    assert not mouth.sure or np.linalg.norm(np.subtract(mouth.at, head.mouth)) < 10
+
+
+@pytest.mark.parametrize("apart", [140.0, 170.0, 250.0])
+def test_of_two_heads_in_one_file_no_face_is_sure_and_it_is_said(apart):
+    head = sample_head()
+    one, other = np.concatenate([head.deltas, 0 * head.deltas]), np.concatenate([0 * head.deltas, head.deltas])
+    twice = dataclasses.replace(head, deltas=one, names=head.names + tuple(f"B_{name}" for name in head.names))
+    rig = rig_from_raw(raw_of(with_more(twice, head.neutral + np.array([apart, 0, 0]), head.triangles, other)))
+    read = face_reading(rig)
+    assert (read.eyes.sure, read.mouth.sure) == (False, False)
+    assert "two heads move in this file" in rig.note
+
+
+def test_the_two_halves_of_one_head_are_no_two_heads():
+    head = sample_head()
+    x = head.neutral[head.triangles, 0].mean(axis=1)
+    halves = [cut_by_triangles(head, side) for side in (x > 0, x <= 0)]
+    split = with_more(halves[0], halves[1].neutral, halves[1].triangles, halves[1].deltas)
+    assert "two heads" not in rig_from_raw(raw_of(split)).note
+
+
+def cut_by_triangles(head, kept):
+    used = np.unique(head.triangles[kept])
+    triangles = np.searchsorted(used, head.triangles[kept]).astype(np.int32)
+    pick = {"neutral": head.neutral[used], "deltas": head.deltas[:, used], "parts": head.parts[used]}
+    return dataclasses.replace(head, triangles=triangles, **pick)
