@@ -16,6 +16,7 @@ from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.formats.raw import RawRig
 from capture_plan.rig.read import rig_from_raw
 from capture_plan.rig.upright import rotated, straightened, upright
+from tests.face_heads import bend, sample_head
 
 
 def head() -> RawRig:
@@ -103,3 +104,18 @@ def test_a_head_that_bows_or_looks_up_is_lifted_and_told(degrees_down, stated):
 def test_a_head_that_bows_a_little_is_left_as_its_artist_made_it():
     bowed = rotated(head(), Rotation.from_euler("x", 14, degrees=True).as_matrix())
     assert rig_from_raw(bowed).turn == tuple(np.eye(3).ravel())
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_a_snout_is_no_tipped_head(named):
+    sample = sample_head()
+
+    def snout(v):
+        x, y, z = v.T
+        forward = np.clip((z - 90) / 60, 0, 2) * np.exp(-(((y - 680) / 40) ** 2))
+        return v + np.stack([-0.3 * x * np.clip(forward, 0, 1), 0 * y, 60 * forward], axis=1)
+
+    animal = bend(sample, snout)
+    names = sample.names if named else tuple(f"t{k}" for k in range(len(sample.names)))
+    raw = dataclasses.replace(head(), neutral=animal.neutral, deltas=animal.deltas, names=names)
+    assert rig_from_raw(raw).turn == tuple(np.eye(3).ravel())

@@ -4,6 +4,7 @@ from capture_plan.mesh.geodesic import geodesic_distance, near_table, surface_gr
 from capture_plan.mesh.geometry import (
     border_edges,
     boundary_vertices,
+    counted_edges,
     edges,
     half_edges,
     pieces,
@@ -15,6 +16,7 @@ from capture_plan.mesh.geometry import (
 __all__ = [
     "border_edges",
     "boundary_vertices",
+    "counted_edges",
     "edges",
     "geodesic_distance",
     "half_edges",

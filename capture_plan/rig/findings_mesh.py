@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from capture_plan.mesh import boundary_vertices, edges, half_edges, pieces, triangle_areas
+from capture_plan.mesh import boundary_vertices, counted_edges, half_edges, pieces, triangle_areas
 from capture_plan.mesh.geometry import triangle_cross
 from capture_plan.rig.anchors import Anchors
 from capture_plan.rig.face.shape import border_loops
@@ -158,10 +158,10 @@ def untidy(rig: Rig) -> list[Finding]:
     loose = v - len(np.unique(rig.triangles))
     if loose:
         found.append((f"{loose:,} of {v:,} vertices belong to no face", "Nothing to do: they are never chosen."))
-    _, uses = np.unique(np.sort(half_edges(skin), axis=1), axis=0, return_counts=True)
+    all_edges, uses = counted_edges(skin)
     if (uses > 2).any():
         found.append((
-            f"{(uses > 2).sum():,} of {len(edges(skin)):,} edges of the skin have more than two triangles",
+            f"{(uses > 2).sum():,} of {len(all_edges):,} edges of the skin have more than two triangles",
             "Remove inner and doubled faces: distances along the skin may take a short cut there.",
         ))  # fmt: skip
     twice = f - len(np.unique(np.sort(rig.triangles, axis=1), axis=0))

@@ -48,6 +48,11 @@ class Vote:
     eps: float
     group: Group = "shape"
 
+    @property
+    def line(self) -> bool:
+        """Whether it is the line between two places of the face, not the way in which something moves or looks."""
+        return " above " in self.name
+
 
 def vector(axis: str) -> Float[np.ndarray, " 3"]:
     """+y -> (0, 1, 0)."""

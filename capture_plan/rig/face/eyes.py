@@ -78,7 +78,7 @@ def _by_name(shape: Shape, x0: float, kind: str, kinds: tuple[str, ...], words: 
     x = shape.neutral[:, 0] - x0
     for k in shape.channels.of(*kinds):
         d = shape.deltas[k]
-        length = np.linalg.norm(d, axis=1) * shape.front
+        length = shape.lengths[k] * shape.front
         w = np.where(length > LIDS * length.max(), shape.channels.energy[k], 0)
         balance = float(w @ np.sign(x) / (w.sum() or 1))
         for side, sign in zip(sides, (1, -1), strict=True):
@@ -130,20 +130,20 @@ def _sharpest(shape: Shape, x0: float) -> list[Candidate]:
 def _sharp(shape: Shape, x0: float, sign: int) -> list[Sharp]:
     """The movements of one half of the face, those around the middle left out."""
     rho, found = shape.channels.rho, []
+    aside = sign * (shape.neutral[:, 0] - x0) > 0
     for k in np.flatnonzero(shape.channels.facial):
-        d = shape.deltas[k]
-        length = np.linalg.norm(d, axis=1) * shape.front
-        aside = sign * (shape.neutral[:, 0] - x0)
-        own = np.where((length > LIDS * length.max()) & (aside > 0), shape.channels.energy[k], 0)
-        if not own.any():
+        length = shape.lengths[k] * shape.front
+        own = np.flatnonzero((length > LIDS * length.max()) & aside)
+        e, d = shape.channels.energy[k, own], shape.deltas[k, own]
+        if not e.any():
             continue
-        posed = shape.neutral + d / 2
-        place = weighted_median(posed, own)
+        posed = shape.neutral[own] + d / 2
+        place = weighted_median(posed, e)
         if sign * (place[0] - x0) < 0.5 * PUPILS_RHO[0] * rho:
             continue
-        spread = float(np.sqrt(own @ ((posed - place) ** 2).sum(axis=1) / own.sum())) / rho
+        spread = float(np.sqrt(e @ ((posed - place) ** 2).sum(axis=1) / e.sum())) / rho
         ratio = float(length.max()) / rho / max(spread, FINEST)
-        down = float(own @ d[:, 1]) < -STRAIGHT * float(own @ length)
+        down = float(e @ d[:, 1]) < -STRAIGHT * float(e @ length[own])
         found.append(Sharp(ratio, place, down and ratio > LIDS_RATIO and spread < LIDS_SPREAD))
     return found
 

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 
 from capture_plan.errors import RigError
 from capture_plan.rig.face.axes import AXES, Vote, axes_matrix, decide
@@ -68,7 +67,7 @@ def find_frame(
         facing=facing,
         speaking=int(shape.channels.facial.sum()),
     )
-    points = face_points(raw, axes_matrix(axes.up, axes.facing), shape.channels)
+    points = find_points(shape.turned(axes_matrix(axes.up, axes.facing)), named=names_agree(shape.channels))
     pupils = None
     if points.eyes.places is not None and points.eyes.sure:
         pupils = float(np.linalg.norm(points.eyes.places[0] - points.eyes.places[1]))
@@ -103,13 +102,6 @@ def head_shape(raw: RawRig) -> Shape:
     except RigError as error:
         raise RigError(f"{raw.name}: {error}") from error
     return Shape(raw.neutral, raw.triangles, raw.deltas, channels, raw.parts, raw.part_names)
-
-
-def face_points(raw: RawRig, R: Float[np.ndarray, "3 3"], channels: Channels) -> Points:
-    """Eyes and mouth of a rig in the axes that R turns the file's into."""
-    neutral, deltas = raw.neutral @ R.T, raw.deltas @ R.T.astype(raw.deltas.dtype)
-    turned = Shape(neutral, raw.triangles, deltas, channels.turned(R), raw.parts, raw.part_names)
-    return find_points(turned, named=names_agree(channels))
 
 
 def axes_note(raw: RawRig, axes: Axes, *, given: bool) -> list[str]:

@@ -17,6 +17,7 @@ def rig_channels(rig: Rig) -> Channels:
     return find_channels(rig.neutral, rig.triangles, rig.deltas, rig.names)
 
 
+@lru_cache(maxsize=REMEMBERED)
 def rig_shape(rig: Rig) -> Shape:
     """What the shape of a rig tells near its face."""
     return Shape(rig.neutral, rig.triangles, rig.deltas, rig_channels(rig), rig.parts, rig.part_names)

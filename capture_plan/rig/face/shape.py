@@ -8,7 +8,7 @@ Tear     t[i, j] = max over k of |d_ki - d_kj| / (|v_i - v_j| + rho / 25) for ne
 """
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,7 +17,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from capture_plan.mesh import half_edges, pieces, vertex_areas, vertex_normals
+from capture_plan.mesh import border_edges, pieces, vertex_areas, vertex_normals
 from capture_plan.rig.face.channels import REACH, Channels
 from capture_plan.rig.skin import is_ball
 
@@ -38,6 +38,7 @@ LINK = 0.2  # rho between torn vertices of one opening
 CELL, CELLS = 0.15, 32  # rho, and cells to either side of the middle, in which the front is looked for
 FRONT = 0.5  # rho behind the front of its cell
 TWIN, ALIKE, BESIDE = 0.2, 0.02, 0.3  # share of the facial energy; of the size: unlike, and from middle to middle
+WITHOUT_AXES = ("near", "head", "called_eyes", "lengths", "areas", "piece", "tears", "rims", "doubled")
 COMPACT = 0.45  # least over largest extent of an eyeball, or of the half that shows
 
 
@@ -51,6 +52,17 @@ class Shape:
     channels: Channels
     parts: Int[np.ndarray, " v"]
     part_names: tuple[str, ...]
+
+    def turned(self, R: Float[np.ndarray, "3 3"]) -> "Shape":
+        """The same head in the axes that R turns these into, with all that was found of it and tells no axes."""
+        if np.array_equal(R, np.eye(3)):
+            return self
+        deltas = self.deltas @ R.T.astype(self.deltas.dtype)
+        other = replace(self, neutral=self.neutral @ R.T, deltas=deltas, channels=self.channels.turned(R))
+        vars(other).update({name: value for name, value in vars(self).items() if name in WITHOUT_AXES})
+        if "normals" in vars(self):
+            vars(other)["normals"] = self.normals @ R.T
+        return other
 
     @cached_property
     def near(self) -> Bool[np.ndarray, " v"]:
@@ -81,6 +93,11 @@ class Shape:
         aside = self.neutral[:, sides] - self.mirror_across(sides)[1]
         halves = [self.neutral[self.called_eyes & (sign * aside > 0)] for sign in (1, -1)]
         return [np.stack([middle_of_box(half) for half in halves])] if min(map(len, halves)) > 2 else []
+
+    @cached_property
+    def lengths(self) -> Float[np.ndarray, "k v"]:
+        """How far every blendshape moves every vertex."""
+        return np.sqrt(np.einsum("kvx,kvx->kv", self.deltas, self.deltas))
 
     @cached_property
     def areas(self) -> Float[np.ndarray, " v"]:
@@ -146,11 +163,13 @@ class Shape:
         j, distance = other.ravel(), distance.ravel()
         fits = (j < len(at)) & (i < j)
         i, j, distance = i[fits], j[fits], distance[fits]
+        i, j = at[i], at[j]
         torn = np.zeros(len(i))
         for k in np.flatnonzero(self.channels.facial):
-            d = self.deltas[k, at]
-            torn = np.maximum(torn, np.linalg.norm(d[i] - d[j], axis=1))
-        return torn / (distance + SOFT * rho), np.stack([at[i], at[j]], axis=1)
+            more = np.flatnonzero(self.lengths[k, i] + self.lengths[k, j] > torn)  # no two part by more than that
+            apart = np.linalg.norm(self.deltas[k, i[more]] - self.deltas[k, j[more]], axis=1)
+            torn[more] = np.maximum(torn[more], apart)
+        return torn / (distance + SOFT * rho), np.stack([i, j], axis=1)
 
     @cached_property
     def openings(self) -> list[tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]]]:
@@ -205,8 +224,7 @@ def middle_of_box(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " 3"]:
 
 def border_loops(triangles: Int[np.ndarray, "f 3"]) -> list[Int[np.ndarray, " _"]]:
     """Vertices of each connected border of the triangles, the longest border first."""
-    edge, count = np.unique(np.sort(half_edges(triangles), axis=1), axis=0, return_counts=True)
-    edge = edge[count == 1]
+    edge = border_edges(triangles)
     vertex, index = np.unique(edge, return_inverse=True)
     index = index.reshape(edge.shape)
     graph = coo_array((np.ones(len(edge), dtype=bool), index.T), shape=(len(vertex),) * 2)

@@ -117,7 +117,7 @@ def _largest_motion(shape: Shape) -> list[Vote]:
     """The largest motion of a whole face is the jaw's, downwards."""
     channels = shape.channels
     rows = np.flatnonzero(channels.facial)
-    size = [float(shape.areas @ np.linalg.norm(shape.deltas[k], axis=1) ** 2) for k in rows]
+    size = [float(shape.areas @ shape.lengths[k] ** 2) for k in rows]
     if len(rows) < 8:
         return []
     largest = rows[int(np.argmax(size))]
@@ -182,7 +182,7 @@ def _lower_lip(shape: Shape, sides: int) -> list[Vote]:
         return []
     one, other = (shape.neutral[pair[tear > TORN, end]] for end in (0, 1))
     near = np.linalg.norm((one + other) / 2 - lips, axis=1) < 0.6 * shape.channels.rho
-    m = np.sqrt((shape.deltas[shape.channels.facial] ** 2).sum(axis=2).max(axis=0))
+    m = shape.lengths[shape.channels.facial].max(axis=0)
     more = (m[pair[tear > TORN, 0]] - m[pair[tear > TORN, 1]])[near, None]
     apart = (one - other)[near]
     down = (more * apart).sum(axis=0) / (np.abs(more).sum() * np.linalg.norm(apart, axis=1).mean())
@@ -196,10 +196,9 @@ def _closing(shape: Shape, sides: int) -> list[Vote]:
         return []
     ups = []
     for k in np.flatnonzero(shape.channels.facial):
-        d = shape.deltas[k]
-        length = np.linalg.norm(d, axis=1)
+        length = shape.lengths[k]
         most = length > CLOSING * length.max()
-        place, way = shape.neutral[most].mean(axis=0), _unit(d[most].sum(axis=0))
+        place, way = shape.neutral[most].mean(axis=0), _unit(shape.deltas[k, most].sum(axis=0))
         spread = np.sqrt(((shape.neutral[most] - place) ** 2).sum(axis=1).mean())
         apart = lips - place
         aside = abs(apart[sides])
