@@ -27,9 +27,10 @@ AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 PAIRS = tuple((up, facing) for up in AXES for facing in AXES if up[1] != facing[1])
 Role = Literal["up", "facing", "left"]
 Group = Literal["named motion", "named place", "shape"]
-LEAD, LEAD_OF_FEW = 3.0, 4.5  # nats; the larger one where fewer than FEW blendshapes speak
+LEAD, LEAD_OF_FEW = 3.0, 6.0  # nats; the larger one where fewer than FEW blendshapes speak
 AGAINST = 4.0  # nats; on 22 avatars 2.4 at most, where all deltas are negated 7 to 21
 LEAST = 3  # blendshapes that say for sure how a head lies whose format is silent
+OWN_LEAD = 2.0  # nats without the format, where fewer blendshapes speak than that
 STRONG, TIE = 3.5, -0.8  # nats: so strong a sign may break a tie alone, a weaker one may not
 FORMAT = 0.96  # share of files whose own axes are right: of 36 files from the field all but one
 
@@ -106,7 +107,8 @@ def decide(
     weights = [_weight(table, best) for table in tables]
     signs = tuple(Sign(name, said, round(weight, 2)) for name, said, weight in zip(names, says, weights, strict=False))
     given = up is not None and facing is not None
-    enough = speaking >= LEAST or stated == pairs[best]
+    own = np.sum(tables[: len(votes) + 1], axis=0)
+    enough = speaking >= LEAST or (stated == pairs[best] and (len(pairs) == 1 or _lead(own, best) > OWN_LEAD))
     contradicted = _group_against(votes, sides, pairs[best])
     sure = enough and not overruled and not contradicted and _sure(tables, best, stated is not None, speaking)
     return Axes(*pairs[best], sure=given or sure, signs=signs)

@@ -51,15 +51,15 @@ class Points:
 def find_points(shape: Shape, *, named: bool) -> Points:
     """Eyes and mouth of a head in the rig's axes; names are heeded where `named` says that they do not contradict.
 
-    Of two heads in one file none is sure.
+    Of two heads in one file none is sure; nor is a mouth that few movements show, without eyes above it.
     """
     x0 = shape.mirror_across(0)[1]
     eyes = [one for one in eye_candidates(shape, x0, named=named) if _possible(one, shape)]
     mouths = mouth_candidates(shape, x0, named=named)
     points = Points(x0, *choose(eyes, mouths))
-    if not shape.doubled:
-        return points
-    return replace(points, eyes=replace(points.eyes, sure=False), mouth=replace(points.mouth, sure=False))
+    eyes_sure = points.eyes.sure and not shape.doubled
+    mouth_sure = points.mouth.sure and not shape.doubled and (eyes_sure or not shape.channels.few)
+    return replace(points, eyes=replace(points.eyes, sure=eyes_sure), mouth=replace(points.mouth, sure=mouth_sure))
 
 
 def choose(eyes: list[Candidate], mouths: list[Candidate]) -> tuple[Found, Found]:
