@@ -4,8 +4,9 @@
 demo: .venv/ready
 	.venv/bin/capture-plan demo -o out/demo
 
+# Two workers, each of one thread: more would wait for each other where there are two cores.
 test: .venv/ready check
-	.venv/bin/pytest
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 .venv/bin/pytest -n 2 --dist worksteal
 
 check: .venv/ready
 	.venv/bin/ruff check .
