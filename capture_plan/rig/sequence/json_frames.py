@@ -13,13 +13,14 @@ of their own are told apart, and one of them is the take (`presence.py`).
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from jaxtyping import Bool
 
 from capture_plan.rig.sequence.clock import Timing, timing_of
-from capture_plan.rig.sequence.columns import kind_of, plain, unit_of
+from capture_plan.rig.sequence.columns import MANY, kind_of, plain, unit_of
 from capture_plan.rig.sequence.json_weights import (
     has_numbers,
     known,
@@ -93,7 +94,7 @@ class Recording:
     def numbers(self, named: Mapping[str, Any]) -> np.ndarray:
         """The weights of a frame as numbers."""
         values = list(named.values())
-        if any(type(x) is str for x in values):
+        if str in set(map(type, values)):
             self.written |= any(type(x) is str and x.endswith("%") for x in values)
             values = [number_in(x) for x in values]
         return np.array(values, dtype=np.float64)
@@ -109,7 +110,7 @@ class Recording:
     def look_beside(self, t: int, frame: Mapping[str, Any]) -> None:
         """What frame t says beside its weights: its time, whether a face was tracked, and whose."""
         for key, value in frame.items():
-            if type(value) is float or type(value) is int or type(value) not in CONTAINERS:
+            if type(value) not in CONTAINERS:
                 kind = kind_of(key)
                 if kind in BESIDE:
                     self.beside.setdefault((kind, key), {}).setdefault(t, str(value))
@@ -244,7 +245,7 @@ def faces_of(frame: Any) -> list[Any]:
     """The faces of a frame that have names or numbers of their own, each with what the frame says; else the frame."""
     if type(frame) is not dict:
         return [frame]
-    own = {name: face for name, face in frame.items() if type(face) is dict and NUMBERED_FACE.fullmatch(plain(name))}
+    own = {name: face for name, face in frame.items() if type(face) is dict and is_one_face(name)}
     if own:
         rest = {name: value for name, value in frame.items() if name not in own}
         return [{**rest, "face": {"faceId": name, **face}} for name, face in own.items()]
@@ -253,6 +254,12 @@ def faces_of(frame: Any) -> list[Any]:
             rest = {name: value for name, value in frame.items() if name != key}
             return [{**rest, "face": face} for face in faces]
     return [frame]
+
+
+@lru_cache(MANY)
+def is_one_face(name: str) -> bool:
+    """Whether a name is one of several faces': face0, personA."""
+    return bool(NUMBERED_FACE.fullmatch(plain(name)))
 
 
 def identified(faces: Mapping[str, Any] | Sequence[Any]) -> list[dict[str, Any]]:

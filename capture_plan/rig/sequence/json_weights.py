@@ -53,6 +53,8 @@ def leaves(value: Mapping[str, Any], above: tuple[str, ...] = ()) -> Iterator[tu
 
 def unread(value: Mapping[str, Any]) -> list[str]:
     """Names of what an object of weights holds beside numbers."""
+    if set(map(type, value.values())) <= NUMBERS:
+        return []
     return [
         name
         for name, x in value.items()
