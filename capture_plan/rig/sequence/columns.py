@@ -1,4 +1,4 @@
-"""What the columns of a take are beside its weights: clocks, counters, and whether a face was tracked.
+"""What the columns of a take are beside its weights: clocks, counters, whether a face was tracked and whose.
 
 Names are compared in small letters without separators: timestamp_ms, timestampMs and "Timestamp (ms)" are one.
 """
@@ -12,15 +12,28 @@ TIME = re.compile(
     r"(?P<unit>s|secs?|seconds|ms|msecs?|millis|milliseconds|us|usecs?|micros|microseconds|ns|nsecs?|nanoseconds)?"
 )
 COUNT = re.compile("frame|frames|frame(?:number|num|no|index|idx|id|count)|index|idx|sample|row|number|nr")
-TRACKED = re.compile("success|tracked|istracked|facetracked|facedetected|detected|hasface|facefound|valid|isvalid")
-FACE = re.compile("faceid|personid|trackid|faceindex")
+TRACKED = re.compile(
+    r"(?:is|has)?(?:face|head|facial)?(?:is)?(?:success|succeeded|tracked|tracking|detected|found|valid|visible|present)"
+    r"|(?:tracking|tracker|track|face|facetracking|detection)?(?:state|status|ok|success|valid|quality)"
+    r"|hasface|hasfaces|(?:num|n|no|number)(?:of)?(?:detected)?faces|faces|facescount|facecount|facesdetected"
+)
+LOST = re.compile(
+    r"(?:is)?(?:face|tracking|track|tracker|head)?(?:is)?(?:lost|failed|missing)|lost(?:face|tracking)|noface"
+)
+SURE = re.compile(r"(?:face|tracking|track|detection)?confidence")
+FACE = re.compile(
+    r"(?:face|person|track|tracking|subject|actor|user|head|performer|player|people|character)(?:id|index|idx|number|num|"
+    r"name|nr|no|uuid|identifier)|face|person|subject|actor|performer|character|player"
+)
 WEIGHTS = re.compile("blendshapecount")
-OTHER = re.compile("confidence|version|width|height")
+OTHER = re.compile("version|width|height")
 KINDS = {
     "code": CODE,
     "time": TIME,
     "count": COUNT,
     "tracked": TRACKED,
+    "lost": LOST,
+    "confidence": SURE,
     "face": FACE,
     "weights": WEIGHTS,
     "other": OTHER,

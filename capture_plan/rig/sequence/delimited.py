@@ -13,6 +13,7 @@ Rows        parsed by NumPy in blocks; a block with a cell that is no number, ce
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,9 +21,10 @@ from jaxtyping import Bool, Float
 
 from capture_plan.errors import RigError
 from capture_plan.rig.sequence.clock import Timing, timing_of
-from capture_plan.rig.sequence.columns import kind_of, unit_of, why_not
+from capture_plan.rig.sequence.columns import kind_of, plain, unit_of, why_not
 from capture_plan.rig.sequence.face_cap import as_table, is_face_cap
 from capture_plan.rig.sequence.frames import evenly
+from capture_plan.rig.sequence.presence import face_of, other_faces, without_face
 from capture_plan.rig.sequence.rows import Rows, table_of
 from capture_plan.rig.sequence.text import Lines, TextTable, lines_of, split, text_of
 from capture_plan.rig.sequence.weights import WeightTable
@@ -47,6 +49,7 @@ def weights_of(table: TextTable) -> WeightTable:
     if len(set(table.names) - {""}) < len([name for name in table.names if name]):
         twice = next(name for name in table.names if name and table.names.count(name) > 1)
         raise RigError(f"has two columns '{twice}': give each its own name")
+    table = one_face(table)
     numeric = numeric_columns(table)
     reasons = [why_not(name) or ("" if good else "it holds text, not numbers")
                for name, good in zip(table.names, numeric, strict=True)]  # fmt: skip
@@ -172,25 +175,36 @@ def to_number(cell: str) -> float:
         return float(text.replace(",", ".")) if COMMA.fullmatch(text) else np.nan
 
 
-def lost_rows(table: TextTable, x: Float[np.ndarray, "t c"]) -> tuple[Bool[np.ndarray, " t"], tuple[str, ...]]:
-    """Rows in which the tracker says that it failed or that it has no weights, and rows of other faces.
+def one_face(table: TextTable) -> TextTable:
+    """The rows of one face, where columns tell of several."""
+    for c, name in enumerate(table.names):
+        if kind_of(name) == "face" and not is_flag(table, c):
+            other, told = other_faces(name, table.column(c))
+            if told:
+                table = replace(table.at(np.flatnonzero(~other).tolist()), notes=(*table.notes, told))
+    return table
 
-    A column that says so of every row says nothing.
-    """
+
+def is_flag(table: TextTable, c: int) -> bool:
+    """Whether a column `face` of 0 and 1 says if there is a face, and not which: no time then stands twice."""
+    if plain(table.names[c]) != "face" or {face_of(cell) for cell in table.column(c)} - {"0", "1", ""}:
+        return False
+    clock = next((i for i, name in enumerate(table.names) if kind_of(name) in ("code", "time", "count")), None)
+    times = () if clock is None else table.column(clock)
+    return clock is not None and len(set(times)) == len(times)
+
+
+def lost_rows(table: TextTable, x: Float[np.ndarray, "t c"]) -> tuple[Bool[np.ndarray, " t"], tuple[str, ...]]:
+    """Rows in which the tracker says that it failed or that it has no weights, and what has to be said of its words."""
     lost, notes = np.zeros(len(x), dtype=bool), []
     for c, name in enumerate(table.names):
-        kind = kind_of(name)
-        if kind in ("tracked", "weights"):
-            failed = np.array([cell.strip().lower() in ("0", "0.0", "false", "no") for cell in table.column(c)])
-            failed &= kind == "tracked" or ~np.nan_to_num(x).any(axis=1)
-            lost |= failed & ~failed.all()
-        elif kind == "face":
-            ids = np.array([to_number(cell) for cell in table.column(c)])
-            values, counts = np.unique(ids[np.isfinite(ids)], return_counts=True)
-            if len(values) > 1:
-                other = np.isfinite(ids) & (ids != values[counts.argmax()])
-                lost |= other
-                notes.append(f"{other.sum():,} rows are of other faces than number {values[counts.argmax()]:g}")
+        kind = "tracked" if kind_of(name) == "face" and is_flag(table, c) else kind_of(name)
+        if kind in ("tracked", "lost", "confidence", "weights"):
+            failed, told = without_face(name, table.column(c), opposite=kind == "lost")
+            if kind == "weights":
+                failed &= ~np.nan_to_num(x).any(axis=1)
+            lost |= failed
+            notes += [told] if told and kind in ("tracked", "lost") else []
     return lost, tuple(notes)
 
 

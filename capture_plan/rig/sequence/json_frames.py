@@ -5,34 +5,47 @@
     [{"categoryName": name, "score": weight}, ...]          MediaPipe tasks, also category_name
     {"faceBlendshapes": [{"categories": [...]}], ...}       MediaPipe in a browser: one entry for each face
     [weight, ...]                                           with names beside the frames: Audio2Face
-A name that some frames leave out has weight 0 there, which is said. A frame whose weights are null or empty has lost
-the face; one in which a weight is no number is damaged.
+How names and weights of one face stand: `json_weights.py`; names that frames leave out: `sparse.py`. A frame whose
+weights are null or empty has lost the face; one in which a weight is no number is damaged. Faces with numbers or names
+of their own are told apart, and one of them is the take (`presence.py`).
 """
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any, TypeGuard
+from typing import Any
 
 import numpy as np
+from jaxtyping import Bool
 
 from capture_plan.rig.sequence.clock import Timing, timing_of
-from capture_plan.rig.sequence.columns import kind_of, plain, unit_of, why_not
+from capture_plan.rig.sequence.columns import MANY, kind_of, plain, unit_of
+from capture_plan.rig.sequence.json_weights import (
+    has_numbers,
+    known,
+    listed,
+    named_numbers,
+    number_in,
+    unread,
+)
+from capture_plan.rig.sequence.presence import other_faces, without_face
 from capture_plan.rig.sequence.rows import Rows, table_of
+from capture_plan.rig.sequence.sparse import fill
 from capture_plan.rig.sequence.weights import WeightTable
 
 SHAPE_KEYS = (
-    *("blendshapes", "faceblendshapes", "animationvalues", "categories"),
-    *("weights", "shapes", "values", "coefficients"),
+    *("blendshapes", "faceblendshapes", "blendshapeweights", "animationvalues", "categories"),
+    *("weights", "shapes", "values", "coefficients", "arkit", "expressions", "morphs", "morphtargets"),
 )
-NEST_KEYS = ("result", "results", "face", "faces", "frame", "data", "params")
-LABEL_KEYS = ("categoryname", "name", "displayname", "label", "shape")
-SCORE_KEYS = ("score", "value", "weight", "coefficient")
-QUOTED = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
+NEST_KEYS = ("result", "results", "face", "faces", "frame", "data", "params", "faceanchor", "anchor")
+FACE_KEYS = ("faces", "results", "people", "persons", "subjects", "actors", "anchors", "faceanchors")
+OWN_KEYS = ("id", "uuid", "index", "name")
+NUMBERED_FACE = re.compile(r"(?:face|person|subject|actor|user|player|performer|head)(?:\d{1,3}|[a-h])")
 SAME_RATE = 0.02
-CONTAINERS, NUMBERS = {dict, list, type(None)}, {int, float}
-NO = (False, 0, "0", "false", "False", "no")
+CONTAINERS = {dict, list, type(None)}
+BESIDE = ("code", "time", "tracked", "lost", "confidence", "face")
+SOME = 6  # names listed in a sentence
 
 
 class DamagedFrameError(Exception):
@@ -41,25 +54,34 @@ class DamagedFrameError(Exception):
 
 @dataclass
 class Recording:
-    """Frames as they come. `orders`: rows of weights by the names in their order; `names` those of bare numbers."""
+    """Frames as they come. `orders`: rows of weights by the names in their order; `names` those of bare numbers.
+
+    `beside[kind, key]` is what rows say beside their weights, by row: times, faces, whether one was tracked.
+    """
 
     names: Sequence[str] = ()
     orders: dict[tuple[str, ...], tuple[list[int], list[np.ndarray]]] = field(default_factory=dict)
-    times: list[str] = field(default_factory=list)
+    beside: dict[tuple[str, str], dict[int, str]] = field(default_factory=dict)
+    times: Sequence[str] = ()
     unit_s: float | None = None
     lost: list[bool] = field(default_factory=list)
-    failed: list[bool] = field(default_factory=list)
     faults: dict[int, str] = field(default_factory=dict)
     crowded: int = 0
+    written: bool = False
+    aside: dict[str, None] = field(default_factory=dict)
 
     def add(self, frame: Any) -> None:
-        """One frame."""
+        """One frame, a row for each of its faces where these have names."""
+        for one in faces_of(frame):
+            self.add_face(one)
+
+    def add_face(self, frame: Any) -> None:
+        """One face of one frame."""
         t = len(self.lost)
         self.lost.append(False)
-        self.failed.append(False)
         try:
             named = self.weights_in(frame)
-            values = None if named is None else np.array(list(named.values()), dtype=np.float64)
+            values = None if named is None else self.numbers(named)
         except DamagedFrameError as error:
             self.faults[t] = f"frame {t:,} {error}"
         except (ValueError, TypeError, OverflowError):
@@ -68,6 +90,14 @@ class Recording:
             self.keep(t, named, values)
         if isinstance(frame, dict):
             self.look_beside(t, frame)
+
+    def numbers(self, named: Mapping[str, Any]) -> np.ndarray:
+        """The weights of a frame as numbers."""
+        values = list(named.values())
+        if str in set(map(type, values)):
+            self.written |= any(type(x) is str and x.endswith("%") for x in values)
+            values = [number_in(x) for x in values]
+        return np.array(values, dtype=np.float64)
 
     def keep(self, t: int, named: Mapping[str, Any] | None, values: np.ndarray | None) -> None:
         """The weights of frame t."""
@@ -78,14 +108,14 @@ class Recording:
             kept.append(values)
 
     def look_beside(self, t: int, frame: Mapping[str, Any]) -> None:
-        """What frame t says beside its weights: its time, and whether a face was tracked."""
+        """What frame t says beside its weights: its time, whether a face was tracked, and whose."""
         for key, value in frame.items():
-            kind = kind_of(key) if type(value) not in CONTAINERS else None
-            if kind in ("code", "time") and len(self.times) <= t:
-                self.times.append(str(value))
-                self.unit_s = unit_of(key)
-            elif kind == "tracked":
-                self.failed[t] = value in NO
+            if type(value) not in CONTAINERS:
+                kind = kind_of(key)
+                if kind in BESIDE:
+                    self.beside.setdefault((kind, key), {}).setdefault(t, str(value))
+            elif type(value) is dict and plain(key) in NEST_KEYS:
+                self.look_beside(t, value)
 
     def weights_in(self, value: Any) -> Mapping[str, Any] | None:
         """The weights by name in a part of a frame; None where it holds no face."""
@@ -100,14 +130,21 @@ class Recording:
     def dialects(self) -> tuple[tuple[Callable[[Any], Any], Callable[[Any], Mapping[str, Any] | None]], ...]:
         """How parts of a frame can look, and what reads them: the first that fits."""
         return (
-            (lambda value: has_key(value, SHAPE_KEYS), lambda value: self.weights_in(by_key(value, SHAPE_KEYS))),
+            (lambda value: has_key(value, SHAPE_KEYS), lambda value: self.shapes_in(by_key(value, SHAPE_KEYS))),
             (has_numbers, named_numbers),
             (lambda value: has_key(value, NEST_KEYS), lambda value: self.weights_in(by_key(value, NEST_KEYS))),
             (lambda value: isinstance(value, dict), lambda _: None),
-            (lambda value: isinstance(value, list) and is_category(value[0]), categories),
+            (listed, listed),
             (lambda value: isinstance(value, list) and isinstance(value[0], dict | list), self.first_face),
             (lambda value: isinstance(value, list), self.bare_numbers),
         )
+
+    def shapes_in(self, value: Any) -> Mapping[str, Any] | None:
+        """The weights of an object in which every name should be one; what is none is remembered."""
+        if isinstance(value, dict) and value and not has_key(value, SHAPE_KEYS):
+            self.aside |= dict.fromkeys(unread(value))
+            return named_numbers(value) or None
+        return self.weights_in(value)
 
     def first_face(self, faces: list[Any]) -> Mapping[str, Any] | None:
         """The weights of the first of several faces."""
@@ -123,40 +160,121 @@ class Recording:
         return dict(zip(self.names, values, strict=True))
 
     def table(self, fps: float | None) -> WeightTable:
-        """The table of all frames; `fps` is what the file says beside them."""
-        names = tuple(dict.fromkeys(name for order in self.orders for name in order))
+        """The table of all frames of one face; `fps` is what the file says beside them."""
+        mine, whose = self.one_face()
+        at = np.cumsum(mine) - 1
+        names = tuple(dict.fromkeys(name for order in self.face_orders for name in order))
         place = {name: c for c, name in enumerate(names)}
-        x = np.full((len(self.lost), len(names)), np.nan)
-        given = np.zeros(len(names), dtype=int)
-        for order, (rows, values) in self.orders.items():
-            columns = [place[name] for name in order]
-            x[rows] = 0
-            x[np.ix_(rows, columns)] = np.stack(values)
-            given[columns] += len(rows)
+        x, given = np.full((len(mine), len(names)), np.nan), np.zeros((len(mine), len(names)), dtype=bool)
+        for order, (rows, values) in self.face_orders.items():
+            columns = np.ix_(rows, [place[name] for name in order])
+            x[columns], given[columns] = np.stack(values), True
         x[np.isinf(x)] = np.nan
-        failed = np.array(self.failed, dtype=bool)
-        lost = np.array(self.lost, dtype=bool) | (failed & ~failed.all())
-        timing = self.timing(fps)
-        rows = Rows(names, x, lost, self.faults)
-        return table_of(rows, timing.fps, notes=(*self.said(given), *timing.notes))
+        x, left_out = fill(x[mine], given[mine])
+        gone, told = self.gone()
+        timing = self.timing(fps, mine)
+        faults = {int(at[t]): fault for t, fault in self.faults.items() if mine[t]}
+        rows = Rows(names, x, gone[mine], faults)
+        return table_of(rows, timing.fps, (), (*whose, *left_out, *self.said(), *told, *timing.notes), self.written)
 
-    def said(self, given: np.ndarray) -> tuple[str, ...]:
-        """Sentences about names that were left out of frames, and about other faces."""
-        seldom = int((given < sum(len(rows) for rows, _ in self.orders.values())).sum())
+    @property
+    def face_orders(self) -> Mapping[tuple[str, ...], tuple[list[int], list[np.ndarray]]]:
+        """Rows whose names say something of a face, where any do: a head's turn alone is no face."""
+        of_faces = {order: rows for order, rows in self.orders.items() if any(map(known, order))}
+        return of_faces or self.orders
+
+    def one_face(self) -> tuple[Bool[np.ndarray, " t"], tuple[str, ...]]:
+        """Rows of the one face that is read, and what has to be said of others."""
+        mine, notes = np.ones(len(self.lost), dtype=bool), []
+        for key, cells in self.columns("face"):
+            other, told = other_faces(key, cells)
+            mine &= ~other
+            notes += [told] if told else []
+        return mine, tuple(notes)
+
+    def gone(self) -> tuple[Bool[np.ndarray, " t"], tuple[str, ...]]:
+        """Rows without a face, by their weights or by what they say, and what has to be said of that."""
+        lost, notes = np.array(self.lost, dtype=bool), []
+        for order in self.orders.keys() - self.face_orders.keys():
+            lost[self.orders[order][0]] = True
+        for kind in ("tracked", "lost", "confidence"):
+            for key, cells in self.columns(kind):
+                failed, told = without_face(key, cells, opposite=kind == "lost")
+                lost |= failed
+                notes += [told] if told and kind != "confidence" else []
+        return lost, tuple(notes)
+
+    def columns(self, kind: str) -> Iterator[tuple[str, list[str]]]:
+        """What rows say under each name of a kind, one cell for each row."""
+        for (of, key), said in self.beside.items():
+            if of == kind:
+                yield key, [said.get(t, "") for t in range(len(self.lost))]
+
+    def said(self) -> tuple[str, ...]:
+        """Sentences about names that are no weights, and about other faces."""
         notes = []
-        if seldom:
-            notes.append(f"{seldom:,} of {len(given):,} names are missing in some frames and count as 0 there")
+        if self.aside:
+            some, more = ", ".join(f"'{name}'" for name in list(self.aside)[:SOME]), len(self.aside) - SOME
+            also = f" and {more:,} more" if more > 0 else ""
+            notes.append(f"{some}{also} hold no number and are not read")
         if self.crowded:
-            notes.append(f"{self.crowded:,} frames hold several faces: the first is read")
+            notes.append(f"{self.crowded:,} frames hold several faces without names: the first is read, whoever it is")
         return tuple(notes)
 
-    def timing(self, fps: float | None) -> Timing:
+    def timing(self, fps: float | None, mine: Bool[np.ndarray, " t"]) -> Timing:
         """The timing of the frames' own times; what the file says beside them where these tell none."""
-        found = timing_of(self.times, self.unit_s) if self.times else Timing(None)
+        found = self.own_timing(mine)
         if found.fps is None or fps is None or abs(found.fps - fps) < SAME_RATE * fps:
             return Timing(fps or found.fps, found.notes)
         told = f"it says {fps:g} frames in a second, but its times make it {found.fps:g}: the times are followed"
         return Timing(found.fps, (*found.notes, told))
+
+    def own_timing(self, mine: Bool[np.ndarray, " t"]) -> Timing:
+        """The timing that the frames tell: timecodes first, then times, then the list of times beside the frames."""
+        timings = [
+            timing_of([cell for cell, own in zip(cells, mine, strict=True) if own], unit_of(key))
+            for kind in ("code", "time")
+            for key, cells in self.columns(kind)
+        ]
+        if not timings and self.times:
+            timings = [timing_of(self.times, self.unit_s)]
+        return next(iter((*(one for one in timings if one.fps), *timings)), Timing(None))
+
+
+def faces_of(frame: Any) -> list[Any]:
+    """The faces of a frame that have names or numbers of their own, each with what the frame says; else the frame."""
+    if type(frame) is not dict:
+        return [frame]
+    own = {name: face for name, face in frame.items() if type(face) is dict and is_one_face(name)}
+    if own:
+        rest = {name: value for name, value in frame.items() if name not in own}
+        return [{**rest, "face": {"faceId": name, **face}} for name, face in own.items()]
+    for key, inner in frame.items():
+        if plain(key) in FACE_KEYS and type(inner) in (dict, list) and inner and (faces := identified(inner)):
+            rest = {name: value for name, value in frame.items() if name != key}
+            return [{**rest, "face": face} for face in faces]
+    return [frame]
+
+
+@lru_cache(MANY)
+def is_one_face(name: str) -> bool:
+    """Whether a name is one of several faces': face0, personA."""
+    return bool(NUMBERED_FACE.fullmatch(plain(name)))
+
+
+def identified(faces: Mapping[str, Any] | Sequence[Any]) -> list[dict[str, Any]]:
+    """Faces with what tells them apart under one name; none where they have nothing of their own."""
+    if isinstance(faces, Mapping):
+        one = has_key(faces, SHAPE_KEYS) or any(type(face) is not dict for face in faces.values())
+        return [] if one else [{"faceId": name, **face} for name, face in faces.items()]
+    found = []
+    for face in faces:
+        own = face if isinstance(face, dict) else {}
+        which = next((x for key, x in own.items() if kind_of(key) == "face" or plain(key) in OWN_KEYS), None)
+        if which is None or type(which) in CONTAINERS:
+            return []
+        found.append({**{key: x for key, x in own.items() if plain(key) not in OWN_KEYS}, "faceId": which})
+    return found
 
 
 def by_key(value: Mapping[str, Any], keys: Sequence[str]) -> Any:
@@ -170,48 +288,3 @@ def has_key(value: Any, keys: Sequence[str]) -> bool:
     if not isinstance(value, dict) or not CONTAINERS & set(map(type, value.values())):
         return False
     return any(type(inner) in CONTAINERS and plain(key) in keys for key, inner in value.items())
-
-
-def has_numbers(value: Any) -> bool:
-    """Whether an object holds a number under a name that can be a weight's."""
-    return isinstance(value, dict) and any(is_weight(x) and not why_not(name) for name, x in value.items())
-
-
-def named_numbers(value: Mapping[str, Any]) -> Mapping[str, Any]:
-    """The numbers and nulls under names that can be weights'."""
-    if set(map(type, value.values())) <= NUMBERS and all_weights(tuple(value)):
-        return value
-    return {name: x for name, x in value.items() if (x is None or is_weight(x)) and not why_not(name)}
-
-
-@lru_cache(64)
-def all_weights(names: tuple[str, ...]) -> bool:
-    """Whether all of these can be weights; asked once for frames of the same names."""
-    return not any(map(why_not, names))
-
-
-def is_category(value: Any) -> bool:
-    """Whether an object names one weight: {"categoryName": "jawOpen", "score": 0.5}."""
-    keys = {plain(key) for key in value} if isinstance(value, dict) else set()
-    return bool(keys & set(LABEL_KEYS)) and bool(keys & set(SCORE_KEYS))
-
-
-def categories(values: Sequence[Any]) -> Mapping[str, Any]:
-    """Weights of a list of categories."""
-    found = [{plain(key): inner for key, inner in one.items()} for one in values if is_category(one)]
-    return {
-        next((one[key] for key in LABEL_KEYS if isinstance(one.get(key), str) and one[key]), ""): next(
-            one[key] for key in SCORE_KEYS if key in one
-        )
-        for one in found
-    }
-
-
-def is_weight(value: Any) -> bool:
-    """Whether a value is a number, also one in quotes."""
-    return is_number(value) or (isinstance(value, str) and bool(QUOTED.fullmatch(value)))
-
-
-def is_number(value: Any) -> TypeGuard[int | float]:
-    """Whether a value is a number and no truth value."""
-    return isinstance(value, int | float) and not isinstance(value, bool)

@@ -8,19 +8,18 @@ Parts of a document are decoded one at a time, when they are needed.
 """
 
 import re
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import msgspec
-import numpy as np
 
 from capture_plan.errors import RigError
-from capture_plan.rig.sequence.clock import timing_of
 from capture_plan.rig.sequence.columns import kind_of, plain, unit_of, why_not
-from capture_plan.rig.sequence.json_frames import SHAPE_KEYS, Recording, is_category, is_number
-from capture_plan.rig.sequence.rows import Rows, table_of
+from capture_plan.rig.sequence.json_frames import BESIDE, SHAPE_KEYS, Recording
+from capture_plan.rig.sequence.json_weights import is_category, is_number
 from capture_plan.rig.sequence.text import text_of
 from capture_plan.rig.sequence.weights import WeightTable
 
@@ -71,7 +70,7 @@ def frames(document: Document) -> WeightTable | None:
     for raw in found:
         recording.add(opened(raw))
     clock = next((key for key, raw in head.items() if kind_of(key) in ("code", "time") and opening(raw) == "["), None)
-    if clock and not recording.times:
+    if clock:
         recording.times, recording.unit_s = [str(one) for one in opened(head[clock])], unit_of(clock)
     return recording.table(rate_in(head))
 
@@ -85,23 +84,26 @@ def numbered(document: Document) -> WeightTable | None:
     recording, order = Recording(), sorted(keys, key=float)
     for number in order:
         recording.add(opened(head[keys[number]]))
-    recording.times = recording.times or order
-    return recording.table(None)
+    recording.times = order
+    return recording.table(None) if recording.orders else None
 
 
 def columns(document: Document) -> WeightTable | None:
-    """A list of numbers for each name."""
+    """A list of numbers for each name, and lists of what is beside them. RigError where they differ in length."""
     head = document if isinstance(document, dict) else {}
     lists = {key: opened(raw) for key, raw in head.items() if opening(raw) == "["}
-    lists = {key: values for key, values in lists.items() if is_numbers(values)}
-    named = {key: values for key, values in lists.items() if not why_not(key)}
-    if not named or len({len(values) for values in named.values()}) > 1:
+    named = {key: values for key, values in lists.items() if is_numbers(values) and not why_not(key)}
+    if not named:
         return inside(document, columns)
-    x = np.array(list(named.values()), dtype=np.float64).T
-    clock = next((key for key in lists if kind_of(key) in ("code", "time")), None)
-    timing = timing_of([str(one) for one in lists[clock]], unit_of(clock)) if clock else None
-    rows = Rows(tuple(named), np.where(np.isfinite(x), x, np.nan), np.zeros(len(x), dtype=bool), {})
-    return table_of(rows, rate_in(head) or (timing and timing.fps), notes=timing.notes if timing else ())
+    usual = Counter(map(len, named.values())).most_common(1)[0][0]
+    if uneven := [key for key, values in named.items() if len(values) != usual]:
+        few = f"has {len(named[uneven[0]]):,} numbers for '{uneven[0]}'"
+        raise RigError(f"{few}, {usual:,} for other names: export the take again")
+    beside = {key: values for key, values in lists.items() if kind_of(key) in BESIDE and len(values) == usual}
+    recording = Recording()
+    for row in zip(*named.values(), *beside.values(), strict=True):
+        recording.add(dict(zip((*named, *beside), row, strict=True)))
+    return recording.table(rate_in(head))
 
 
 def one(document: Document) -> WeightTable | None:

@@ -2,7 +2,7 @@
 
 Data      x[t, c]     numbers of all rows, NaN where a cell holds none
 Column    left out where it has a number in less than half of the rows that have any
-Lost      the file says so, or a row has no number at all
+Lost      the file says so, or a row has no number at all. A take of which most is lost is read, and the share said
 Damaged   a number is missing in a row that has others; above a fifth of all rows the table is refused
 """
 
@@ -17,6 +17,7 @@ from capture_plan.rig.sequence.weights import WeightTable
 
 MOST_DAMAGED = 0.2  # of all rows
 ENOUGH = 0.5  # of the rows, for a column
+MUCH_LOST = 0.2  # of the frames: as many damaged ones refuse a take; without a face they are no fault of the file
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +58,7 @@ def table_of(
     ]
     left_out = []
     if lost.any():
-        left_out.append(f"{some_of(lost, 'frames')} {have(lost)} no face and {were(lost)} left out")
+        left_out.append(f"{some_of(lost, 'frames')} {have(lost)} no face and {were(lost)} left out{much(lost)}")
     if damaged.any():
         told = f"{some_of(damaged, 'rows')} cannot be read and {were(damaged)} left out"
         left_out.append(f"{told} ({fault(rows, damaged, full)})")
@@ -77,6 +78,15 @@ def fault(rows: Rows, damaged: Bool[np.ndarray, " t"], full: Bool[np.ndarray, " 
 def some_of(some: Bool[np.ndarray, " t"], what: str) -> str:
     """'6 of 300 frames'."""
     return f"{some.sum():,} of {len(some):,} {what}"
+
+
+def much(lost: Bool[np.ndarray, " t"]) -> str:
+    """What has to be said where much of a take is lost; nothing where little is."""
+    share = float(lost.mean())
+    if share <= MUCH_LOST:
+        return ""
+    seldom = ", so that it shows little of what the face did" if share > ENOUGH else ""
+    return f": {share:.0%} of the take{seldom}"
 
 
 def have(some: Bool[np.ndarray, " t"]) -> str:

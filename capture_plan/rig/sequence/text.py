@@ -8,7 +8,8 @@ Lines      ended as on any system; "sep=;" and lines that begin with # are left 
 import codecs
 import csv
 import re
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from capture_plan.errors import RigError
@@ -55,9 +56,14 @@ class TextTable:
         return fields
 
     def column(self, c: int) -> list[str]:
-        """All cells of one column, empty where a row is too short."""
-        cut = [row.split(self.delimiter, c + 1) for row in self.rows]
+        """All cells of one column, without quotes, empty where a row is too short."""
+        cut = [split(row, self.delimiter) if '"' in row else row.split(self.delimiter, c + 1) for row in self.rows]
         return [fields[c] if len(fields) > c else "" for fields in cut]
+
+    def at(self, chosen: Sequence[int]) -> "TextTable":
+        """The same table with these of its rows."""
+        rows, numbers = tuple(self.rows[t] for t in chosen), tuple(self.numbers[t] for t in chosen)
+        return replace(self, rows=rows, numbers=numbers)
 
 
 def text_of(path: Path) -> tuple[str, tuple[str, ...]]:

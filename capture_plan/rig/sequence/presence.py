@@ -1,0 +1,97 @@
+"""Which rows of a take hold the face that is read: what the tracker says of it, and whose face it is.
+
+Tracked   a cell of a column such as `success` or `trackingState`: a number above 0 or a word such as "normal" says that
+          there is a face; 0, -1, "no", "lost", "limited" that there is none. Of `lost` the numbers mean the opposite
+Empty     cells say what the others of the column leave to say: no face beside words that find one
+Face      a column such as `faceId` or `subject`: of several faces the one with the most rows is the take
+A word that is not known leaves its row in, which is said; so does a column that finds no face in any row.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Bool
+
+NO = frozenset(("false", "no", "n", "f", "off"))
+YES = frozenset(("true", "yes", "y", "t", "on"))
+GONE = frozenset(
+    (
+        *("lost", "none", "null", "nan", "n/a", "na", "-", "limited", "missing", "absent", "invisible", "hidden"),
+        *("nottracking", "nottracked", "untracked", "notdetected", "undetected", "notfound", "notvisible", "notvalid"),
+        *("notavailable", "unavailable", "invalid", "bad", "poor", "fail", "failed", "failure", "error", "inactive"),
+        *("noface", "nofacedetected", "trackinglost", "losttracking", "facelost", "lostface", "searching", "stopped"),
+        *("initializing", "initialising", "occluded", "outofframe", "notok", "ko", "unsuccessful", "empty", "paused"),
+    )
+)
+THERE = frozenset(
+    (
+        *("normal", "tracking", "tracked", "track", "ok", "okay", "good", "fine", "valid", "visible", "present"),
+        *("success", "successful", "detected", "found", "face", "facedetected", "facefound", "active", "available"),
+        *("running", "locked", "full", "fulltracking", "istracked", "istracking", "excellent", "high"),
+    )
+)
+FEW = 4  # faces named in a sentence
+
+
+def without_face(name: str, cells: Sequence[str], *, opposite: bool = False) -> tuple[Bool[np.ndarray, " t"], str]:
+    """Rows of which a column says that they have no face, and what has to be said of the column.
+
+    `opposite`: its numbers and truth values tell that the face is lost.
+    """
+    answers = {cell: answer(cell, opposite) for cell in set(cells)}
+    known = {said for said in answers.values() if said is not None}
+    for cell in answers:
+        if not cell.strip():
+            answers[cell] = None if len(known) == 2 else not next(iter(known), False)
+    lost = np.array([answers[cell] is False for cell in cells], dtype=bool)
+    unknown = [cell for cell in cells if answers[cell] is None]
+    if len(unknown) == len(cells) and len(answers) == 1:
+        return lost, ""
+    if lost.all():
+        return ~lost, f"'{name}' says of every row that no face was tracked: it is not believed"
+    if unknown:
+        words = ", ".join(f"'{cell.strip()}'" for cell in list(dict.fromkeys(unknown))[:FEW])
+        return lost, f"whether a face was tracked is not known where '{name}' says {words}: {len(unknown):,} rows stay"
+    return lost, ""
+
+
+def answer(cell: str, opposite: bool = False) -> bool | None:
+    """Whether a cell says that there is a face; None where it does not tell."""
+    text = cell.strip().strip("\"'").strip().lower()
+    word = "".join(letter for letter in text if letter.isalnum() or letter in "/-")
+    word = word.replace("-", "") if len(word) > 1 else word
+    if text in NO or text in YES:
+        return (text in YES) != opposite
+    if text in GONE or word in GONE:
+        return False
+    if word in THERE:
+        return True
+    try:
+        return (float(text.replace(",", ".")) > 0) != opposite
+    except ValueError:
+        return None
+
+
+def other_faces(name: str, cells: Sequence[str]) -> tuple[Bool[np.ndarray, " t"], str]:
+    """Rows of other faces than the one with the most rows, and a sentence that says so; rows without a face stay."""
+    faces = [face_of(cell) for cell in cells]
+    counts = Counter(face for face in faces if face)
+    if len(counts) < 2 or len(counts) > max(2, len(cells) // 2):  # one face, or a number of its own for every row
+        return np.zeros(len(cells), dtype=bool), ""
+    mine, most = counts.most_common(1)[0]
+    listed = ", ".join(f"'{face}' {n:,}" for face, n in counts.most_common(FEW))
+    more = f" and {len(counts) - FEW:,} more" if len(counts) > FEW else ""
+    tie = ", the first of those with the most rows," if list(counts.values()).count(most) > 1 else ""
+    told = f"it holds {len(counts):,} faces by '{name}' (rows: {listed}{more}): only '{mine}'{tie} is read"
+    return np.array([bool(face) and face != mine for face in faces]), told
+
+
+def face_of(cell: str) -> str:
+    """The face that a cell names, a number without its decimals; nothing where it names none."""
+    text = cell.strip().strip('"').strip()
+    try:
+        number = float(text)
+    except ValueError:
+        return "" if text.lower() in GONE else text
+    return f"{number:g}" if number >= 0 else ""
