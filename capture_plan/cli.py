@@ -462,12 +462,14 @@ def open_rig(path: str, **corrections: Any) -> "Rig":
 
 
 def write_audit(report: "Audit", rig: "Rig", path: Path, text: str) -> None:
-    """The audit as a page with pictures where the suffix asks for one, else as this text."""
+    """The audit as a page with pictures where the suffix asks for one, else as this text; says the verdict."""
     from capture_plan.plan.files import write_whole
+    from capture_plan.rig.audit_page import verdict
     from capture_plan.sheets.audit_sheet import KINDS, audit_bytes
 
     kind = path.suffix.lower()
     write_whole(path, audit_bytes(report, rig, kind) if kind in KINDS else text.encode())
+    say([f"Shoot with it? {verdict(report)}"])
     say_written([path])
 
 

@@ -8,6 +8,7 @@ import pytest
 from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
 from capture_plan.rig.audit_page import audit_text, verdict
+from capture_plan.rig.findings import motionless
 
 NAMES = ("browDownLeft", "browDownRight", "jawLeft", "jawOpen", "jawRight", "mouthLowerDownLeft", "mouthLowerDownRight")
 NAMES += ("mouthSmileLeft", "mouthSmileRight")
@@ -134,3 +135,13 @@ def test_a_stretched_half_makes_the_neutral_crooked(rig):
     found = audit(replace(rig, neutral=stretched))
     assert any("not symmetric" in finding.message for finding in of_kind(found, "geometry"))
     assert found.symmetry.p95_mm > 2
+
+
+def test_what_shares_a_fault_is_told_in_one_sentence_that_names_all():
+    rig = sample_rig()
+    still = rig.deltas.copy()
+    still[:5] = 0
+    (found,) = [one for one in motionless(replace(rig, deltas=still)) if one.kind == "static"]
+    assert found.blendshapes == rig.names[:5]
+    assert found.message.startswith("5 blendshapes move nothing")
+    assert all(name in found.message for name in rig.names[:5])

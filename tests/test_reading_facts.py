@@ -81,13 +81,13 @@ def test_a_plan_carries_the_strongest_signs_alone(rig, monkeypatch):
 
 def test_signs_are_told_for_and_against():
     told = signs_words((Sign("weak", "", 1.0), Sign("the format", "+y", 5.0), Sign("the blink", "it goes down", -2.0)))
-    assert told == "by the format, weak; against it: the blink (it goes down)"
+    assert told == "rests on: the format, weak; against it: the blink (it goes down)"
 
 
 def test_the_text_says_what_was_understood(found):
     text = audit_text(found)
     assert text.index("Shoot with it?") < text.index("WHAT WAS UNDERSTOOD") < text.index("LEFT OUT")
-    assert "up is +y of the file, the face looks along +z" in text
+    assert "+y of the file is up, the face looks along +z" in text
     assert "In doubt" not in text
     assert max(map(len, text.splitlines())) <= 100
 

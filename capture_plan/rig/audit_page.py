@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 from capture_plan.rig.audit import Audit
 from capture_plan.rig.face.facts import ReadingFacts
-from capture_plan.rig.face.words import answers, doubts, left_out_words, some
+from capture_plan.rig.face.words import answers, doubts, left_out_words, signs_words, some
 from capture_plan.rig.findings import KINDS, Finding, Kind
 
 WIDTH = 100  # characters of a line on the terminal
@@ -106,7 +106,7 @@ def understood(read: ReadingFacts) -> list[str]:
     lines = ["", "WHAT WAS UNDERSTOOD"]
     for one in answers(read):
         label = one.label if one.sure else f"{one.label} (not sure)"
-        lines += _paragraph(label, "; ".join(filter(None, (one.text, one.signs))))
+        lines += _paragraph(label, "; ".join(filter(None, (one.text, signs_words(one.signs)))))
     for label, text in left_out_words(read):
         lines += _paragraph(label, text)
     for place, doubt in enumerate(doubts(read)):

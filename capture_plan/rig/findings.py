@@ -77,31 +77,64 @@ class Finding(Struct, frozen=True, forbid_unknown_fields=True):
 
 def motionless(rig: Rig) -> list[Finding]:
     """Blendshapes that a marker cannot see: they move nothing, no skin, or less than the noise of a marker."""
-    largest = rig.displacement[:, rig.skin].max(axis=1)
-    other = np.where(rig.skin, 0, rig.displacement)
+    skin = rig.displacement[:, rig.skin].max(axis=1)
+    elsewhere = np.where(rig.skin, 0, rig.displacement)
+    other = elsewhere.max(axis=1)
+    nothing = np.maximum(skin, other) < STILL_MM
+    weak = (skin < NOISE_MM) & ~nothing
+    off = weak & (other >= NOISE_MM)
+    return [
+        *_moving_nothing([rig.names[k] for k in np.flatnonzero(nothing)]),
+        *_moving_no_skin(rig, np.flatnonzero(off), skin, elsewhere),
+        *_too_weak([(rig.names[k], float(skin[k])) for k in np.flatnonzero(weak & ~off)]),
+    ]
+
+
+def _moving_nothing(names: list[str]) -> list[Finding]:
+    if not names:
+        return []
+    message = f"{names[0]} moves nothing: its shape is the neutral"
+    advice = "Export it again, or delete it from the rig."
+    if len(names) > 1:
+        message = f"{len(names)} blendshapes move nothing, their shape is the neutral: {', '.join(names)}"
+        advice = "Export them again, or delete them from the rig."
+    return [Finding("static", tuple(names), message, advice, True, "rigger")]
+
+
+def _moving_no_skin(
+    rig: Rig, rows: Int[np.ndarray, " n"], skin: Float[np.ndarray, " k"], elsewhere: Float[np.ndarray, "k v"]
+) -> list[Finding]:
+    """One finding for each part of the rig that such blendshapes move most."""
+    parts = rig.parts[elsewhere[rows].argmax(axis=1)] if len(rig.part_names) > 1 else np.zeros(len(rows), dtype=int)
     findings = []
-    for name, skin_mm, elsewhere in zip(rig.names, largest.tolist(), other, strict=True):
-        other_mm = float(elsewhere.max())
-        if skin_mm >= NOISE_MM:
-            continue
-        if max(skin_mm, other_mm) < STILL_MM:
-            message = f"{name} moves nothing: its shape is the neutral"
-            findings.append(
-                Finding("static", (name,), message, "Export it again, or delete it from the rig.", True, "rigger")
-            )
-        elif other_mm >= NOISE_MM:
-            skin_text = f"by {skin_mm:.2f} mm" if skin_mm >= STILL_MM else "not at all"
-            named = (
-                f"'{rig.part_names[rig.parts[elsewhere.argmax()]]}'" if len(rig.part_names) > 1 else "what is no skin"
-            )
-            message = f"{name} moves {named} by up to {other_mm:.1f} mm, the skin {skin_text}"
+    for part in dict.fromkeys(parts.tolist()):
+        own = rows[parts == part].tolist()
+        moved = f"'{rig.part_names[part]}'" if len(rig.part_names) > 1 else "what is no skin"
+        names = tuple(rig.names[k] for k in own)
+        at_most = [f"{elsewhere[k].max():.1f} mm" for k in own]
+        if len(own) == 1:
+            skin_text = f"by {skin[own[0]]:.2f} mm" if skin[own[0]] >= STILL_MM else "not at all"
+            message = f"{names[0]} moves {moved} by up to {at_most[0]}, the skin {skin_text}"
             advice = "Capture it without markers, from a close-up or a scan, if the character needs it."
-            findings.append(Finding("non-face", (name,), message, advice, True))
         else:
-            message = f"{name} moves the skin by {skin_mm:.2g} mm at most, less than a marker's noise ({NOISE_MM} mm)"
-            advice = "Make it stronger, or check the unit of the rig if every blendshape is that small."
-            findings.append(Finding("noise", (name,), message, advice, True, "rigger"))
+            told = ", ".join(f"{name} ({mm})" for name, mm in zip(names, at_most, strict=True))
+            message = f"{len(own)} blendshapes move {moved} and not the skin: {told}"
+            advice = "Capture them without markers, from a close-up or a scan, if the character needs them."
+        findings.append(Finding("non-face", names, message, advice, True))
     return findings
+
+
+def _too_weak(found: list[tuple[str, float]]) -> list[Finding]:
+    if not found:
+        return []
+    names = tuple(name for name, _ in found)
+    message = f"{names[0]} moves the skin by {found[0][1]:.2g} mm at most, less than a marker's noise ({NOISE_MM} mm)"
+    advice = "Make it stronger, or check the unit of the rig if every blendshape is that small."
+    if len(found) > 1:
+        told = ", ".join(f"{name} ({mm:.2g} mm)" for name, mm in found)
+        message = f"{len(found)} blendshapes move the skin by less than a marker's noise ({NOISE_MM} mm): {told}"
+        advice = "Make them stronger, or check the unit of the rig if every blendshape is that small."
+    return [Finding("noise", names, message, advice, True, "rigger")]
 
 
 def duplicates(names: tuple[str, ...], gram: Float[np.ndarray, "k k"]) -> list[Finding]:

@@ -65,14 +65,14 @@ def straightened(raw: RawRig, shape: Shape) -> tuple[RawRig, Float[np.ndarray, "
     tilt = tilt_degrees(plane)
     if tilt <= TILTED_DEGREES or not _mirrors(points, plane):
         return raw, np.eye(3)
-    told = f"the head lies turned by {tilt:.0f} degrees in its file: it was put upright"
     Q = _onto_axis(np.array(plane.normal))
     turned = rotated(raw, Q)
     R = upright(turned)
-    if off_axes_degrees(R) > PITCH_DEGREES:  # not about one axis of the file
-        told += f", its pitch to about {PITCH_DEGREES:.0f} degrees"
+    pitched = off_axes_degrees(R) > PITCH_DEGREES  # not about one axis of the file
+    if pitched:
         turned, Q = dataclasses.replace(rotated(turned, R), up=None, facing=None), R @ Q
-    return _noted(turned, told), Q
+    told = f"the head lies turned by {off_axes_degrees(Q):.0f} degrees in its file: it was put upright"
+    return _noted(turned, told + f", its pitch to about {PITCH_DEGREES:.0f} degrees" * pitched), Q
 
 
 def lifted(raw: RawRig, frame: Frame) -> tuple[RawRig, Float[np.ndarray, "3 3"]] | None:

@@ -14,20 +14,21 @@ from capture_plan.errors import RigError
 from capture_plan.rig import Rig
 from capture_plan.rig.audit import Audit
 from capture_plan.rig.audit_page import audit_text, verdict
-from capture_plan.rig.face.words import Answer, answers, doubts, left_out_words
+from capture_plan.rig.face.record import Sign
+from capture_plan.rig.face.words import NAMED, SPOKEN, Answer, answers, doubts, left_out_words, signs_words
 from capture_plan.sheets.page import MARGIN_MM, POINT_MM, Booklet, Paper
-from capture_plan.sheets.style import FAINT, SOFT, WASH
+from capture_plan.sheets.style import FAINT, INK, SOFT, WASH
 from capture_plan.sheets.understood import CLAY, PLAIN_SKIN, REST, Understood, draw_understood, understood
 
 A4_ACROSS = Paper("a4", 297.0, 210.0)
 KINDS = (".png", ".pdf", ".html", ".htm")
 DPI = 160  # of the PNG; the head itself is drawn finer, for the PDF
 HEAD_DPI = 220
-VIEWS_Y, VIEWS_MM = 37.0, 98.0  # from the top of the page, and how high the heads are
-TEXT_Y = 155.0
-ROW_MM = 7.4  # of an answer with its signs
-DOUBT_PTS = (8.0, 7.4, 6.8, 6.2)  # the largest at which all doubts have room
-MOST_MM, OUT_MM, BETWEEN_MM = 50.0, 7.6, 0.8  # of the box of doubts, of a line below it, between two doubts
+VIEWS_Y, VIEWS_MM = 37.0, 91.0  # from the top of the page, and how high the heads are
+TEXT_Y = 147.0
+ANSWER_PT, SIGNS_PT = 8.0, 7.5
+DOUBT_PTS = (8.5, 8.0, 7.5)  # the largest at which all doubts have room
+MOST_MM, OUT_MM, BETWEEN_MM = 58.0, 7.6, 0.8  # of the box of doubts, of a line below it, between two doubts
 GOOD, WARN, BAD = "#0f7b4f", "#9a5b00", "#b3261e"
 PAPER_OF_WARNING = "#fff6e5"
 
@@ -93,30 +94,43 @@ def _draw_swatches(book: Booklet, shown: Understood) -> None:
 
 
 def _draw_answers(book: Booklet, found: Audit) -> None:
-    """Every answer in a row with whether it is certain, and below it the signs that it rests on."""
+    """Every answer in a row with whether it is certain, and below it as many signs that it rests on as have room."""
     assert found.reading is not None, "checked when the page is begun"
     x, y, wide = MARGIN_MM, TEXT_Y, book.paper.width / 2 - MARGIN_MM - 3
     book.text(x, y, "WHAT WAS UNDERSTOOD", 9, bold=True)
     y += 1.3
     for one in _rows(answers(found.reading)):
         book.line((x, y), (x + wide, y), width=0.1, colour=FAINT)
-        book.text(x, y + 3.4, one.label, 8, bold=True)
+        book.text(x, y + 3.7, one.label, ANSWER_PT, bold=True)
         colour = GOOD if one.sure else WARN
-        book.text(x + 26, y + 3.4, "sure" if one.sure else "not sure", 7.4, bold=True, colour=colour)
-        book.text(x + 40, y + 3.4, one.text, 7.6, fit=wide - 40)
-        book.text(x + 40, y + 6.2, one.signs, 6.4, colour=SOFT, fit=wide - 40)
-        y += ROW_MM if one.signs else ROW_MM - 2.6
+        book.text(x + 26, y + 3.7, "sure" if one.sure else "not sure", ANSWER_PT, bold=True, colour=colour)
+        row = _lines(book, x + 40, y + 0.6, one.text, ANSWER_PT, wide - 40)
+        y = _lines(book, x + 40, row, _fitting(book, one.signs, wide - 40), SIGNS_PT, wide - 40, SOFT) + 1.0
+
+
+def _lines(book: Booklet, x: float, y: float, text: str, size: float, wide: float, colour: str = INK) -> float:
+    """Writes a paragraph from y down; where it ends."""
+    if not text:
+        return y
+    lines = len(book.broken(text, size, width=wide))
+    return book.paragraph(x, y, text, size, width=wide, lines=lines, colour=colour)
+
+
+def _fitting(book: Booklet, signs: tuple[Sign, ...], wide: float) -> str:
+    """The strongest signs in words, as many as go on two lines."""
+    told = (signs_words(signs, most) for most in range(SPOKEN, 0, -1))
+    return next((words for words in told if len(book.broken(words, SIGNS_PT, width=wide)) <= 2), signs_words(signs, 1))
 
 
 def _rows(told: list[Answer]) -> list[Answer]:
     """Nose, chin and ears, which are drawn and rest on eyes and mouth, in one row."""
     small = [one for one in told if one.label in ("Nose", "Chin", "Ears")]
-    sure = [one.label.lower() for one in small if one.sure]
-    not_found = [one.label.lower() for one in small if one.text == "not found"]
-    rest = [one.label.lower() for one in small if not one.sure and one.text != "not found"]
-    groups = ((sure, "drawn above"), (rest, "drawn above, not certain"), (not_found, "not found"))
-    words = "; ".join(f"{', '.join(names)} {said}" for names, said in groups if names)
-    merged = Answer("Nose, chin, ears", words, "", all(one.sure for one in small))
+    unseen = [one.label.lower() for one in small if one.text == "not found"]
+    sure = [one.label.lower() for one in small if one.sure and one.label.lower() not in unseen]
+    rest = [one.label.lower() for one in small if not one.sure]
+    groups = ((sure, "drawn above"), (rest, "drawn above, not certain"), (unseen, "not found"))
+    words = "; ".join(f"{' and '.join(names)}: {said}" for names, said in groups if names)
+    merged = Answer("Nose, chin, ears", words, (), all(one.sure for one in small))
     return [*(one for one in told[:-1] if one not in small), merged, told[-1]]
 
 
@@ -124,7 +138,7 @@ def _draw_doubts(book: Booklet, found: Audit) -> None:
     """What is in doubt with what to give, and what was left out."""
     assert found.reading is not None, "checked when the page is begun"
     x, wide = book.paper.width / 2 + 3, book.paper.width / 2 - MARGIN_MM - 3
-    told, out = doubts(found.reading), left_out_words(found.reading)
+    told, out = doubts(found.reading), left_out_words(found.reading, NAMED)
     words = told or ["If the picture looks wrong all the same, give --up, --facing, --unit-mm or --skin."]
     most = MOST_MM - OUT_MM * len(out)
     size = next((pt for pt in DOUBT_PTS if _height(book, words, pt, wide - 6) <= most), DOUBT_PTS[-1])

@@ -15,43 +15,51 @@ NAMED = 6  # parts or blendshapes that a line calls by their names
 
 
 class Answer(NamedTuple):
-    """One thing that was understood: what, the signs it rests on, and whether it is certain."""
+    """One thing that was understood: what, the signs it rests on, and whether it is certain.
+
+    Of what not every head shows (nose, chin, ears), "not found" is an answer and no doubt.
+    """
 
     label: str
     text: str
-    signs: str
+    signs: tuple[Sign, ...]
     sure: bool
 
 
 def answers(read: ReadingFacts) -> list[Answer]:
     """Every answer in words."""
-    axes, unit = read.axes, read.unit
-    turned = f", turned by {axes.turned_degrees:.0f} degrees" if axes.turned_degrees else ""
     pupils = read.eyes.apart_mm
     apart = "" if pupils is None else f"; pupils {pupils:.1f} mm apart"
-    rows = [
-        ("Axes", f"up is {axes.up} of the file, the face looks along {axes.facing}{turned}", axes),
-        ("Unit", f"1 unit of the file is {unit.mm:g} mm{apart}", unit),
-        ("Eyes", _pair_words(read.eyes), read.eyes),
-        ("Mouth", _spot_words(read.mouth), read.mouth),
-        ("Nose", _spot_words(read.nose), read.nose),
-        ("Chin", _spot_words(read.chin), read.chin),
-        ("Ears", _pair_words(read.ears), read.ears),
-        ("Sides", _side_words(read), read.sides),
-    ]
-    believed = {"Axes": not read.against}
+    axes_sure = read.axes.sure and not read.against
     return [
-        Answer(label, text, signs_words(one.signs), one.sure and believed.get(label, True)) for label, text, one in rows
+        Answer("Axes", _axes_words(read), read.axes.signs, axes_sure),
+        Answer("Unit", f"1 unit of the file is {read.unit.mm:g} mm{apart}", read.unit.signs, read.unit.sure),
+        Answer("Eyes", _pair_words(read.eyes), read.eyes.signs, read.eyes.sure),
+        Answer("Mouth", _spot_words(read.mouth), read.mouth.signs, read.mouth.sure),
+        Answer("Nose", _spot_words(read.nose), read.nose.signs, read.nose.sure or read.nose.mm is None),
+        Answer("Chin", _spot_words(read.chin), read.chin.signs, read.chin.sure or read.chin.mm is None),
+        Answer("Ears", _pair_words(read.ears), read.ears.signs, read.ears.sure or not read.ears.found),
+        Answer("Sides", _side_words(read), read.sides.signs, read.sides.sure),
     ]
 
 
-def signs_words(signs: Sequence[Sign]) -> str:
-    """'by the format, the jaw opens downwards; against it: ...': the strongest signs of an answer."""
+def _axes_words(read: ReadingFacts) -> str:
+    axes = read.axes
+    if not axes.turned_degrees:
+        return f"{axes.up} of the file is up, the face looks along {axes.facing}"
+    return (
+        f"the head lies turned by {axes.turned_degrees:.0f} degrees in its file and was put upright; nearest to up is "
+        f"{axes.up} of the file, nearest to where the face looks {axes.facing}"
+    )
+
+
+def signs_words(signs: Sequence[Sign], most: int = SPOKEN) -> str:
+    """'rests on: the format, the jaw opens downwards and 2 more; against it: ...': the strongest signs of an answer."""
     told = sorted(signs, key=lambda sign: -abs(sign.weight))
     speak = [sign.name for sign in told if sign.weight > 0] + ["what was given" for s in told if s.name == "given"]
     against = [f"{sign.name} ({sign.says})" if sign.says else sign.name for sign in told if sign.weight < 0]
-    words = [f"by {some(speak, SPOKEN)}"] if speak else []
-    return "; ".join([*words, f"against it: {some(against, SPOKEN)}"] if against else words)
+    words = [f"rests on: {some(speak, most)}"] if speak else []
+    return "; ".join([*words, f"against it: {some(against, most)}"] if against else words)
 
 
 def doubts(read: ReadingFacts) -> list[str]:
@@ -69,13 +77,15 @@ def no_face_words() -> str:
     )
 
 
-def left_out_words(read: ReadingFacts) -> list[tuple[str, str]]:
-    """Label and text of what does not belong to the face that is shown."""
+def left_out_words(read: ReadingFacts, most: int | None = None) -> list[tuple[str, str]]:
+    """Label and text of what does not belong to the face that is shown; `most` names of each, or all."""
     rows = []
     if read.left_out:
-        rows.append(("Left out", f"{some(read.left_out)}: no part of the rig that is shown"))
+        names = some(read.left_out, most or len(read.left_out))
+        rows.append(("Left out", f"{names}: no part of the rig that is shown"))
     if read.set_aside:
-        rows.append(("Set aside", f"{some(read.set_aside)}: no movement of the face itself, so no sign of where it is"))
+        names = some(read.set_aside, most or len(read.set_aside))
+        rows.append(("Set aside", f"{names}: no movement of the face itself, so no sign of where it is"))
     return rows
 
 
@@ -88,13 +98,17 @@ def some(names: Iterable[str], most: int = NAMED) -> str:
 def _pair_words(pair: PairFacts) -> str:
     if pair.left is None and pair.right is None:
         return "not found"
-    if pair.left is None or pair.right is None:
-        return f"only the {'right' if pair.left is None else 'left'} one was found"
-    return f"at {_point(pair.left.file)} and {_point(pair.right.file)} in the file"
+    told = [
+        f"{side} at {_point(place.file)}"
+        for side, place in (("left", pair.left), ("right", pair.right))
+        if place is not None
+    ]
+    only = "" if pair.found else "only the "
+    return f"{only}{', '.join(told)}, in units of the file"
 
 
 def _spot_words(spot: SpotFacts) -> str:
-    return "not found" if spot.file is None else f"at {_point(spot.file)} in the file"
+    return "not found" if spot.file is None else f"at {_point(spot.file)}, in units of the file"
 
 
 def _point(point: tuple[float, float, float]) -> str:
