@@ -1,5 +1,7 @@
 """The user's own names, which win over everything that is recognised: a TOML file.
 
+full = 100                       # a full weight in recorded takes: 1, 100 where they are per cent, 255, ...
+
 [names]                          # what a blendshape or column is: an ARKit name, an action unit, or words
 "Smile_01" = "mouthSmileLeft"
 "AU_blink" = "AU45"
@@ -20,14 +22,19 @@ import numpy as np
 from capture_plan.errors import RigError
 
 TABLES = ("names", "weights")
+FULL = "full"
 
 
 @dataclass(frozen=True)
 class NameMap:
-    """`names[n]` is what n means; `weights[c][b]` is how much of column c goes to blendshape b."""
+    """`names[n]` is what n means; `weights[c][b]` is how much of column c goes to blendshape b.
+
+    `full` is the value of a full weight in recorded takes; None where the takes tell it.
+    """
 
     names: dict[str, str] = field(default_factory=dict)
     weights: dict[str, dict[str, float]] = field(default_factory=dict)
+    full: float | None = None
 
     def meaning(self, name: str) -> str | None:
         """What the user calls `name`; None where the map does not say."""
@@ -45,9 +52,9 @@ def read_name_map(path: str | Path) -> NameMap:
         raise RigError(
             f'{path.name} is not TOML ({error}): write lines such as "Smile_01" = "mouthSmileLeft"'
         ) from error
-    unknown = [table for table in document if table not in TABLES]
+    unknown = [table for table in document if table not in (*TABLES, FULL)]
     if unknown:
-        raise RigError(f"{path.name} has '{unknown[0]}', expected the tables [names] and [weights]: move it into one")
+        raise RigError(f"{path.name} has '{unknown[0]}', expected [names], [weights] and full: move it into one")
     for table in TABLES:
         if not isinstance(document.get(table, {}), dict):
             raise RigError(f"{path.name}: '{table}' is no table: write [{table}] and its entries below")
@@ -56,7 +63,15 @@ def read_name_map(path: str | Path) -> NameMap:
         if not (isinstance(meaning, str) and meaning.strip()):
             raise RigError(f"{path.name}: '{name}' is {meaning!r}, expected a name in quotes")
     columns = document.get("weights", {})
-    return NameMap(dict(names), {column: _shares(path, column, entry) for column, entry in columns.items()})
+    shares = {column: _shares(path, column, entry) for column, entry in columns.items()}
+    return NameMap(dict(names), shares, _full(path, document.get(FULL)))
+
+
+def _full(path: Path, value: Any) -> float | None:
+    """The value of a full weight."""
+    if value is not None and not (_is_number(value) and value > 0):
+        raise RigError(f"{path.name}: full is {value!r}, expected a number above 0, such as full = 100")
+    return None if value is None else float(value)
 
 
 def _shares(path: Path, column: str, entry: Any) -> dict[str, float]:

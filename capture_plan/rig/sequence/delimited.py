@@ -24,8 +24,9 @@ from capture_plan.rig.sequence.clock import Timing, timing_of
 from capture_plan.rig.sequence.columns import kind_of, plain, unit_of, why_not
 from capture_plan.rig.sequence.face_cap import as_table, is_face_cap
 from capture_plan.rig.sequence.frames import evenly
-from capture_plan.rig.sequence.presence import face_of, other_faces, without_face
+from capture_plan.rig.sequence.presence import answer, face_of, other_faces, without_face
 from capture_plan.rig.sequence.rows import Rows, table_of
+from capture_plan.rig.sequence.scale import stated_in
 from capture_plan.rig.sequence.text import Lines, TextTable, lines_of, split, text_of
 from capture_plan.rig.sequence.weights import WeightTable
 
@@ -36,6 +37,9 @@ BLOCK = 4096  # rows parsed at once
 NOTHING = ("", "nan", "null", "none", "n/a", "na", "-")  # in a cell
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
 COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)(e[+-]?\d+)?", re.IGNORECASE)
+
+DIGIT = re.compile(r"\d")
+AMOUNT = re.compile(r"[-+\d][-+\d:;.,TZ ]*%?")  # a number, a timecode, a date
 
 
 def read_csv(path: Path) -> WeightTable:
@@ -62,7 +66,7 @@ def weights_of(table: TextTable) -> WeightTable:
     skipped = [(name or "a column without a name", reason)
                for name, reason in zip(table.names, reasons, strict=True) if reason]  # fmt: skip
     rows = Rows(tuple(table.names[c] for c in chosen), x, lost, faults)
-    return table_of(rows, timing.fps, skipped, (*table.notes, *other, *timing.notes), table.percent)
+    return table_of(rows, timing.fps, skipped, (*table.notes, *other, *timing.notes), table.stated)
 
 
 def find_table(lines: Lines) -> TextTable:
@@ -73,21 +77,55 @@ def find_table(lines: Lines) -> TextTable:
     names = [name.strip().strip('"') for name in split(lines.texts[first], delimiter)]
     while len(names) > 1 and not names[-1]:
         names.pop()
-    rows, notes = lines.texts[first + 1 :], lines.notes
-    if first:
-        notes = (*notes, f"the {first} lines before the line of names are left out")
+    notes = (*lines.notes, f"the {first} lines before the line of names are left out") if first else lines.notes
+    at, units, told = frame_lines(lines.texts, first, delimiter)
+    rows, numbers = tuple(lines.texts[t] for t in at), tuple(lines.numbers[t] for t in at)
+    if not rows:
+        raise RigError("has no frames: it needs a line of names and one line for each frame")
     some = [split(rows[t], delimiter) for t in evenly(len(rows), SAMPLE)]
     cells = [cell.strip().removesuffix("%").strip() for fields in some for cell in fields]
     commas = sum(bool(COMMA.fullmatch(cell)) for cell in cells)
     return TextTable(
         names=tuple(names),
         rows=rows,
-        numbers=lines.numbers[first + 1 :],
+        numbers=numbers,
         delimiter=delimiter,
         comma=commas > sum("." in cell and bool(NUMBER.fullmatch(cell)) for cell in cells),
-        percent=any(cell.strip().endswith("%") for fields in some for cell in fields),
-        notes=notes,
+        percent=(percent := any(cell.strip().endswith("%") for fields in some for cell in fields)),
+        stated=100.0 if percent else stated_in(units),
+        notes=(*notes, *told),
     )
+
+
+def frame_lines(texts: Sequence[str], first: int, delimiter: str) -> tuple[list[int], list[str], tuple[str, ...]]:
+    """Which lines are frames, the cells of a line of units below the names, and a sentence about what is no frame.
+
+    A line without any number, and with words that no tracker says of a face, is none: units, a second line of names.
+    """
+    at = range(first + 1, len(texts))
+    none = [
+        t for t in at if texts[t] == texts[first] or (not DIGIT.search(texts[t]) and has_words(texts[t], delimiter))
+    ]
+    below = [cell.strip().strip('"') for cell in split(texts[first + 1], delimiter)]
+    units = has_words(texts[first + 1], delimiter) and not any(map(AMOUNT.fullmatch, below))
+    if units and none[:1] != [first + 1]:
+        none.insert(0, first + 1)
+    gone = set(none)
+    shown = ", ".join(f"'{texts[t][:24].strip()}'" for t in none[:2])
+    lines, out = ("line holds", "is") if len(none) == 1 else ("lines hold", "are")
+    told = f"{len(none):,} {lines} no frame and {out} left out ({shown})"
+    return [t for t in at if t not in gone], below if units else [], (told,) if none else ()
+
+
+def is_no_frame(text: str, delimiter: str) -> bool:
+    """Whether a line has words and no number."""
+    return not DIGIT.search(text) and has_words(text, delimiter)
+
+
+def has_words(text: str, delimiter: str) -> bool:
+    """Whether a line holds a word besides those for "nothing" and for a face that is tracked or lost."""
+    cells = (cell.strip().strip('"').strip().lower() for cell in split(text, delimiter))
+    return any(cell not in NOTHING and answer(cell) is None for cell in cells)
 
 
 def find_header(lines: Lines) -> tuple[str, int]:

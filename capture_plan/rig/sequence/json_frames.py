@@ -175,7 +175,13 @@ class Recording:
         timing = self.timing(fps, mine)
         faults = {int(at[t]): fault for t, fault in self.faults.items() if mine[t]}
         rows = Rows(names, x, gone[mine], faults)
-        return table_of(rows, timing.fps, (), (*whose, *left_out, *self.said(), *told, *timing.notes), self.written)
+        return table_of(
+            rows,
+            timing.fps,
+            (),
+            (*whose, *left_out, *self.said(), *told, *timing.notes),
+            100.0 if self.written else None,
+        )
 
     @property
     def face_orders(self) -> Mapping[tuple[str, ...], tuple[list[int], list[np.ndarray]]]:

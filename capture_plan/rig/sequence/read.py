@@ -2,7 +2,7 @@
 
 Meshes    a folder of numbered OBJ or PLY files (`meshes.py`); `.npz`, `.npy` (`archive.py`); USD (`usd_take.py`)
 Weights   `.csv`, `.txt` (`delimited.py`), `.json` (`json_take.py`), `.npz` on a rig; `.glb`, `.gltf`, `.vrm`
-          (`animation.py`) and USD with their own. Whether they are per cent: `per_cent.py`
+          (`animation.py`) and USD with their own. What a full weight is: `scale.py`
 Result    millimetres, +y up, facing +z. Meshes are laid onto the rig's neutral; without a rig, unit and axes are found
           from the frames themselves, as those of a rig are from its blendshapes
 """
@@ -30,9 +30,9 @@ from capture_plan.rig.sequence.frames import ChosenFrames, Frames, PosedFrames, 
 from capture_plan.rig.sequence.json_take import read_json
 from capture_plan.rig.sequence.mapping import drive, map_weights
 from capture_plan.rig.sequence.meshes import MeshTake, read_folder
-from capture_plan.rig.sequence.per_cent import judge
 from capture_plan.rig.sequence.record import Sequence
 from capture_plan.rig.sequence.rigid import HeldFrames, hold, still_vertices, stillness
+from capture_plan.rig.sequence.scale import Verdict, judge
 from capture_plan.rig.sequence.usd_take import read_usd_take
 from capture_plan.rig.sequence.weights import WeightTable
 
@@ -127,13 +127,22 @@ def drive_rig(path: Path, take: WeightTable, rig: Rig | None, fps: float | None,
     driving = [
         c for c, column in enumerate(take.columns) if column in mapping.columns and not INTENSITY.fullmatch(column)
     ]
-    verdict = judge([take.columns[c] for c in driving], take.weights[:, driving], written=take.written)
+    verdict = judge_take(path, take, driving, mine)
     notes += [verdict.note] if verdict.note else []
-    if verdict.per_cent:
-        mapping = map_weights(take.columns, rig.names, mine=mine, skipped=take.skipped, scale=0.01)
+    if verdict.full != 1:
+        mapping = map_weights(take.columns, rig.names, mine=mine, skipped=take.skipped, scale=1 / verdict.full)
     weights = drive(mapping, take.columns, rig.names, take.weights)
     rate = frame_rate(fps, take.fps, notes)
     return Sequence(path.stem, rig.neutral, rig.triangles, PosedFrames(rig, weights), rate, rig, mapping, tuple(notes))
+
+
+def judge_take(path: Path, take: WeightTable, driving: list[int], mine: NameMap | None) -> Verdict:
+    """What a full weight is in these columns of a take. RigError where no scale is known for them."""
+    columns, given = [take.columns[c] for c in driving], mine.full if mine else None
+    try:
+        return judge(columns, take.weights[:, driving], stated=take.stated, given=given)
+    except RigError as error:
+        raise RigError(f"{path.name}: it {error}") from error
 
 
 def lay_onto(

@@ -35,9 +35,12 @@ def table_of(
     fps: float | None,
     skipped: Sequence[tuple[str, str]] = (),
     notes: Sequence[str] = (),
-    written: bool = False,
+    stated: float | None = None,
 ) -> WeightTable:
-    """The frames of these rows. RigError where too many are damaged, or none holds a face."""
+    """The frames of these rows; `stated` is the full weight that the file states.
+
+    RigError where too many rows are damaged, or none holds a face.
+    """
     number = np.isfinite(rows.x)
     damaged = np.isin(np.arange(len(rows.x)), list(rows.faults))
     lost = (rows.lost | ~number.any(axis=1)) & ~damaged
@@ -63,7 +66,7 @@ def table_of(
         told = f"{some_of(damaged, 'rows')} cannot be read and {were(damaged)} left out"
         left_out.append(f"{told} ({fault(rows, damaged, full)})")
     columns = tuple(name for name, enough in zip(rows.columns, full, strict=True) if enough)
-    return WeightTable(columns, rows.x[keep][:, full], fps, (*skipped, *seldom), (*notes, *left_out), written)
+    return WeightTable(columns, rows.x[keep][:, full], fps, (*skipped, *seldom), (*notes, *left_out), stated)
 
 
 def fault(rows: Rows, damaged: Bool[np.ndarray, " t"], full: Bool[np.ndarray, " c"]) -> str:

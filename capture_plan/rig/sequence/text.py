@@ -38,7 +38,8 @@ class Lines:
 
 @dataclass(frozen=True, eq=False)
 class TextTable:
-    """Rows of text below a line of names. `numbers`: their lines in the file."""
+    """Rows of text below a line of names. `numbers`: their lines in the file; `percent`: cells carry a %; `stated`: the
+    full weight that cells or units state."""
 
     names: tuple[str, ...]
     rows: tuple[str, ...]
@@ -46,6 +47,7 @@ class TextTable:
     delimiter: str
     comma: bool = False
     percent: bool = False
+    stated: float | None = None
     notes: tuple[str, ...] = ()
 
     def cells(self, row: str) -> list[str]:

@@ -20,7 +20,7 @@ RATE_NAMES = ("fps", "frame_rate", "framerate", "rate")
 class WeightTable:
     """`weights` of `columns` in every frame, as recorded; `fps` is None where the file does not say it.
 
-    `skipped`: columns that cannot be weights, and why; `written`: cells carried a % sign.
+    `skipped`: columns that cannot be weights, and why; `stated`: the full weight that the file states, 100 of a %.
     """
 
     columns: tuple[str, ...]
@@ -28,7 +28,7 @@ class WeightTable:
     fps: float | None
     skipped: tuple[tuple[str, str], ...] = ()
     notes: tuple[str, ...] = ()
-    written: bool = False
+    stated: float | None = None
 
     def __post_init__(self) -> None:
         if len(set(self.columns)) < len(self.columns):
