@@ -6,10 +6,7 @@ import sys
 
 import pytest
 
-
-def run(*arguments, cwd):
-    command = [sys.executable, "-c", "from capture_plan.cli import main; main()", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, cwd=cwd)
+from tests.command import run
 
 
 @pytest.fixture(scope="module")
@@ -98,3 +95,11 @@ def test_help_names_every_command(tmp_path):
     assert page.returncode == 0
     for command in ("demo", "audit", "plan", "check", "render", "export", "notebook"):
         assert command in page.stdout
+
+
+@pytest.mark.parametrize(("arguments", "code"), [(["--help"], 0), (["dance"], 2)])
+def test_a_new_process_ends_and_says_as_in_this_one(tmp_path, arguments, code):
+    command = [sys.executable, "-c", "from capture_plan.cli import main; main()", *arguments]
+    done, here = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path), run(*arguments, cwd=tmp_path)
+    assert done.returncode == here.returncode == code
+    assert (done.stdout, done.stderr) == (here.stdout, here.stderr)

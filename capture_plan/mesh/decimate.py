@@ -55,19 +55,27 @@ class Surface:
         for number, corner in enumerate(self.corners):
             for v in corner:
                 self.around[v].add(number)
+        self.normal: list[Point] = [tuple(n) for n in triangle_cross(x, triangles).tolist()]
         self.quadric: list[Point] = [tuple(q) for q in vertex_quadrics(x, triangles).tolist()]
-        self.stamp = [0] * len(self.x)
+        self.grown = [0] * len(
+            self.x
+        )  # how often a vertex took over a Q: its edges cost something else then
+        self.refused: list[set[int]] = [set() for _ in self.x]
         self.faces = len(triangles)
         self.heap: list[tuple[float, float, int, int, int]] = []
 
     def collapse_to(self, faces_wanted: int) -> None:
         """The cheapest allowed collapse, again and again."""
         for u in range(len(self.x)):
-            self.offer(u)
+            self.offer(u, self.neighbours(u))
         while self.faces > faces_wanted and self.heap:
-            _, _, u, v, stamp = heapq.heappop(self.heap)
-            if stamp == self.stamp[u] and self.around[u] and self.allowed(u, v):
+            _, _, u, v, grown = heapq.heappop(self.heap)
+            if grown != self.grown[u] + self.grown[v] or not self.around[u]:
+                continue
+            if self.allowed(u, v):
                 self.collapse(u, v)
+            else:
+                self.refused[u].add(v)
 
     def neighbours(self, u: int) -> set[int]:
         """Vertices that share a triangle with u."""
@@ -75,11 +83,10 @@ class Surface:
         near.discard(u)
         return near
 
-    def offer(self, u: int) -> None:
-        """Every collapse of u into the heap; what was offered before is void."""
-        self.stamp[u] += 1
-        for v in self.neighbours(u):
-            heapq.heappush(self.heap, (*self.cost(u, v), u, v, self.stamp[u]))
+    def offer(self, u: int, onto: set[int]) -> None:
+        """Collapses of u into the heap; what is there for the same two at another cost is void."""
+        for v in onto:
+            heapq.heappush(self.heap, (*self.cost(u, v), u, v, self.grown[u] + self.grown[v]))
 
     def cost(self, u: int, v: int) -> tuple[float, float]:
         """x_v' (Q_u + Q_v) x_v, and the squared length of the edge."""
@@ -107,14 +114,23 @@ class Surface:
 
     def keeps_its_side(self, number: int, u: int, v: int) -> bool:
         """The triangle with u moved onto v."""
-        before = [self.x[w] for w in self.corners[number]]
-        after = [self.x[v if w == u else w] for w in self.corners[number]]
-        n, m = cross(*before), cross(*after)
-        nn, mm = dot(n, n), dot(m, m)
-        longest = max(squared(after[0], after[1]), squared(after[1], after[2]), squared(after[2], after[0]))
+        after, longest = self.spanned(self.moved(number, u, v))
+        nn, nm, mm = products(self.normal[number], after)
         if mm <= (SLIVER * longest) ** 2:
             return False
-        return nn == 0 or dot(n, m) > MOST_TURN * (nn * mm) ** 0.5
+        return nn == 0 or nm > MOST_TURN * (nn * mm) ** 0.5
+
+    def moved(self, number: int, u: int, v: int) -> tuple[int, ...]:
+        """The triangle's corners with v for u."""
+        return tuple(v if w == u else w for w in self.corners[number])
+
+    def spanned(self, corners: tuple[int, ...]) -> tuple[Point, float]:
+        """(b - a) x (c - a), and the squared length of the longest side."""
+        (a, b, c), (d, e, f), (g, h, i) = (self.x[w] for w in corners)
+        p, q, r = d - a, e - b, f - c
+        s, t, w = g - a, h - b, i - c
+        longest = max(p * p + q * q + r * r, s * s + t * t + w * w, (g - d) ** 2 + (h - e) ** 2 + (i - f) ** 2)
+        return (q * w - r * t, r * s - p * w, p * t - q * s), longest
 
     def collapse(self, u: int, v: int) -> None:
         """u -> v."""
@@ -127,13 +143,17 @@ class Surface:
                     if w != u:
                         self.around[w].discard(number)
             else:
-                self.corners[number] = tuple(v if w == u else w for w in corner)
+                self.corners[number] = self.moved(number, u, v)
+                self.normal[number], _ = self.spanned(self.corners[number])
                 self.around[v].add(number)
         self.around[u] = set()
         self.quadric[v] = tuple(map(float.__add__, self.quadric[u], self.quadric[v]))
-        self.offer(v)
-        for w in sorted(self.neighbours(v)):
-            self.offer(w)
+        self.grown[v] += 1
+        near = self.neighbours(v)
+        self.offer(v, near)
+        for w in near:  # what was refused beside it may be allowed now
+            self.offer(w, self.refused[w] | {v})
+            self.refused[w] = set()
 
 
 def vertex_quadrics(x: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]) -> Float[np.ndarray, "v 10"]:
@@ -179,18 +199,7 @@ def unit(a: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray, "n 3"], Float[n
     return a / np.where(length > 0, length, 1)[:, None], length
 
 
-def cross(a: Point, b: Point, c: Point) -> Point:
-    """(b - a) x (c - a)."""
-    p, q, r = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-    s, t, w = c[0] - a[0], c[1] - a[1], c[2] - a[2]
-    return q * w - r * t, r * s - p * w, p * t - q * s
-
-
-def dot(a: Point, b: Point) -> float:
-    """a . b."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def squared(a: Point, b: Point) -> float:
-    """|a - b|^2."""
-    return (a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2
+def products(n: Point, m: Point) -> tuple[float, float, float]:
+    """n . n, n . m and m . m."""
+    (a, b, c), (d, e, f) = n, m
+    return a * a + b * b + c * c, a * d + b * e + c * f, d * d + e * e + f * f
