@@ -50,6 +50,7 @@ def collisions(rig: Rig, pose: Pose) -> tuple[Collision, ...]:
     return scene.found(pose, [scene.performed(movement) for movement in movements])
 
 
+@lru_cache(maxsize=REMEMBERED)
 def colliding_pairs(
     rig: Rig, used: tuple[str, ...], together: tuple[tuple[str, str], ...]
 ) -> tuple[tuple[str, str], ...]:
@@ -106,7 +107,7 @@ class Scene:
 
     rig: Rig
     tests: tuple[Test, ...]
-    matters: Bool[np.ndarray, "t k"]
+    matters: tuple[frozenset[str], ...]
     number: dict[str, int]
     drivers: dict[str, tuple[str, ...]]
     known: dict[tuple[int, tuple[tuple[str, float], ...]], Float[np.ndarray, " n"]]
@@ -119,11 +120,13 @@ class Scene:
         """Collisions of a pose beyond those of the poses that it is made of."""
         found = []
         for t, test in enumerate(self.tests):
-            moving = [each for each in alone if any(self.matters[t, self.number[name]] for name in each)]
+            moving = [each for each in alone if not self.matters[t].isdisjoint(each)]
             if len(moving) < min(len(alone), 2):
                 continue  # all is as it is alone
-            least = np.max([self.depth(t, each) for each in [{}, *moving]], axis=0)
-            excess = self.depth(t, pose) - least
+            depth = self.depth(t, pose)
+            if np.count_nonzero(depth > TOUCH_MM) < FEWEST:
+                continue  # nor is the excess deeper
+            excess = depth - np.max([self.depth(t, each) for each in [{}, *moving]], axis=0)
             deep = int(np.count_nonzero(excess > TOUCH_MM))
             if deep >= FEWEST:
                 found.append(Collision(test.what, deep, round(float(excess.max()), 2)))
@@ -131,7 +134,7 @@ class Scene:
 
     def depth(self, t: int, pose: Pose) -> Float[np.ndarray, " n"]:
         """D of test t with those blendshapes of a pose that matter to it."""
-        weights = tuple(sorted((name, w) for name, w in pose.items() if self.matters[t, self.number[name]]))
+        weights = tuple(sorted((name, w) for name, w in pose.items() if name in self.matters[t]))
         if (t, weights) not in self.known:
             test = self.tests[t]
             at = np.concatenate([test.points, test.surface.vertices])
@@ -146,9 +149,12 @@ class Scene:
 @lru_cache(maxsize=REMEMBERED)
 def _scene(rig: Rig) -> Scene:
     tests = tuple(Test(what, points, surface) for what, points, surface in touching(rig))
-    matters = np.zeros((len(tests), len(rig.names)), dtype=bool)
-    for t, test in enumerate(tests):
-        at = np.concatenate([test.points, test.surface.vertices])
-        matters[t] = rig.displacement[:, at].max(axis=1) > STILL_MM
+    matters = tuple(_moving(rig, np.concatenate([test.points, test.surface.vertices])) for test in tests)
     drivers = {f.blendshapes[0]: f.blendshapes[1:] for f in correctives(rig, rig.names)}
     return Scene(rig, tests, matters, {name: k for k, name in enumerate(rig.names)}, drivers, {})
+
+
+def _moving(rig: Rig, at: Int[np.ndarray, " n"]) -> frozenset[str]:
+    """Blendshapes that move one of some vertices."""
+    moves = rig.displacement[:, at].max(axis=1) > STILL_MM
+    return frozenset(name for name, does in zip(rig.names, moves.tolist(), strict=True) if does)

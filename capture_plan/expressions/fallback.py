@@ -6,6 +6,7 @@ Choice     of all ways to split the items in two the first by: fewest halves who
 """
 
 from collections.abc import Iterator
+from functools import cache
 from itertools import product
 
 import numpy as np
@@ -47,28 +48,27 @@ def fallback(rig: Rig, used: tuple[str, ...], expression: Expression) -> tuple[P
     upper = np.array([is_upper(rig, item) for item in items])
     driver_of = dict(driven(rig, used)) if expression.drivers else {}
 
-    def parts(first: Bool[np.ndarray, " i"]) -> tuple[Part, ...]:
-        halves = [
-            tuple(n for item, of in zip(items, first == half, strict=True) if of for n in item) for half in (1, 0)
-        ]
-        return tuple(
-            Part(
-                expression.name + letter,
-                names,
-                tuple(dict.fromkeys(driver_of[name] for name in names if name in driver_of)),
-                sentence(rig, names),
-            )
-            for names, letter in zip(halves, "ab", strict=True)
-        )
+    def halves(first: Bool[np.ndarray, " i"]) -> list[tuple[str, ...]]:
+        return [tuple(n for item, of in zip(items, first == half, strict=True) if of for n in item) for half in (1, 0)]
+
+    def held(names: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(driver_of[name] for name in names if name in driver_of))
+
+    @cache
+    def trouble(names: tuple[str, ...]) -> tuple[bool, int]:
+        every = names + held(names)
+        return bool(collisions(rig, dict.fromkeys(every, 1.0))), difficulty(rig, every).level
 
     def badness(first: Bool[np.ndarray, " i"]) -> tuple[int, int, int, int]:
-        halves = parts(first)
-        colliding = sum(bool(collisions(rig, half.pose)) for half in halves)
-        hardest = max(difficulty(rig, half.blendshapes + half.drivers).level for half in halves)
+        colliding, hard = zip(*(trouble(half) for half in halves(first)), strict=True)
         misplaced = int((first != upper).sum()) if upper.any() and not upper.all() else 0
-        return colliding, misplaced, hardest, abs(2 * int(first.sum()) - len(first))
+        return sum(colliding), misplaced, max(hard), abs(2 * int(first.sum()) - len(first))
 
-    return parts(min(_splits(upper), key=badness))
+    best = halves(min(_splits(upper), key=badness))
+    return tuple(
+        Part(expression.name + letter, names, held(names), sentence(rig, names))
+        for names, letter in zip(best, "ab", strict=True)
+    )
 
 
 def is_upper(rig: Rig, item: tuple[str, ...]) -> bool:

@@ -4,7 +4,7 @@ One movement   left and right partners, and what one phrase says of several, as 
                together by these
 """
 
-from functools import lru_cache
+from functools import cache, lru_cache
 
 from capture_plan.expressions.sentences import phrases
 from capture_plan.expressions.together import performed_together
@@ -29,8 +29,21 @@ def grouped(rig: Rig, names: tuple[str, ...]) -> tuple[Group, ...]:
 
 def said_as_one(rig: Rig, names: Group) -> bool:
     """Whether these blendshapes have one phrase in common, whatever their side."""
-    bases = {base_name(arkit) if (arkit := arkit_by_motion(rig, name)) else name for name in names}
-    return len(bases) > 1 and any(bases <= {base_name(name) for name in merged} for merged, _ in phrases()[1])
+    of = _bases(rig)
+    bases = {of[name] for name in names}
+    return len(bases) > 1 and any(bases <= merged for merged in _merged())
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _bases(rig: Rig) -> dict[str, str]:
+    """What each blendshape of a rig does, without its side; its name where that is not known."""
+    return {name: base_name(arkit) if (arkit := arkit_by_motion(rig, name)) else name for name in rig.names}
+
+
+@cache
+def _merged() -> tuple[frozenset[str], ...]:
+    """What each phrase says at once, without sides."""
+    return tuple(frozenset(base_name(name) for name in merged) for merged, _ in phrases()[1])
 
 
 @lru_cache(maxsize=REMEMBERED)

@@ -20,7 +20,7 @@ from capture_plan.rig import Rig
 from capture_plan.rig.painted import painted_zone
 from capture_plan.rig.performed import performed_deltas
 from capture_plan.rig.regions import FaceRegions, face_regions
-from capture_plan.rig.zones import ZONES, Ground, check_zone
+from capture_plan.rig.zones import ZONES, Ground, check_zone, ground_of
 from capture_plan.visibility import Camera, camera_visibility, global_visibility, why_blind
 from capture_plan.visibility.views import Views, camera_views
 
@@ -137,7 +137,7 @@ class Face:
     @cached_property
     def ground(self) -> Ground:
         """What all named zones are found from."""
-        return Ground(self.rig)
+        return ground_of(self.rig)
 
     @cached_property
     def _zones(self) -> dict[tuple[str, float], Bool[np.ndarray, " v"]]:

@@ -15,6 +15,7 @@ Only reported   dependent  two sums of blendshapes, their weights above 0, are o
 
 import re
 from collections.abc import Collection
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -31,6 +32,7 @@ DEPENDENT = 3e-3  # share of a blendshape that earlier ones leave unexplained; r
 AGAINST, SIDEWAYS = -0.9, -0.2  # cosines: eyes looking in and out -0.85 to -1, a jaw moved left and right -0.3 to -1
 OPPOSITE, UNDOES, FOLDS = -0.8, 0.4, 2e-3  # cosine, share of what is undone, share of triangles turned inside out
 CORRECTIVE_WORD = re.compile(r"correct|(^|[^a-z])(corr|fix|combo)([^a-z]|$)", re.IGNORECASE)
+REMEMBERED = 16  # rigs of a session, each with all of its blendshapes and with those that are planned
 
 Kind = Literal[
     "static", "noise", "duplicate", "dependent", "opposite", "non-face", "partner", "overlap", "corrective", "name",
@@ -213,7 +215,8 @@ def opposites(names: tuple[str, ...], gram: Float[np.ndarray, "k k"], sideways: 
     return [Finding("opposite", involved, message, advice, False)]
 
 
-def correctives(rig: Rig, used: tuple[str, ...]) -> list[Finding]:
+@lru_cache(maxsize=REMEMBERED)
+def correctives(rig: Rig, used: tuple[str, ...]) -> tuple[Finding, ...]:
     """Blendshapes that make sense only on top of another one, as ARKit's mouthClose on jawOpen, by shape or by name."""
     at = [rig.names.index(name) for name in used]
     deltas = rig.deltas[at][:, rig.skin].astype(float)
@@ -235,7 +238,7 @@ def correctives(rig: Rig, used: tuple[str, ...]) -> list[Finding]:
             message = f"{name} is a corrective of {on}: alone it pushes the skin through itself"
             advice = f"Shoot it together with {on}, and judge its markers in that pose."
             findings.append(Finding("corrective", (name, partner) if partner else (name,), message, advice, False))
-    return findings
+    return tuple(findings)
 
 
 def _mends(rig: Rig, triangles: Int[np.ndarray, "f 3"], i: int, j: int) -> bool:

@@ -14,7 +14,7 @@ No public source gives these margins: they are assumptions of ours, and a person
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -26,7 +26,7 @@ from scipy.spatial import KDTree
 from capture_plan.errors import RigError
 from capture_plan.mesh import boundary_vertices, pieces, surface_graph, vertex_normals
 from capture_plan.mesh.mirror import mirror_map
-from capture_plan.rig.anchors import eyeballs
+from capture_plan.rig.anchors import REMEMBERED, eyeballs
 from capture_plan.rig.face.shape import border_loops
 from capture_plan.rig.record import Rig
 from capture_plan.rig.regions import FaceRegions, face_regions
@@ -76,7 +76,7 @@ def find_zones(rig: Rig, margins_mm: Mapping[str, float] = MARGINS_MM) -> tuple[
     """
     for name, margin in margins_mm.items():
         check_zone(name, margin)
-    ground = Ground(rig)
+    ground = ground_of(rig)
     return tuple(ground.zone(name, margin) for name, margin in margins_mm.items())
 
 
@@ -128,11 +128,21 @@ class Ground:
         if name == "helmet strap":
             mask, note = self._strap(margin_mm), "where straps and pads sit is assumed from the proportions of the face"
         else:
-            core, note = self._core(name)
+            if name not in self._cores:
+                self._cores[name] = self._core(name)
+            core, note = self._cores[name]
             mask = self.within(core, margin_mm)
-        mirror = mirror_map(self.rig.neutral)
-        partners = mirror[mirror] == np.arange(len(mirror))
-        return Zone(name, self.rig.skin & (mask | (mask[mirror] & partners)), note)
+        partners = self.mirror[self.mirror] == np.arange(len(mask))
+        return Zone(name, self.rig.skin & (mask | (mask[self.mirror] & partners)), note)
+
+    @cached_property
+    def mirror(self) -> Int[np.ndarray, " v"]:
+        """The mirror image of every vertex."""
+        return mirror_map(self.rig.neutral)
+
+    @cached_property
+    def _cores(self) -> dict[str, tuple[Bool[np.ndarray, " v"], str]]:
+        return {}
 
     def within(self, core: Bool[np.ndarray, " v"], margin_mm: float) -> Bool[np.ndarray, " v"]:
         """Skin within the margin of the core along the skin."""
@@ -196,3 +206,9 @@ class Ground:
         line = np.concatenate([np.linspace(start, end, 200) for start, end in pairwise(corners)])
         away = KDTree(line).query(self.rig.neutral[:, [2, 1]])[0]
         return (away <= margin_mm) & ~self._is("ear")
+
+
+@lru_cache(maxsize=REMEMBERED)
+def ground_of(rig: Rig) -> Ground:
+    """What all zones of a rig are found from, found once."""
+    return Ground(rig)
