@@ -64,6 +64,8 @@ def mirror_plane(vertices: Float[np.ndarray, "v 3"]) -> float:
             c = moved
             error, image = tree.query(reflect(vertices[some], c))
         best = min(best, (round(float(np.median(error)), 6), float(c)), key=lambda found: found[0])
+        if best[0] == 0:
+            break  # none is better
     return best[1]
 
 
