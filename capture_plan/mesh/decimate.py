@@ -57,9 +57,7 @@ class Surface:
                 self.around[v].add(number)
         self.normal: list[Point] = [tuple(n) for n in triangle_cross(x, triangles).tolist()]
         self.quadric: list[Point] = [tuple(q) for q in vertex_quadrics(x, triangles).tolist()]
-        self.grown = [0] * len(
-            self.x
-        )  # how often a vertex took over a Q: its edges cost something else then
+        self.grown = [0] * len(self.x)  # how often a vertex took over a Q: its edges cost something else then
         self.refused: list[set[int]] = [set() for _ in self.x]
         self.faces = len(triangles)
         self.heap: list[tuple[float, float, int, int, int]] = []
