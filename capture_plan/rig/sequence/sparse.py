@@ -19,8 +19,8 @@ def fill(
     x: Float[np.ndarray, "t c"], given: Bool[np.ndarray, "t c"]
 ) -> tuple[Float[np.ndarray, "t c"], tuple[str, ...]]:
     """The weights with what frames leave out, and a sentence about it; frames that name nothing stay without."""
-    named = given.any(axis=1)
-    seldom = np.logical_not(np.all(given[named], axis=0))
+    named = np.flatnonzero(given.any(axis=1))
+    seldom = ~np.asarray(given[named].all(axis=0))
     if not seldom.any():
         return x, ()
     y, here = x[named], given[named]
