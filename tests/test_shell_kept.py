@@ -8,7 +8,8 @@ import pytest
 
 from capture_plan.cache import cache_dir
 from capture_plan.layout.face import see_face
-from capture_plan.layout.shell.kept import kept_evaluation
+from capture_plan.layout.shell.evaluation import People
+from capture_plan.layout.shell.kept import kept_evaluation, name_of
 from capture_plan.layout.shell.take import face_take
 from capture_plan.rig import sample_rig
 from capture_plan.rig.sample.motion import sample_motion
@@ -32,18 +33,33 @@ def test_what_was_evaluated_once_is_answered_from_disk_to_the_last_digit(asked):
     take, face = asked
     before = kept()
     first = kept_evaluation(take, face, (6,))
-    after = kept()
-    assert len(after - before) == 1
+    (new,) = kept() - before
+    assert new == f"{name_of(take, face, (6,))}.npz"
+    assert first.counts == (6,)
     assert kept_evaluation(take, face, (6,)) == first
-    assert kept() == after
+    assert kept() == before | {new}
 
 
-def test_another_take_or_number_is_another_question(asked):
+def test_the_same_question_has_one_name(asked):
     take, face = asked
-    first = kept_evaluation(take, face, (6,))
-    other = face_take(take.rig, sample_motion(seed=1, frames=30))
-    assert kept_evaluation(take, face, (7,)).counts == (7,)
-    assert kept_evaluation(other, face, (6,)).rest_mm != first.rest_mm
+    again = face_take(sample_rig(), sample_motion(frames=30)), see_face(sample_rig(), sample_rig().names)
+    assert name_of(*again, (6,)) == name_of(take, face, (6,))
+
+
+def test_another_take_number_or_person_is_another_question(asked):
+    take, face = asked
+    rig = take.rig
+    names = [
+        name_of(take, face, (6,)),
+        name_of(take, face, (7,)),
+        name_of(take, see_face(rig, rig.names[1:]), (6,)),
+        name_of(face_take(rig, sample_motion(seed=1, frames=30)), face, (6,)),
+        name_of(face_take(rig, replace(take.sequence, name="another")), face, (6,)),
+        name_of(take, face, (6,), People((take,), "people")),
+        name_of(take, face, (6,), People((take,), "other people")),
+        name_of(take, face, (6,), People((take, take), "people")),
+    ]
+    assert len(set(names)) == len(names)
 
 
 def test_the_same_frames_in_another_order_are_another_question(asked):
@@ -55,5 +71,4 @@ def test_the_same_frames_in_another_order_are_another_question(asked):
         for weights in (exact, exact[np.random.default_rng(0).permutation(len(exact))])
     ]
     assert np.array_equal(takes[0].motion.rows, takes[1].motion.rows)
-    first, other = (kept_evaluation(one, face, (6,)) for one in takes)
-    assert first.folds != other.folds
+    assert name_of(takes[0], face, (6,)) != name_of(takes[1], face, (6,))

@@ -1,12 +1,14 @@
 """Laws of the thin shell: its stiffness, its inverse, the weights of its markers."""
 
+import weakref
+
 import numpy as np
 import pytest
 from scipy.sparse import csc_array
 
 from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.layout.shell.inverse import inverse_entries
-from capture_plan.layout.shell.model import Shell
+from capture_plan.layout.shell.model import Shell, held_shell
 from capture_plan.layout.shell.stiffness import cotangent_laplacian, mixed_areas
 from capture_plan.mesh import triangle_areas
 from tests.solids import sphere, together
@@ -155,6 +157,22 @@ def test_a_second_search_on_a_shell_does_not_invert_it_again():
     pairs = np.stack([np.arange(len(shell.vertices))] * 2, axis=1)
     first = shell.entries(np.ones(len(pairs)), pairs)
     assert shell.entries(np.ones(len(pairs)), pairs.copy())[0] is first[0]
+
+
+def test_a_shell_that_is_held_is_found_again_and_only_by_its_like():
+    vertices, triangles = bumpy()
+    fixed = vertices[:, 2] < 0
+    held = held_shell(vertices, triangles, fixed)
+    assert held_shell(vertices.copy(), triangles.copy(), fixed.copy()) is held
+    for other in (
+        held_shell(vertices + 1.0, triangles, fixed),
+        held_shell(vertices, triangles[1:], fixed),
+        held_shell(vertices, triangles, ~fixed),
+    ):
+        assert other is not held
+    gone = weakref.ref(held)
+    del held, other
+    assert gone() is None
 
 
 def test_a_triangle_without_area_changes_nothing():

@@ -37,9 +37,7 @@ def evaluate_all(
 def kept_evaluation(take: Take, face: Face, counts: Several[int], people: People | None = None) -> Evaluation:
     """`evaluate_take`, or what it answered before."""
     counts = tuple(sorted(counts))
-    takes = (take, *people.takes) if people else (take,)
-    parts = [part for one in takes for part in everything_of(one)]
-    name = digest([ANSWER, np.array(counts), *face.used, people.about if people else "", *parts])
+    name = name_of(take, face, counts, people)
 
     def evaluate() -> dict[str, np.ndarray]:
         found = evaluate_take(take, face, counts, people)
@@ -48,6 +46,13 @@ def kept_evaluation(take: Take, face: Face, counts: Several[int], people: People
     return msgspec.json.decode(
         cached(evaluate, "evaluations", name, entries=ENTRIES)["evaluation"].tobytes(), type=Evaluation
     )
+
+
+def name_of(take: Take, face: Face, counts: Several[int], people: People | None = None) -> str:
+    """The name of an evaluation: equal where everything that it depends on is equal, and nowhere else."""
+    takes = (take, *people.takes) if people else (take,)
+    parts = [part for one in takes for part in everything_of(one)]
+    return digest([ANSWER, np.array(counts), *face.used, people.about if people else "", *parts])
 
 
 def everything_of(take: Take) -> list[str | np.ndarray]:

@@ -16,12 +16,14 @@ Floating  a piece without a fixed vertex has A singular: one of its vertices is 
 from collections import OrderedDict
 from dataclasses import dataclass
 from functools import cached_property
+from weakref import WeakValueDictionary
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import SuperLU, splu
 
+from capture_plan.cache import digest
 from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.layout.shell.inverse import inverse_entries
 from capture_plan.layout.shell.stiffness import shell_stiffness, with_area
@@ -186,3 +188,17 @@ class Shell:
             raise InfeasibleError(f"a loose piece of {size} vertices has no marker: fix it, leave it out or add one")
         KC, B = self.bordered(markers)
         return KC @ B[:, : len(markers)]
+
+
+_held: "WeakValueDictionary[str, Shell]" = WeakValueDictionary()
+
+
+def held_shell(
+    vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"], fixed: Bool[np.ndarray, " v"]
+) -> Shell:
+    """The shell of these; while somebody holds it the very same, with everything that it has found out already."""
+    name = digest([vertices, triangles, fixed])
+    known = _held.get(name)
+    if known is None:
+        known = _held[name] = Shell(vertices, triangles, fixed)
+    return known

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from capture_plan.layout.shell.model import Shell
+from capture_plan.layout.shell.model import Shell, held_shell
 from capture_plan.layout.shell.motion import Motion, together
 from capture_plan.layout.shell.part import Part, part_of
 from capture_plan.layout.shell.recording import Recording, record
@@ -102,7 +102,7 @@ def face_take(rig: Rig, sequence: Sequence) -> Take:
 
 def take_on(rig: Rig, part: Part, recordings: tuple[Recording, ...], s: Float[np.ndarray, " n"]) -> Take:
     """The sessions of one person on a part, where errors count by s at the rig's vertices."""
-    shell = Shell(recordings[0].sequence.neutral[part.at].astype(float), part.triangles, part.fixed)
+    shell = held_shell(recordings[0].sequence.neutral[part.at].astype(float), part.triangles, part.fixed)
     motion = motion_over(recordings, part.at, np.arange(sum(len(one) for one in recordings)))
     return Take(rig, recordings, part.at, shell, motion.weighted(s[part.at]), part.moving)
 
