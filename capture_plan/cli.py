@@ -174,10 +174,11 @@ def plan(
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     reference = refer_to(found, rig, output, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     settled = settings_seen_from(output.parent, chosen)
-    with listen(say):
+    heard: list[str] = []
+    with listen(lambda lines: say(kept(lines, heard))):
         made = make_plan(found, settled, reference=reference, folder=output.parent)
     write_plan(made, output)
-    say(summary(made))
+    say(unheard(summary(made), heard))
     say_written([output])
 
 
@@ -431,7 +432,8 @@ def motion(
         raise RigError(f"{rig}: name a recorded take of it with --take; only the sample has a made-up one")
     sequence = open_take(take, found, names) if take else sample_motion()
     people = people_of(subject, take) if subject else made_up(found) if rig == "sample" else None
-    say([motion_text(evaluate_all(found, sequence, counts=markers or (), people=people))])
+    text = motion_text(evaluate_all(found, sequence, counts=markers or (), people=people))
+    say(unheard(text.split("\n"), sequence.told() if take else ()))
 
 
 @app.command()
@@ -550,6 +552,28 @@ def say(lines: Iterable[str]) -> None:
     """Messages for people, to standard error."""
     for line in lines:
         print(line, file=sys.stderr)
+
+
+def kept(lines: Iterable[str], heard: list[str]) -> list[str]:
+    """The same lines, remembered in `heard`."""
+    said = list(lines)
+    heard += said
+    return said
+
+
+def unheard(lines: Iterable[str], heard: Iterable[str]) -> list[str]:
+    """Lines without the notes that were said while the take was read."""
+    told = " ".join(" ".join(heard).split())
+    notes = [note.strip() for note in told.split("note: ")[1:]]
+    return [
+        line for line in lines if not (line.lower().startswith("note: ") and any(said(line, note) for note in notes))
+    ]
+
+
+def said(line: str, note: str) -> bool:
+    """Whether a note of a summary, which may name its take first, stood in what was told."""
+    words = line[6:].removesuffix(".")
+    return note.startswith(words) or note.startswith(words.partition(": ")[2] or words)
 
 
 def say_written(paths: Iterable[Path]) -> None:

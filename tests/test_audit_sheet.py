@@ -16,6 +16,7 @@ from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
 from capture_plan.rig.face.axes import axes_matrix
 from capture_plan.rig.face.facts import reading_facts
+from capture_plan.rig.face.record import Sign
 from capture_plan.sheets.audit_sheet import A4_ACROSS, DPI, VIEWS_MM, VIEWS_Y, audit_booklet, audit_bytes
 from capture_plan.sheets.page import MARGIN_MM
 from capture_plan.sheets.style import rgb
@@ -139,3 +140,26 @@ def test_the_audit_of_another_rig_is_refused(found, rig):
         audit_bytes(replace(found, vertices=3), rig, ".png")
     with pytest.raises(RigError, match="audit it again"):
         audit_bytes(replace(found, reading=None), rig, ".png")
+
+
+def test_the_longest_answers_are_whole_legible_and_on_the_page(found, rig):
+    """Every letter at least 7 points, no line cut, the last one above the margin, however much there is to say."""
+    read = found.reading
+    long = tuple(Sign(f"a sign whose words are long enough for a line and a half {i}", "+y", 5.0 - i) for i in range(4))
+    against = (*long, Sign("a sign that says otherwise in words of some length", "up -z", -1.0))
+    wordy = replace(
+        read,
+        axes=replace(read.axes, signs=against, turned_degrees=44.0),
+        unit=replace(read.unit, signs=against),
+        eyes=replace(read.eyes, signs=against),
+        mouth=replace(read.mouth, signs=against),
+        sides=replace(read.sides, signs=against),
+    )
+    document = pypdfium2.PdfDocument(audit_bytes(replace(found, reading=wordy), rig, ".pdf"))
+    words = document[0].get_textpage()
+    text = words.get_text_bounded()
+    boxes = [words.get_rect(i) for i in range(words.count_rects())]
+    assert "…" not in text
+    assert min(bottom for _, bottom, _, _ in boxes) > 8  # points from the edge of the paper
+    assert min(top - bottom for _, bottom, _, top in boxes if top > bottom) > 3.3  # x-height of 7 points
+    assert "Set aside" not in text or "tongueOut" in text

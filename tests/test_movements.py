@@ -5,7 +5,7 @@ import time
 import pytest
 
 from capture_plan.rig import sample_rig
-from capture_plan.rig.movements import KINDS, movement_of, movements_of
+from capture_plan.rig.movements import KINDS, _phrases, movement_of, movements_of
 from capture_plan.rig.words import split_words
 
 TOLD = {
@@ -170,3 +170,7 @@ def test_a_thousand_names_take_a_fraction_of_a_second():
 )
 def test_names_are_split_into_whole_words(name, words):
     assert " ".join(split_words(name)) == words
+
+
+def test_every_phrase_weighs_a_number_with_a_fraction():
+    assert all(type(weight) is float for weight, _, _ in _phrases())

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from capture_plan.rig.sequence.clock import CLOCKS, NTSC, timing_of
+from capture_plan.rig.sequence.clock import timing_of
+from capture_plan.rig.sequence.clock_cells import CLOCKS, NTSC
 
 
 def codes(n, clock, step=1, start=0, sign=":"):
@@ -105,6 +106,83 @@ def test_gaps_doubled_and_backward_times_are_counted(write):
         "backwards at 1 of 50" in note
         for note in timing_of([write(x / 25) for x in [*range(30), *range(10, 30)]]).notes
     )
+
+
+WRITE = [
+    lambda x: f"{x:.5f}",
+    lambda x: str(round(1000 * x)),
+    lambda x: f"10:00:{x:06.3f}",
+    lambda x: f"10:00:{int(x):02d}:{round(x % 1 * 25):02d}",
+    lambda x: f"2026-11-28T10:00:{x:09.6f}",
+]
+
+
+@pytest.mark.parametrize("write", WRITE)
+@pytest.mark.parametrize("kind", ["reversed", "shuffled"])
+def test_frames_out_of_order_are_sorted_by_their_times_and_said(write, kind):
+    order = np.arange(100)[::-1] if kind == "reversed" else np.random.default_rng(1).permutation(100)
+    timing = timing_of([write(t / 25) for t in order])
+    assert timing.fps == 25
+    assert order[timing.order].tolist() == list(range(100))
+    assert "sorted" in timing.notes[0]
+
+
+def test_two_takes_at_the_same_times_are_not_sorted_into_each_other():
+    timing = timing_of([f"{t / 25:.3f}" for t in [*range(60), *range(60)]])
+    assert timing.order is None
+    assert "backwards at 1 of 120" in timing.notes[0]
+
+
+@pytest.mark.parametrize("write", WRITE)
+@pytest.mark.parametrize("every", [2, 3, 5])
+def test_times_on_some_frames_only_give_the_rate_of_all(write, every):
+    timing = timing_of([write(t / 25) if t % every == 0 else "" for t in range(200)])
+    assert timing.fps == 25
+    assert "of 200 frames have a time" in timing.notes[-1]
+    assert not any("gap" in note for note in timing.notes)
+
+
+def test_seconds_and_milliseconds_in_one_column_tell_no_rate():
+    each = [str(t / 60) if t % 2 else str(round(1000 * t / 60)) for t in range(120)]
+    halves = [str(t / 60) if t < 60 else str(1000 * t / 60) for t in range(120)]
+    frames = [str(t / 60) if t % 3 else str(t) for t in range(120)]
+    for times in (each, halves, frames):
+        timing = timing_of(times)
+        assert timing.fps is None
+        assert "tell no frame rate" in timing.notes[-1]
+
+
+def test_uneven_times_of_a_camera_give_their_mean():
+    d = np.random.default_rng(0).choice([0.02, 0.09], 400)
+    timing = timing_of([f"{x:.4f}" for x in np.cumsum(d)])
+    assert timing.fps == pytest.approx(1 / d.mean(), rel=0.02)
+    assert "uneven" in timing.notes[0]
+
+
+def test_film_in_a_clock_of_60_keeps_its_rate():
+    ticks = [t * 60 // 24 for t in range(200)]
+    assert timing_of([f"00:00:{t // 60:02d}:{t % 60:02d}" for t in ticks]).fps == 24
+
+
+@pytest.mark.parametrize(
+    ("start", "write"),
+    [
+        (86_399, lambda x: f"{int(x % 86_400 // 3600):02d}:{int(x % 3600 // 60):02d}:{x % 60:06.3f}"),
+        (86_399, lambda x: f"{x % 86_400:.4f}"),
+        (86_399, lambda x: str(round(1000 * (x % 86_400)))),
+        (3_599, lambda x: f"{int(x % 3600 // 60):02d}:{x % 60:06.3f}"),
+        (43_199, lambda x: f"{int(x % 43_200 // 3600):02d}:{int(x % 3600 // 60):02d}:{x % 60:06.3f}"),
+    ],
+)
+def test_a_clock_that_begins_again_goes_on(start, write):
+    timing = timing_of([write(start + t / 50) for t in range(150)])
+    assert (timing.fps, timing.notes, timing.order) == (50.0, (), None)
+
+
+@pytest.mark.parametrize("sign", ["{}:{}:{};{}", "{};{};{};{}"])
+def test_drop_frame_codes_are_read_in_every_spelling(sign):
+    timing = timing_of([sign.format(*code.replace(";", ":").split(":")) for code in drop_codes(4000, 30)])
+    assert (timing.fps, timing.notes) == (29.97, ())
 
 
 def test_dates_are_times():

@@ -53,6 +53,28 @@ def test_a_take_that_is_mostly_lost_is_read_and_the_share_said(tmp_path):
     assert any("67 of 90 frames" in note and "74%" in note and "little" in note for note in take.notes)
 
 
+def test_zeros_all_at_once_are_a_lost_face(tmp_path):
+    w = weights()
+    w[20:30] = w[60] = 0
+    take = read(tmp_path / "a.csv", table(["1"] * T, w=w))
+    assert driven(take) == pytest.approx(np.delete(weights(), [*range(20, 30), 60], axis=0))
+    assert any("in 11 of 90 frames every weight is exactly 0" in note for note in take.notes)
+
+
+def test_a_face_that_goes_to_rest_is_no_lost_face(tmp_path):
+    w = np.round(weights() * np.clip(np.abs(np.arange(T) - 45) / 40, 0, 1)[:, None], 3)
+    w[43:48] = 0
+    assert len(read(tmp_path / "a.csv", table(["1"] * T, w=w))) == T
+
+
+def test_frames_that_stand_still_are_said_and_stay(tmp_path):
+    w = weights()
+    w[31:50] = w[30]
+    take = read(tmp_path / "a.csv", table(["1"] * T, w=w))
+    assert len(take) == T
+    assert any("frames 31 to 49 repeat the one before exactly" in note for note in take.notes)
+
+
 def twice(w):
     """Every frame of two faces, of which the second does the opposite."""
     return np.stack([w, 1 - w], axis=1).reshape(-1, w.shape[1])

@@ -25,7 +25,7 @@ from capture_plan.expressions.minimum import minimum
 from capture_plan.expressions.problem import Pairs, Problem, state_problem
 from capture_plan.expressions.record import Expression, Packing
 from capture_plan.expressions.rules import Rules
-from capture_plan.expressions.sentences import sentence
+from capture_plan.expressions.sentences import told_apart
 from capture_plan.expressions.sequential import Order, Weigh, one_after_another, sequential
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.expressions.together import bases_of
@@ -202,6 +202,7 @@ def _expressions(
     gain = np.array([share[list(expression)].sum() for expression in chosen])
     covered = np.minimum(np.cumsum(gain), 1)
     names = [tuple(used[k] for k in expression) for expression in chosen]
+    sentences = told_apart(rig, names)
     return tuple(
         Expression(
             name=f"E{number:02d}",
@@ -209,7 +210,7 @@ def _expressions(
             weights=(1.0,) * len(names[number - 1]),
             gain=round(float(gain[number - 1]), 6),
             covered=round(float(covered[number - 1]), 6),
-            sentence=sentence(rig, names[number - 1]),
+            sentence=sentences[number - 1],
             drivers=bases_of(names[number - 1], drivers),
         )
         for number in range(1, len(chosen) + 1)

@@ -2,8 +2,9 @@
 
 Data   phrases   expressions/data/phrases.toml, by ARKit name
 Rule   names that are known become phrases; what stands under `together` is merged, then left and right of one movement,
-       from the brow down, the jaw before the lips; sides are the actor's own. What has no known name is described by
-       where it moves most, which way and how far, in millimetres.
+       from the brow down, the jaw before the lips; sides are the actor's own. The mouth's shape for a sound is asked
+       for by the sound (`sounds.py`). What has no known name is described by where it moves most, which way and how
+       far, in millimetres, and so are expressions that would read alike.
 """
 
 import tomllib
@@ -14,6 +15,7 @@ from typing import Any
 
 from capture_plan.expressions.lips import stays_open
 from capture_plan.expressions.movement import movements
+from capture_plan.expressions.sounds import sounds_of
 from capture_plan.rig import Rig
 from capture_plan.rig.meaning import arkit_by_motion, base_name
 
@@ -23,12 +25,23 @@ FROM_REST = "From a relaxed face: "  # every expression starts from the neutral,
 
 def sentence(rig: Rig, blendshapes: tuple[str, ...]) -> str:
     """What to do to show `blendshapes` at full weight, all at once."""
-    parts = [_list(part) for part in _breaths(_said(rig, blendshapes))]
+    parts = [_list(part) for part in _breaths(_said(rig, blendshapes))] + list(_sounded(rig, blendshapes))
     if unknown := _unknown(rig, blendshapes):
         found = movements(rig, unknown)
         parts.append(f"match the picture: move {_list(found)}" if found else "match the picture")
     parts[1:] = [f"at the same time {part}" for part in parts[1:]]
     return " ".join(part[0].upper() + part[1:] + "." for part in parts)
+
+
+def told_apart(rig: Rig, expressions: list[tuple[str, ...]]) -> list[str]:
+    """The sentence of every expression; what reads like another's says how it moves as well."""
+    said = [sentence(rig, one) for one in expressions]
+    found = []
+    for one, text in zip(expressions, said, strict=True):
+        moves = movements(rig, one) if said.count(text) > 1 else ()
+        new = [move for move in moves if move not in text]
+        found.append(f"{text} It moves {_list(tuple(new))}." if new else text)
+    return found
 
 
 def from_rest(sentence: str) -> str:
@@ -39,7 +52,9 @@ def from_rest(sentence: str) -> str:
 def told(rig: Rig, blendshapes: tuple[str, ...]) -> tuple[str, ...]:
     """The separate movements in words; those that only the picture tells are one."""
     unknown = _unknown(rig, blendshapes)
-    return _said(rig, blendshapes) + ((movements(rig, unknown) or ("match the picture",)) if unknown else ())
+    return (*_said(rig, blendshapes), *_sounded(rig, blendshapes)) + (
+        (movements(rig, unknown) or ("match the picture",)) if unknown else ()
+    )
 
 
 def mistakes(rig: Rig, blendshapes: tuple[str, ...]) -> tuple[str, ...]:
@@ -61,14 +76,26 @@ def _said(rig: Rig, blendshapes: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(entry["open"].format(gap=gap) if phrase == entry["both"] else phrase for phrase in said)
 
 
+def _sounded(rig: Rig, blendshapes: tuple[str, ...]) -> tuple[str, ...]:
+    """What to say for mouths that stand for a sound, and how they move."""
+    said = []
+    for name in blendshapes:
+        if sound := sounds_of(rig).get(name):
+            moves = movements(rig, (name,))
+            said.append(f"say {sound} and hold your mouth there" + (f": move {_list(moves)}" if moves else ""))
+    return tuple(said)
+
+
 def _known(rig: Rig, blendshapes: tuple[str, ...]) -> tuple[str, ...]:
     """ARKit's names of those blendshapes that have a phrase."""
     table, _ = phrases()
-    return tuple(arkit for name in blendshapes if (arkit := arkit_by_motion(rig, name)) and base_name(arkit) in table)
+    heard = sounds_of(rig)
+    names = [name for name in blendshapes if name not in heard]
+    return tuple(arkit for name in names if (arkit := arkit_by_motion(rig, name)) and base_name(arkit) in table)
 
 
 def _unknown(rig: Rig, blendshapes: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(name for name in blendshapes if not _known(rig, (name,)))
+    return tuple(name for name in blendshapes if not _known(rig, (name,)) and name not in sounds_of(rig))
 
 
 def spoken(arkit: tuple[str, ...]) -> tuple[str, ...]:
@@ -92,6 +119,7 @@ def spoken(arkit: tuple[str, ...]) -> tuple[str, ...]:
 def phrases() -> tuple[dict[str, dict[str, Any]], tuple[tuple[tuple[str, ...], str], ...]]:
     """Phrases by ARKit name without its side, and what is said where several meet."""
     table = tomllib.loads(files("capture_plan.expressions").joinpath("data", "phrases.toml").read_text("utf-8"))
+    del table["sounds"]
     together = tuple((tuple(entry["names"]), entry["say"]) for entry in table.pop("together"))
     return table, together
 

@@ -15,6 +15,7 @@ from jaxtyping import Bool, Int
 from scipy.sparse import csr_array
 
 from capture_plan.layout.sites import Sites
+from capture_plan.mesh import geodesic_distance
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,3 +72,10 @@ def taken_by(chosen: Int[np.ndarray, " n"], spacing: Spacing | None, count: int)
     """Of `count` sites those that are chosen or too close to one that is."""
     taken = np.isin(np.arange(count), chosen)
     return taken | spacing.close(chosen).any(axis=0) if spacing and len(chosen) else taken
+
+
+def nearest_two(graph: csr_array, vertices: Int[np.ndarray, " n"]) -> float:
+    """Least distance along the skin between two of these vertices, millimetres; infinite where no way joins any two."""
+    apart = geodesic_distance(graph, vertices)[:, vertices]
+    np.fill_diagonal(apart, np.inf)
+    return float(apart.min(initial=np.inf))

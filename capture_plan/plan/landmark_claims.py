@@ -7,9 +7,9 @@ from capture_plan.layout.quality import importance_weights, mean_quality, total_
 from capture_plan.layout.relaxation import bound_from, shares_of
 from capture_plan.layout.settings import ORDERED
 from capture_plan.layout.sites import Sites
+from capture_plan.layout.spacing import nearest_two
 from capture_plan.layout.task import Task, task_of
 from capture_plan.layout.worth import Observation, error_against_budget
-from capture_plan.mesh import geodesic_distance
 from capture_plan.mesh.mirror import mirror_map
 from capture_plan.plan.claims import TOLERANCE, Claim, claim
 from capture_plan.plan.record import Plan
@@ -41,13 +41,12 @@ def landmark_claims(plan: Plan, rig: Rig, face: Face) -> list[Claim]:
         claims.append(claim("the layout is symmetric", not alone, f"{len(alone)} landmarks without a mirror image"))
     if settings.spacing_mm and settings.method != "trivial":
         dots = np.array([m.vertex for m in plan.layout.markers])
-        distance = geodesic_distance(face.graph, dots)[:, dots]
-        np.fill_diagonal(distance, np.inf)
+        nearest = nearest_two(face.graph, dots)
         claims.append(
             claim(
                 f"markers stand at least {settings.spacing_mm:g} mm apart on the skin",
-                distance.min() >= settings.spacing_mm - 1e-6,
-                f"nearest two {distance.min():.1f} mm apart",
+                nearest >= settings.spacing_mm - 1e-6,
+                f"nearest two {nearest:.1f} mm apart",
             )
         )
     task = task_of(face, settings)

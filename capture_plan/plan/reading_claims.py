@@ -14,6 +14,7 @@ from capture_plan.mesh.mirror import mirror_plane
 from capture_plan.plan.claims import Claim
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
+from capture_plan.rig.anchors import face_anchors
 from capture_plan.rig.face.facts import PairFacts, Place, ReadingFacts, SpotFacts, reading_facts
 from capture_plan.rig.face.of_rig import rig_channels
 from capture_plan.rig.face.sense import Sense, kinds_of, looks_forward, pose_senses, side_senses
@@ -107,12 +108,16 @@ def strongest_kinds(plan: Plan, rig: Rig, markers: list[Landmark]) -> list[tuple
 
 
 def largest_downward(rig: Rig) -> int | None:
-    """The blendshape that moves most skin most, where that goes down; the jaw's, on a whole face."""
+    """The blendshape that moves most skin most, where that goes down below the middle of eyes and mouth: the jaw's, on
+    a whole face. On a drawn one, lids may move most of all."""
     channels = rig_channels(rig)
     if channels.facial.sum() < 8:
         return None
     squared = np.where(channels.facial, (rig.displacement**2 * rig.skin).sum(axis=1), 0)
     k = int(squared.argmax())
+    a = face_anchors(rig)
+    if channels.centre[k, 1] > (a.eye_left[1] + a.eye_right[1]) / 4 + a.mouth[1] / 2:
+        return None
     return k if channels.direction[k, 1] < -np.abs(channels.direction[k, 0]) else None
 
 

@@ -5,6 +5,7 @@ from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
 from capture_plan.rig.face.words import doubts
 from capture_plan.rig.kinds import apart_lines
+from capture_plan.rig.sequence.record import UNUSED
 from capture_plan.visibility import FEWEST_PIXELS
 
 
@@ -95,13 +96,16 @@ def take_summary(layout: Layout, rig: Rig) -> tuple[str, ...]:
 
 def fit_words(fit: MotionFit) -> list[str]:
     """The same of any layout."""
-    steps = [f"{m} leave {fit.curve_mm[m - 1]:.2f} mm" for m in quarters(len(fit.curve_mm))]
+    steps = [f"{fit.curve_mm[m - 1]:.2f} mm off with the first {m}" for m in quarters(len(fit.curve_mm))]
     lines = [
-        f"Of a take of {fit.frames:,} frames, these landmarks leave {fit.rmse_mm:.2f} mm (root mean square) on the "
-        f"skin that it moves{'; the first ' if steps else ''}{', '.join(steps)}."
+        f"In a take of {fit.frames:,} frames, skin that follows these landmarks alone is {fit.rmse_mm:.2f} mm off "
+        f"(root mean square where the take moves it){'; ' if steps else ''}{', '.join(steps)}."
     ]
     if fit.missing:
-        lines.append(f"Not in the take, so that its error says nothing of them: {', '.join(fit.missing)}.")
+        lines.append(
+            f"The take hardly or never moves {len(fit.missing)} blendshapes (no weight above {UNUSED:g}), so that this "
+            f"says nothing of them: {', '.join(fit.missing)}."
+        )
     lines += [f"Of {', '.join(one.sequences)} alone, {one.rmse_mm:.2f} mm." for one in fit.subjects]
     return [*lines, *(f"Note: {note}." for note in fit.notes)]
 

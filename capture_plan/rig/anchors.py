@@ -16,11 +16,14 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from capture_plan.mesh import half_edges, pieces
+from capture_plan.mesh import half_edges, pieces, triangle_areas
 from capture_plan.mesh.mirror import mirror_plane
 from capture_plan.rig.face.of_rig import rig_channels, rig_points
+from capture_plan.rig.face.place import face_place
 from capture_plan.rig.face.points import Found, Points
 from capture_plan.rig.face.shape import border_loops, compact
+from capture_plan.rig.face.votes import names_agree
+from capture_plan.rig.profile import chin_agrees, find_chin
 from capture_plan.rig.record import Rig
 from capture_plan.rig.skin import find_skin, is_ball
 
@@ -30,12 +33,13 @@ EARS_WITHIN = 1.9  # pupil distances from the midline: four human heads have 1.4
 SAME_FACE = 0.5  # of the given skin; where less is found to be skin, the search went astray and the person is right
 REMEMBERED = 8  # rigs of a session; the search for skin casts rays
 ASTRAY = 0.5  # pupil distances between the mouth found and the skin before it
-CHIN_BEHIND = 0.8  # pupil distances behind the mouth at most: four human heads 0.1 to 0.2
+SMALL_PIECE = 0.05  # of the area of the largest: drawn lids 0.01, a face of three meshes 0.2 and more each
 ASKEW = 0.15  # rho between the mirror planes of the skin and of the head
 OPENING, MOUTH_OPENING = 0.4, 0.25  # pupil distances from the place found to the middle of the opening that is it
 BEHIND_EARS = 0.4  # pupil distances that a head goes on; a mask ends with what is furthest to its side
 
 
+Openings = tuple[list[Int[np.ndarray, " _"]], list[Int[np.ndarray, " _"]]]  # borders of large and of small pieces
 Border = tuple[Float[np.ndarray, "_ 3"], Int[np.ndarray, " _"]]  # places and numbers of the vertices of a border
 
 
@@ -43,7 +47,8 @@ Border = tuple[Float[np.ndarray, "_ 3"], Int[np.ndarray, " _"]]  # places and nu
 class Anchors:
     """Points of the face in millimetres, the subject's own sides; `lids` and `lips` are border vertices of the surface.
 
-    `found` names the anchors that geometry gave; the others are human proportions.
+    `found` names the anchors that geometry gave; the others are human proportions. `chin_sure` says whether the chin
+    was found where faces have it and goes down with the jaw.
     """
 
     midline: float
@@ -59,6 +64,7 @@ class Anchors:
     lids: Int[np.ndarray, " a"]
     lips: Int[np.ndarray, " b"]
     found: tuple[str, ...]
+    chin_sure: bool = False
 
     @property
     def pupils(self) -> float:
@@ -69,8 +75,9 @@ class Anchors:
 @lru_cache(maxsize=REMEMBERED)
 def face_surface(rig: Rig) -> Bool[np.ndarray, " v"]:
     """The skin of a rig and, where a person narrowed it, the skin around it: what borders and shapes are read from."""
-    facial = rig_channels(rig).facial
-    found = find_skin(rig.neutral, rig.triangles, rig.deltas[facial], rig.parts, rig.part_names)
+    channels = rig_channels(rig)
+    place = face_place(rig_points(rig), channels)
+    found = find_skin(rig.neutral, rig.triangles, rig.deltas[channels.facial], rig.parts, rig.part_names, place)
     surface = rig.skin | found if found[rig.skin].mean() >= SAME_FACE else rig.skin.copy()
     surface.flags.writeable = False
     return surface
@@ -87,20 +94,19 @@ def surface_anchors(rig: Rig, points: Points) -> Anchors:
     x0 = mirror_plane(rig.neutral[rig.skin])
     if abs(x0 - points.x0) > ASKEW * rig_channels(rig).rho:  # a skin of one side only
         x0 = points.x0
-    loops = border_loops(rig.triangles[rig.skin[rig.triangles].all(axis=1)])
-    eyes, lids = _eyes(rig, loops, x0, points.eyes)
+    openings = _openings(rig)
+    eyes, lids = _eyes(rig, openings, x0, points.eyes)
     found = ("eyes",) if points.eyes.sure else ()
     unit = float(np.linalg.norm(eyes[0] - eyes[1]))
-    mouth, corners, lips = _mouth(rig, loops, eyes.mean(axis=0), unit, x0, points.mouth)
+    mouth, corners, lips = _mouth(rig, openings, eyes.mean(axis=0), unit, x0, points.mouth)
     how = ("mouth",) if points.mouth.sure else ()
     skin = rig.neutral[rig.skin]
     middle = skin[np.abs(skin[:, 0] - x0) < 0.15 * unit]
     drop = eyes[0, 1] - mouth[1]
     between = middle[(middle[:, 1] < eyes[0, 1] - 0.1 * drop) & (middle[:, 1] > mouth[1] + 0.2 * drop)]
-    below = middle[(middle[:, 1] < mouth[1] - 0.3 * drop) & (middle[:, 1] > mouth[1] - 0.95 * drop)]
-    below = below[below[:, 2] > mouth[2] - CHIN_BEHIND * unit]  # not the nape, nor the back of a collar
     nose = _furthest(between, (0, 0, 1), mouth + np.array([0, 0.5 * drop, 0.3 * unit]))
-    chin = _furthest(below, (0, -1, 1), mouth - np.array([0, 0.65 * drop, 0]))
+    found_chin = find_chin(middle, eyes.mean(axis=0), mouth, unit)
+    chin = mouth - np.array([0, 0.65 * drop, 0]) if found_chin is None else found_chin
     beside = skin[
         (skin[:, 1] > mouth[1] + 0.2 * drop)
         & (skin[:, 1] < eyes[0, 1] + 0.5 * unit)
@@ -127,7 +133,20 @@ def surface_anchors(rig: Rig, points: Points) -> Anchors:
         lids=lids,
         lips=lips,
         found=found + how,
+        chin_sure=found_chin is not None and chin_agrees(chin, eyes.mean(axis=0), mouth, _with_the_jaw(rig, chin)),
     )
+
+
+def _with_the_jaw(rig: Rig, place: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " 3"] | None:
+    """Displacement of a place of the skin, over the largest on the skin, as the blendshape named for an open jaw moves
+    it; None without one."""
+    channels = rig_channels(rig)
+    named = channels.of("jaw open") if names_agree(channels) else []
+    if not named:
+        return None
+    skin = np.flatnonzero(rig.skin)
+    vertex = skin[np.linalg.norm(rig.neutral[skin] - place, axis=1).argmin()]
+    return rig.deltas[named[0], vertex].astype(float) / max(float(rig.displacement[named[0], skin].max()), 1e-9)
 
 
 def eyeballs(rig: Rig) -> list[Bool[np.ndarray, " v"]]:
@@ -141,16 +160,28 @@ def eyeballs(rig: Rig) -> list[Bool[np.ndarray, " v"]]:
     return sorted(found, key=lambda eye: -float(np.prod(np.ptp(rig.neutral[eye], axis=0))))
 
 
+def _openings(rig: Rig) -> Openings:
+    """The borders of the surface's large pieces, and those of its small ones: where a face has openings, the outline
+    of a lid or lip drawn over it is none."""
+    triangles = rig.triangles[rig.skin[rig.triangles].all(axis=1)]
+    piece = pieces(triangles, len(rig.neutral))
+    area = np.bincount(piece[triangles[:, 0]], triangle_areas(rig.neutral, triangles), piece.max() + 1)
+    large = (area >= SMALL_PIECE * area.max())[piece]
+    loops = border_loops(triangles)
+    return [loop for loop in loops if large[loop[0]]], [loop for loop in loops if not large[loop[0]]]
+
+
 def _eyes(
-    rig: Rig, loops: list[Int[np.ndarray, " _"]], x0: float, found: Found
+    rig: Rig, openings: Openings, x0: float, found: Found
 ) -> tuple[Float[np.ndarray, "2 3"], Int[np.ndarray, " a"]]:
     """Centres of the left and the right eye, and the border of the lids."""
     nothing = np.empty(0, dtype=np.int64)
     if found.places is not None:
-        shapes = [(rig.neutral[loop], loop) for loop in loops if len(loop) >= 6]
-        if pair := _mirrored_pair(_at(shapes, found.places), x0):
-            (left, a), (right, b) = pair
-            return np.stack([_middle(left), _middle(right)]), np.sort(np.r_[a, b])
+        for loops in openings:
+            shapes = [(rig.neutral[loop], loop) for loop in loops if len(loop) >= 6]
+            if pair := _mirrored_pair(_at(shapes, found.places), x0):
+                (left, a), (right, b) = pair
+                return np.stack([_middle(left), _middle(right)]), np.sort(np.r_[a, b])
         shapes = [(rig.neutral[eye], np.flatnonzero(eye)) for eye in eyeballs(rig)]
         if pair := _mirrored_pair(_at(shapes, found.places), x0):
             front = [np.r_[_middle(points)[:2], points[:, 2].max()] for points, _ in pair]
@@ -189,12 +220,12 @@ def _mirrored_pair(shapes: list[Border], x0: float) -> tuple[Border, Border] | N
 
 
 def _mouth(
-    rig: Rig, loops: list[Int[np.ndarray, " _"]], eyes: Float[np.ndarray, " 3"], unit: float, x0: float, found: Found
+    rig: Rig, openings: Openings, eyes: Float[np.ndarray, " 3"], unit: float, x0: float, found: Found
 ) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, "2 3"], Int[np.ndarray, " b"]]:
     """Centre and corners (left, right) of the mouth, and the border of the lips."""
     place = None if found.places is None else found.places[0]
-    near = [] if place is None else [(_apart(rig.neutral[loop], place), loop) for loop in loops]
-    for apart, loop in sorted(near, key=lambda one: one[0]):
+    near = [] if place is None else [[(_apart(rig.neutral[loop], place), loop) for loop in some] for some in openings]
+    for apart, loop in [one for some in near for one in sorted(some, key=lambda one: one[0])]:
         points = rig.neutral[loop]
         centre, width = _middle(points), np.ptp(points[:, 0])
         if apart < MOUTH_OPENING * unit and abs(centre[0] - x0) < 0.15 * unit and 0.1 * unit < width < 2.5 * unit:

@@ -13,7 +13,7 @@ from jaxtyping import Float
 from msgspec import Struct
 
 from capture_plan.rig.face.reading import face_reading
-from capture_plan.rig.findings import NOISE_MM, STILL_MM
+from capture_plan.rig.findings import NOISE_MM, SAME, STILL_MM
 from capture_plan.rig.motion_kinds import FACE_REACH, MotionKind, motion_kinds
 from capture_plan.rig.movements import movements_of
 from capture_plan.rig.pairs import blendshape_pairs
@@ -125,7 +125,17 @@ def part_words(rig: Rig, k: int) -> str:
 
 
 def _sum_words(rig: Rig, share: Float[np.ndarray, " k"]) -> str:
-    """'1.00 smile + 0.50 squint'."""
+    """'1.00 smile + 0.50 squint'; a part that is there twice goes by the one that is planned, the first."""
     parts = [i for i in np.abs(share).argsort(kind="stable")[::-1] if share[i] > 0]
-    total = " + ".join(f"{share[i]:.2f} {rig.names[i]}" for i in parts[:NAMED])
+    planned = [_first_alike(rig, int(i)) for i in parts[:NAMED]]
+    total = " + ".join(f"{share[i] * times:.2f} {rig.names[j]}" for i, (j, times) in zip(parts, planned, strict=False))
     return total + (f" + {len(parts) - NAMED} more" if len(parts) > NAMED else "")
+
+
+def _first_alike(rig: Rig, k: int) -> tuple[int, float]:
+    """The first blendshape that moves the skin as k does, and how many times of it k is."""
+    d = rig.deltas[: k + 1][:, rig.skin].reshape(k + 1, -1).astype(float)
+    length = np.linalg.norm(d, axis=1)
+    cosine = d @ d[k] / np.maximum(length * length[k], np.finfo(float).tiny)
+    first = int(np.flatnonzero(cosine >= 1 - SAME)[0]) if length[k] else k
+    return first, float(length[k] / length[first]) if length[k] else 1.0

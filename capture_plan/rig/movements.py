@@ -307,7 +307,7 @@ def _phrases() -> tuple[Phrase, ...]:
     """Weight, kind and things of every phrase, in the order of the file."""
     weights = _data()["weights"]
     phrases: Iterator[Phrase] = (
-        (sum(weights.get(thing, 1.0) for thing in phrase.split()), kind, tuple(phrase.split()))
+        (float(sum(weights.get(thing, 1.0) for thing in phrase.split())), kind, tuple(phrase.split()))
         for kind, some in _data()["kinds"].items()
         for phrase in some
     )

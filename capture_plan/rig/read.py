@@ -15,10 +15,13 @@ from jaxtyping import Bool, Float, Int
 from msgspec.structs import replace as replace_axes
 
 from capture_plan.errors import RigError
+from capture_plan.mesh import pieces
 from capture_plan.rig.crop import crop_to_head
 from capture_plan.rig.face.axes import axes_matrix
 from capture_plan.rig.face.frame import Frame, check_given, find_frame, head_shape
+from capture_plan.rig.face.place import face_place
 from capture_plan.rig.face.record import Understood
+from capture_plan.rig.face_skin import FacePlace, upper_neck
 from capture_plan.rig.formats.belongs import what_belongs
 from capture_plan.rig.formats.csv_folder import read_csv_folder
 from capture_plan.rig.formats.fbx import read_fbx
@@ -98,9 +101,11 @@ def rig_from_raw(
     R = frame.unit_mm * turn
     neutral, deltas = raw.neutral @ R.T, (raw.deltas @ R.T).astype(np.float32)
     if skin is None:
-        skin_vertices = find_skin(neutral, raw.triangles, deltas[facial], raw.parts, raw.part_names)
+        place = face_place(frame.points, frame.channels, frame.unit_mm) if frame.axes.sure else None
+        skin_vertices = find_skin(neutral, raw.triangles, deltas[facial], raw.parts, raw.part_names, place)
+        body_note = left_to_body(raw, neutral, skin_vertices, place)
     else:
-        skin_vertices = given_skin(skin, raw)
+        skin_vertices, body_note = given_skin(skin, raw), ""
     return Rig(
         name=raw.name,
         neutral=neutral,
@@ -117,7 +122,7 @@ def rig_from_raw(
         unit_found=frame.unit_found,
         up_found=frame.up_found,
         facing_found=frame.facing_found,
-        note="; ".join(filter(None, (raw.note, frame.note))),
+        note="; ".join(filter(None, (raw.note, frame.note, body_note))),
         turn=tuple(map(float, (turn @ turned).ravel())),
         understood=Understood(
             axes=replace_axes(frame.axes, turned_degrees=round(off_axes_degrees(turned), 1)),
@@ -140,6 +145,21 @@ def _framed(
         return straight, turned, frame
     straight, Q = raised
     return straight, Q @ turned, find_frame(straight, unit_mm=unit_mm, up=None, facing=None)
+
+
+def left_to_body(
+    raw: RawRig, neutral: Float[np.ndarray, "v 3"], skin: Bool[np.ndarray, " v"], face: FacePlace | None
+) -> str:
+    """What a person should know of the skin that goes on into a body; nothing where none does."""
+    if face is None or not skin.any():
+        return ""
+    goes_on = ~skin & (neutral[:, 1] < upper_neck(face, face.chin_y(neutral[skin])))
+    cut = raw.triangles[skin[raw.triangles].any(axis=1) & goes_on[raw.triangles].any(axis=1)]
+    if len(cut) == 0:
+        return ""
+    piece = pieces(raw.triangles, len(neutral))
+    left = int((goes_on & (piece == piece[cut[0, 0]])).sum())
+    return f"markers go on the head and the upper neck: {left:,} vertices below the upper neck are no place for them"
 
 
 def read_raw(path: Path) -> RawRig:

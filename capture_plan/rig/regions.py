@@ -4,7 +4,8 @@ Data       anchors   eyes, mouth, nose tip, chin, ears; u their unit, the distan
 Letters    x, y, z   place of a vertex from the midline, the eye line and the eyes, in units of u; |x| is meant
            s         height between mouth (0) and eye line (1), going on above and below
 Rule       lids and lips are told into upper and lower by the shorter way along the skin, since closed lips touch;
-           everything else by lines between anchors, the first region that fits in the order of REGIONS
+           everything else by lines between anchors, the first region that fits in the order of REGIONS; what clearly
+           moves with brows, lids or a smile beside such a line belongs to them (`region_motion.py`)
 Doubt      where eyes or mouth are not certain, a place has a side and no region; where the axes are not, neither
 """
 
@@ -21,6 +22,7 @@ from capture_plan.rig.anchors import Anchors, face_anchors
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.face.sense import contradicted
 from capture_plan.rig.record import Rig
+from capture_plan.rig.region_motion import moved_together
 
 REGIONS = (
     "ear",
@@ -90,6 +92,7 @@ def face_regions(rig: Rig) -> FaceRegions:
     fits = _fits(rig.neutral, graph, at, anchors)
     of_vertex = np.full(len(rig.neutral), NO_REGION)
     of_vertex[at] = np.stack([fits[name] for name in REGIONS]).argmax(axis=0)
+    of_vertex = moved_together(rig, of_vertex, REGIONS, anchors)
     x = rig.neutral[:, 0] - anchors.midline
     side = np.where(np.abs(x) <= MIDDLE * u, 0, np.sign(x)).astype(int)
     known, sided = names_known(rig)

@@ -10,6 +10,7 @@ Piece      the largest that moves is skin; a further one has to be large enough,
 Hidden     the inside of mouth, nostrils and eye sockets: connected vertices with h <= HIDDEN, spread while h <= DIM,
            given back as far as RIM_MM from the visible skin, since lips and lids part when they move
 Reach      a body below the neck is left off: what is further than REACH times the size of the moving face
+Face       where eyes and mouth are known, they tell a face of loose pieces, clothes and bodies (`face_skin.py`)
 """
 
 import re
@@ -19,6 +20,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.sparse.csgraph import dijkstra
 
 from capture_plan.mesh import boundary_vertices, pieces, surface_graph, triangle_areas
+from capture_plan.rig.face_skin import BARE, FacePlace, above_neck, around_eyes, bodies, own_movers, upper_neck
 from capture_plan.visibility import hemisphere_visibility
 
 NOT_SKIN = re.compile(
@@ -31,6 +33,7 @@ WORN = re.compile(
     r"lacrimal|tear|occlusion|lash|blend|hair|fur|glass|hat|cap$|cloth|shirt|suit|tights|helmet", re.IGNORECASE
 )
 SKIN = re.compile(r"skin|face|head|neck|ear(?!ring)|scalp|lip|body", re.IGNORECASE)
+FACE = re.compile(r"skin|face|head|neck|ear(?!ring)|scalp|lip", re.IGNORECASE)  # a body may be dressed
 HIDDEN, DIM = 0.02, 0.10  # ICT-FaceKit: 99 % of the mouth bag is below the first, lips at rest apart above the second
 RIM_MM = 4.0  # ICT-FaceKit: keeps 10,695 of its 11,248 skin vertices and takes 42 of the mouth bag
 PIECE_AREA, PIECE_SEEN = 0.01, 0.4  # ears: 2 % and 0.5; a lash strip 0.3 %; rows of teeth 0.38
@@ -47,12 +50,19 @@ def find_skin(
     deltas: Float[np.ndarray, "k v 3"],
     parts: Int[np.ndarray, " v"],
     part_names: tuple[str, ...],
+    face: FacePlace | None = None,
 ) -> Bool[np.ndarray, " v"]:
-    """True where a vertex is skin of face, ears, scalp or neck; `neutral` and `deltas` in millimetres."""
+    """True where a vertex is skin of face, ears, scalp or upper neck; `neutral` and `deltas` in millimetres.
+
+    `face` says where eyes and mouth are, where that is certain.
+    """
     moving = np.linalg.norm(deltas, axis=2).max(axis=0)
     moving = moving > MOVES * moving.max()
-    called_skin = np.isin(parts, [i for i, name in enumerate(part_names) if SKIN.search(name)])
+    whole = _seamless_pieces(neutral, triangles)
+    called_skin = np.isin(parts, _called_skin(parts, part_names, moving, face))
     named_out = _named(NOT_SKIN, neutral, triangles, parts, part_names)
+    if face is not None:
+        named_out &= ~around_eyes(neutral, _seamless_in(neutral, triangles, parts), moving, parts, part_names, face)
     kept = triangles[~named_out[triangles].any(axis=1)]
     if len(kept) == 0:
         return np.zeros(len(neutral), dtype=bool)
@@ -62,7 +72,7 @@ def find_skin(
     moves = np.bincount(piece, moving, len(area)) > 0
     main = np.where(moves, area, area * 1e-9).argmax()
     loose = bool(area[main] < LITTLE * area.max())  # eyes and lips move as pieces of their own on a head that stands
-    least, main = area[main], area.argmax() if loose else main
+    least, main = area[main], _head_piece(neutral, kept, piece, area, face) if loose else main
 
     # what is worn over the skin hides nothing that make-up cannot reach
     worn = (
@@ -74,7 +84,8 @@ def find_skin(
     over = _named(WORN, neutral, triangles, parts, part_names) | worn[piece]
     seen = np.zeros(len(neutral))
     at = np.unique(kept)
-    seen[at] = hemisphere_visibility(neutral, triangles[~over[triangles].any(axis=1)], at, rays=64)
+    uncovered = triangles[~over[triangles].any(axis=1)]
+    seen[at] = hemisphere_visibility(neutral, uncovered, at, rays=64)
 
     skin = piece == main
     for i in np.flatnonzero((area >= PIECE_AREA * least) & ~worn):
@@ -83,7 +94,64 @@ def find_skin(
             skin |= of_piece & (i == main or not is_ball(neutral[of_piece]))
     skin &= ~_inside(neutral, kept[skin[kept].all(axis=1)], seen, skin)
     skin &= _within_reach(neutral, moving & skin)
-    return _without_islands(neutral, triangles, skin)
+    if face is None:
+        return _without_islands(neutral, triangles, skin)
+    skin = _without_islands(neutral, triangles, _of_the_head(neutral, triangles, skin, parts, part_names, face))
+    rest = np.flatnonzero(named_out & ~over)
+    if len(rest):
+        seen[rest] = hemisphere_visibility(neutral, uncovered, rest, rays=64)
+    return skin | own_movers(neutral, triangles, deltas, whole, seen, skin, face)
+
+
+def _called_skin(
+    parts: Int[np.ndarray, " v"], part_names: tuple[str, ...], moving: Bool[np.ndarray, " v"], face: FacePlace | None
+) -> list[int]:
+    """Parts that are called skin; one called body only where no part that moves is called a face."""
+    called = [i for i, name in enumerate(part_names) if SKIN.search(name)]
+    has_face = any(FACE.search(part_names[i]) and moving[parts == i].any() for i in called)
+    if face is None or not has_face:
+        return called
+    return [i for i in called if FACE.search(part_names[i]) or moving[parts == i].any()]
+
+
+def _head_piece(
+    neutral: Float[np.ndarray, "v 3"],
+    triangles: Int[np.ndarray, "f 3"],
+    piece: Int[np.ndarray, " v"],
+    area: Float[np.ndarray, " p"],
+    face: FacePlace | None,
+) -> int:
+    """The piece that a face of loose pieces lies on: that with most area in front, else the largest."""
+    if face is None:
+        return int(area.argmax())
+    inside = face.front(neutral[triangles].mean(axis=1))
+    return int(np.bincount(piece[triangles[:, 0]], triangle_areas(neutral, triangles) * inside, len(area)).argmax())
+
+
+def _of_the_head(
+    neutral: Float[np.ndarray, "v 3"],
+    triangles: Int[np.ndarray, "f 3"],
+    skin: Bool[np.ndarray, " v"],
+    parts: Int[np.ndarray, " v"],
+    part_names: tuple[str, ...],
+    face: FacePlace,
+) -> Bool[np.ndarray, " v"]:
+    """The skin without clothes, bodies and busts."""
+    bare = np.isin(parts, [i for i, name in enumerate(part_names) if BARE.search(name)])
+    chin_y = face.chin_y(neutral[skin])
+    inner = triangles[skin[triangles].all(axis=1)]
+    for group in (parts, _seamless_pieces(neutral, triangles)):
+        skin = skin & ~bodies(neutral, inner, group, face, upper_neck(face, chin_y), bare)
+    return above_neck(neutral, skin, face, chin_y)
+
+
+def _seamless_in(
+    neutral: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"], parts: Int[np.ndarray, " v"]
+) -> Int[np.ndarray, " v"]:
+    """Connected pieces of every part by itself."""
+    one = (parts[triangles] == parts[triangles[:, :1]]).all(axis=1)
+    apart = neutral + parts[:, None] * (10 * np.ptp(neutral, axis=0).max())
+    return _seamless_pieces(apart, triangles[one])
 
 
 def _named(

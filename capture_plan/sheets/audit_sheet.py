@@ -14,7 +14,6 @@ from capture_plan.errors import RigError
 from capture_plan.rig import Rig
 from capture_plan.rig.audit import Audit
 from capture_plan.rig.audit_page import audit_text, verdict
-from capture_plan.rig.face.record import Sign
 from capture_plan.rig.face.words import NAMED, SPOKEN, Answer, answers, doubts, left_out_words, signs_words
 from capture_plan.sheets.page import MARGIN_MM, POINT_MM, Booklet, Paper
 from capture_plan.sheets.style import FAINT, INK, SOFT, WASH
@@ -26,6 +25,7 @@ DPI = 160  # of the PNG; the head itself is drawn finer, for the PDF
 HEAD_DPI = 220
 VIEWS_Y, VIEWS_MM = 37.0, 91.0  # from the top of the page, and how high the heads are
 TEXT_Y = 147.0
+BOTTOM_Y = 204.0
 ANSWER_PT, SIGNS_PT = 8.0, 7.5
 DOUBT_PTS = (8.5, 8.0, 7.5)  # the largest at which all doubts have room
 MOST_MM, OUT_MM, BETWEEN_MM = 58.0, 7.6, 0.8  # of the box of doubts, of a line below it, between two doubts
@@ -99,13 +99,16 @@ def _draw_answers(book: Booklet, found: Audit) -> None:
     x, y, wide = MARGIN_MM, TEXT_Y, book.paper.width / 2 - MARGIN_MM - 3
     book.text(x, y, "WHAT WAS UNDERSTOOD", 9, bold=True)
     y += 1.3
-    for one in _rows(answers(found.reading)):
+    rows = _rows(answers(found.reading))
+    by_lines = [_signs(book, rows, most, wide - 40) for most in (2, 1, 0)]
+    signs = next((told for told in by_lines if y + _high(book, rows, told, wide - 40) <= BOTTOM_Y), by_lines[-1])
+    for one, rests in zip(rows, signs, strict=True):
         book.line((x, y), (x + wide, y), width=0.1, colour=FAINT)
         book.text(x, y + 3.7, one.label, ANSWER_PT, bold=True)
         colour = GOOD if one.sure else WARN
         book.text(x + 26, y + 3.7, "sure" if one.sure else "not sure", ANSWER_PT, bold=True, colour=colour)
         row = _lines(book, x + 40, y + 0.6, one.text, ANSWER_PT, wide - 40)
-        y = _lines(book, x + 40, row, _fitting(book, one.signs, wide - 40), SIGNS_PT, wide - 40, SOFT) + 1.0
+        y = _lines(book, x + 40, row, rests, SIGNS_PT, wide - 40, SOFT) + 1.0
 
 
 def _lines(book: Booklet, x: float, y: float, text: str, size: float, wide: float, colour: str = INK) -> float:
@@ -116,10 +119,25 @@ def _lines(book: Booklet, x: float, y: float, text: str, size: float, wide: floa
     return book.paragraph(x, y, text, size, width=wide, lines=lines, colour=colour)
 
 
-def _fitting(book: Booklet, signs: tuple[Sign, ...], wide: float) -> str:
-    """The strongest signs in words, as many as go on two lines."""
-    told = (signs_words(signs, most) for most in range(SPOKEN, 0, -1))
-    return next((words for words in told if len(book.broken(words, SIGNS_PT, width=wide)) <= 2), signs_words(signs, 1))
+def _signs(book: Booklet, rows: list[Answer], lines: int, wide: float) -> list[str]:
+    """For each answer its strongest signs in words, as many as go on so many lines; none where not one does."""
+    return [
+        next(
+            (
+                words
+                for most in range(SPOKEN, 0, -1)
+                if len(book.broken(words := signs_words(one.signs, most), SIGNS_PT, width=wide)) <= lines
+            ),
+            "",
+        )
+        for one in rows
+    ]
+
+
+def _high(book: Booklet, rows: list[Answer], signs: list[str], wide: float) -> float:
+    """Of all answers with these signs, millimetres."""
+    sized = [(one.text, ANSWER_PT) for one in rows] + [(words, SIGNS_PT) for words in signs if words]
+    return sum(len(book.broken(text, pt, width=wide)) * pt * POINT_MM * 1.18 for text, pt in sized) + 1.6 * len(rows)
 
 
 def _rows(told: list[Answer]) -> list[Answer]:

@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from capture_plan.layout.record import Layout, MotionFit
+from capture_plan.layout.spacing import nearest_two
+from capture_plan.mesh import surface_graph
 from capture_plan.progress import track
 from capture_plan.rig import Rig
 from capture_plan.rig.anchors import Anchors
@@ -37,20 +39,20 @@ def face_of(rig: Rig, head: Head, layout: Layout) -> Face:
     return Face(pose(head, rig.neutral), rig.skin, layout.markers, looks, face_regions(rig).anchors)
 
 
-def nearest_words(layout: Layout) -> str:
-    """' · nearest two 8.1 mm', as the crow flies."""
-    places = np.array([m.position for m in layout.markers]).reshape(-1, 3)
-    apart = np.linalg.norm(places[:, None] - places[None], axis=2)[np.triu_indices(len(places), 1)]
-    return f" · nearest two {apart.min():.1f} mm" if len(apart) else ""
+def nearest_words(layout: Layout, rig: Rig) -> str:
+    """' · nearest two 8.1 mm along the skin', as `check` measures it."""
+    graph = surface_graph(rig.neutral, rig.triangles[rig.skin[rig.triangles].all(axis=1)])
+    nearest = nearest_two(graph, np.array([m.vertex for m in layout.markers], dtype=int))
+    return f" · nearest two {nearest:.1f} mm along the skin" if np.isfinite(nearest) else ""
 
 
-def rig_words(layout: Layout) -> str:
+def rig_words(layout: Layout, rig: Rig) -> str:
     """What the markers tell of the rig."""
     worth = layout.worth
     bare = f" · {len(layout.uncovered)} blendshapes have no marker" if layout.uncovered else ""
     return (
         f"{worth.landmarks} markers · rank {worth.rank} of {worth.full_rank} · predicted error "
-        f"{worth.error_mm:.2f} mm at {worth.noise_mm:g} mm noise{bare}{nearest_words(layout)}"
+        f"{worth.error_mm:.2f} mm at {worth.noise_mm:g} mm noise{bare}{nearest_words(layout, rig)}"
     )
 
 

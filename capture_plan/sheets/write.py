@@ -83,7 +83,7 @@ def draw_sheets(plan: Plan, rig: Rig, *, sheet: str, dpi: int) -> Booklet:
         )
     book = Booklet(paper(sheet), f"{rig.name}: markers and expressions", rig.names)
     head, fit = make_head(rig), plan.layout.motion
-    words = (rig_words(plan.layout), take_words(fit)) if fit else (rig_words(plan.layout),)
+    words = (rig_words(plan.layout, rig), take_words(fit)) if fit else (rig_words(plan.layout, rig),)
     markers = MarkerPages(book, face_of(rig, head, plan.layout), words, READS, dpi)
     lists, (rows, columns) = paged(book, plan.session), overview_grid(book, len(plan.packing.expressions))
     overviews = -(-len(plan.packing.expressions) // (rows * columns))
@@ -123,7 +123,7 @@ def draw_expressions(
 def draw_marker_sheets(layout: Layout, rig: Rig, *, sheet: str, dpi: int) -> Booklet:
     """The pages of markers for a take, drawn on the rig that stands in for it."""
     book = Booklet(paper(sheet), f"{rig.name}: markers for a take", rig.names)
-    fit, count = layout.motion, f"{len(layout.markers)} markers for the take {rig.name}{nearest_words(layout)}"
+    fit, count = layout.motion, f"{len(layout.markers)} markers for the take {rig.name}{nearest_words(layout, rig)}"
     words: HeadLine = (count, take_words(fit)) if fit else (count,)
     markers = MarkerPages(book, face_of(rig, make_head(rig), layout), words, VERTEX, dpi)
     source = Source(rig.name, f"markers {fingerprint(layout)}", markers.count)

@@ -8,7 +8,7 @@ from capture_plan.layout.shell.evaluate import METHODS, MIRRORED, NESTED, RIG
 from capture_plan.layout.shell.evaluation import Evaluation
 from capture_plan.layout.shell.motion import TAIL_MM
 from capture_plan.layout.shell.paper_claims import claims
-from capture_plan.layout.shell.take import UNUSED
+from capture_plan.rig.sequence.record import UNUSED
 
 LISTED = 6  # names in one sentence
 SHOWN_MM = 0.001  # the last digit of an error
@@ -146,9 +146,9 @@ def balance(found: Evaluation) -> list[str]:
     if not found.unperformed:
         return []
     return [
-        f"the take lacks {len(found.unperformed)} of the rig's blendshapes (no weight above {UNUSED:g}): "
-        f"{listed(found.unperformed)}; a layout chosen from it owes them nothing: record them, or take the layout "
-        "from the rig"
+        f"the take hardly or never moves {len(found.unperformed)} of the rig's blendshapes (no weight above "
+        f"{UNUSED:g}): {listed(found.unperformed)}; a layout chosen from it owes them nothing: record them, or take "
+        "the layout from the rig"
     ]
 
 

@@ -20,8 +20,7 @@ from capture_plan.layout.shell.skinning import Sizes
 from capture_plan.mesh.mirror import mirror_map
 from capture_plan.rig import Rig
 from capture_plan.rig.sequence import Sequence
-
-UNUSED = 0.1  # a blendshape whose weight never exceeds it was not performed
+from capture_plan.rig.sequence.record import UNUSED
 
 
 @dataclass(frozen=True, eq=False)

@@ -41,7 +41,7 @@ def face_reading(rig: Rig) -> Reading:
             signs=points.mouth.signs,
         ),
         nose=Spot(_vector(anchors.nose_tip) if both else None, sure=both),
-        chin=Spot(_vector(anchors.chin) if both else None, sure=both),
+        chin=Spot(_vector(anchors.chin) if both else None, sure=both and anchors.chin_sure),
         ears=Eyes(_vector(anchors.ear_left) if ears else None, _vector(anchors.ear_right) if ears else None, sure=ears),
         sides=find_sides(channels, rig.names, points.x0, sure=file.axes.sure),
         left_out=file.left_out,

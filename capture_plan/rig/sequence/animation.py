@@ -17,7 +17,7 @@ from capture_plan.rig.formats import vrm
 from capture_plan.rig.formats.gltf import DAMAGE, target_names, titles
 from capture_plan.rig.formats.gltf_file import Gltf, load
 from capture_plan.rig.formats.gltf_scene import scene_nodes
-from capture_plan.rig.sequence.clock import steps, usual
+from capture_plan.rig.sequence.clock import usual, usual_step
 from capture_plan.rig.sequence.weights import WeightTable
 
 MOST_FRAMES = 1_000_000  # 4.6 hours at 60 frames a second
@@ -86,7 +86,7 @@ def channel(gltf: Gltf, sampler: dict, names: tuple[str, ...]) -> Channel:
 def table(channels: list[Channel], notes: list[str]) -> WeightTable:
     """All channels at the frames of the one with the most keys."""
     main = max(channels, key=lambda one: len(one.times))
-    step, _ = steps(main.times)
+    step = usual_step(main.times)
     fps = usual(1 / step) if 0 < step < SPARSE_S else USUAL_FPS
     count = round(float(main.times[-1] - main.times[0]) * fps) + 1
     if count > MOST_FRAMES:

@@ -54,6 +54,8 @@ def weights_of(table: TextTable) -> WeightTable:
         twice = next(name for name in table.names if name and table.names.count(name) > 1)
         raise RigError(f"has two columns '{twice}': give each its own name")
     table = one_face(table)
+    timing = timing_in(table)
+    table = table if timing.order is None else table.at(timing.order.tolist())
     numeric = numeric_columns(table)
     reasons = [why_not(name) or ("" if good else "it holds text, not numbers")
                for name, good in zip(table.names, numeric, strict=True)]  # fmt: skip
@@ -62,7 +64,6 @@ def weights_of(table: TextTable) -> WeightTable:
         raise RigError(f"has no column of numbers besides {', '.join(table.names[:4])}: export the weights")
     x, faults = parse(table, chosen)
     lost, other = lost_rows(table, x)
-    timing = timing_in(table)
     skipped = [(name or "a column without a name", reason)
                for name, reason in zip(table.names, reasons, strict=True) if reason]  # fmt: skip
     rows = Rows(tuple(table.names[c] for c in chosen), x, lost, faults)

@@ -12,7 +12,7 @@ of their own are told apart, and one of them is the take (`presence.py`).
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any
 
@@ -162,7 +162,8 @@ class Recording:
     def table(self, fps: float | None) -> WeightTable:
         """The table of all frames of one face; `fps` is what the file says beside them."""
         mine, whose = self.one_face()
-        at = np.cumsum(mine) - 1
+        timing = self.timing(fps, mine)
+        kept = np.flatnonzero(mine) if timing.order is None else np.flatnonzero(mine)[timing.order]
         names = tuple(dict.fromkeys(name for order in self.face_orders for name in order))
         place = {name: c for c, name in enumerate(names)}
         x, given = np.full((len(mine), len(names)), np.nan), np.zeros((len(mine), len(names)), dtype=bool)
@@ -170,11 +171,10 @@ class Recording:
             columns = np.ix_(rows, [place[name] for name in order])
             x[columns], given[columns] = np.stack(values), True
         x[np.isinf(x)] = np.nan
-        x, left_out = fill(x[mine], given[mine])
+        x, left_out = fill(x[kept], given[kept])
         gone, told = self.gone()
-        timing = self.timing(fps, mine)
-        faults = {int(at[t]): fault for t, fault in self.faults.items() if mine[t]}
-        rows = Rows(names, x, gone[mine], faults)
+        faults = {t: self.faults[row] for t, row in enumerate(kept.tolist()) if row in self.faults}
+        rows = Rows(names, x, gone[kept], faults)
         return table_of(
             rows,
             timing.fps,
@@ -231,9 +231,9 @@ class Recording:
         """The timing of the frames' own times; what the file says beside them where these tell none."""
         found = self.own_timing(mine)
         if found.fps is None or fps is None or abs(found.fps - fps) < SAME_RATE * fps:
-            return Timing(fps or found.fps, found.notes)
+            return replace(found, fps=fps or found.fps)
         told = f"it says {fps:g} frames in a second, but its times make it {found.fps:g}: the times are followed"
-        return Timing(found.fps, (*found.notes, told))
+        return replace(found, notes=(*found.notes, told))
 
     def own_timing(self, mine: Bool[np.ndarray, " t"]) -> Timing:
         """The timing that the frames tell: timecodes first, then times, then the list of times beside the frames."""
@@ -243,7 +243,8 @@ class Recording:
             for key, cells in self.columns(kind)
         ]
         if not timings and self.times:
-            timings = [timing_of(self.times, self.unit_s)]
+            found = timing_of(self.times, self.unit_s)
+            timings = [found if len(self.times) == mine.sum() else replace(found, order=None)]
         return next(iter((*(one for one in timings if one.fps), *timings)), Timing(None))
 
 

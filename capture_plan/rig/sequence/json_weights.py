@@ -32,8 +32,8 @@ def named_numbers(value: Mapping[str, Any]) -> Mapping[str, Any]:
         return value
     found: dict[str, Any] = {}
     for path, x in leaves(value):
-        if len(path) > 1 or not why_not(path[0]):
-            name = spelled(path)
+        name = spelled(path)
+        if len(path) > 1 or not why_not(name):
             found[joined(path) if name in found else name] = x
     return found
 

@@ -20,7 +20,6 @@ from jaxtyping import Float
 from capture_plan.errors import RigError
 from capture_plan.rig.name_map import NameMap
 from capture_plan.rig.recognise import INTENSITY, Recognised, recognise, recognise_all
-from capture_plan.rig.sequence.columns import plain
 
 INTENSITY_FULL = 5.0  # OpenFace: AU12_r runs from 0 to 5
 QUADRANTS = ("UL", "UR", "DL", "DR")  # of MetaHuman lips
@@ -65,24 +64,6 @@ class WeightMapping:
         if self.idle:
             lines.append(f"nothing drives {', '.join(self.idle)}")
         return "\n".join(lines) + "\n"
-
-    def brief(self) -> tuple[str, ...]:
-        """The mapping in a few lines: what drives what, what drives nothing, what nothing drives."""
-        lines = []
-        for how in HOW:
-            some = [one for one in self.drives if one.how == how]
-            alike = [one for one in some if plain(one.column) == plain(one.blendshape)]
-            pairs = [f"{one.column} drives {one.blendshape}" for one in some if one not in alike]
-            if alike:
-                lines.append(f"{how} ({len(alike)}): {', '.join(one.column for one in alike)}")
-            if pairs:
-                lines.append(f"{how} ({len(pairs)}): {', '.join(pairs)}")
-        for why in dict.fromkeys(why for _, why in self.left_out):
-            columns = [column for column, reason in self.left_out if reason == why]
-            lines.append(f"left out ({len(columns)}), {why}: {', '.join(columns)}")
-        if self.idle:
-            lines.append(f"driven by nothing ({len(self.idle)}): {', '.join(self.idle)}")
-        return tuple(lines)
 
 
 def map_weights(

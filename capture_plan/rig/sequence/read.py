@@ -248,5 +248,5 @@ def orient_take(
 def frame_rate(given: float | None, told: float | None, notes: list[str]) -> float:
     """What is given, else what the file says, else the usual one with a note."""
     if given is None and told is None:
-        notes.append(f"the file does not say its frame rate: {USUAL_FPS:g} in a second is assumed")
+        notes.append(f"neither the file nor its times tell a frame rate: {USUAL_FPS:g} in a second is assumed")
     return given or told or USUAL_FPS

@@ -15,10 +15,12 @@ from jaxtyping import Float, Int
 from capture_plan.errors import RigError
 from capture_plan.progress import track
 from capture_plan.rig.record import Rig
-from capture_plan.rig.sequence.frames import Frames
+from capture_plan.rig.sequence.frames import Frames, PosedFrames
 from capture_plan.rig.sequence.mapping import WeightMapping
+from capture_plan.rig.sequence.told import fold, length, mapped
 
 CHUNK_BYTES = 64e6
+UNUSED = 0.1  # a blendshape whose weight never exceeds it was not performed
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,10 +65,23 @@ class Sequence:
         return max(1, int(CHUNK_BYTES / (24 * max(len(self.neutral), 1))))
 
     def told(self) -> tuple[str, ...]:
-        """What was understood of the file, in lines: its length, its notes, and which weight drives what."""
-        frames = f"{self.name}: {len(self):,} frames, {self.fps:g} in a second"
-        mapped = [f"  {line}" for line in self.mapping.brief()] if self.mapping else []
-        return (frames, *(f"  note: {note}" for note in self.notes), *mapped)
+        """What was understood of the file: its length, its notes, which weight drives what, and what hardly moves."""
+        notes = [line for note in self.notes for line in fold(f"note: {note}", "", "  ")]
+        drives = mapped(self.mapping) if self.mapping else []
+        still = self.hardly_moved()
+        verb = "moves" if len(still) == 1 else "move"
+        head = f"{len(still)} of the driven blendshapes hardly {verb} (no weight above {UNUSED:g}):"
+        hardly = [head, *fold(", ".join(still), then="  ")]
+        lines = [*notes, *drives, *(hardly if still else [])]
+        return (f"{self.name}: {length(len(self), self.fps)}", *(f"  {line}" for line in lines))
+
+    def hardly_moved(self) -> tuple[str, ...]:
+        """Blendshapes that recorded weights drive, but hardly move."""
+        if self.mapping is None or not isinstance(self.frames, PosedFrames):
+            return ()
+        most = dict(zip(self.frames.rig.names, np.abs(self.frames.weights).max(axis=0).tolist(), strict=True))
+        driven = dict.fromkeys(one.blendshape for one in self.mapping.drives if one.share)
+        return tuple(name for name in driven if most[name] <= UNUSED)
 
     def chunks(self) -> Iterator[tuple[int, Float[np.ndarray, "t v 3"]]]:
         """(number of the first frame, frames) of one chunk after the other."""

@@ -3,6 +3,7 @@
 Data      x[t, c]     numbers of all rows, NaN where a cell holds none
 Column    left out where it has a number in less than half of the rows that have any
 Lost      the file says so, or a row has no number at all. A take of which most is lost is read, and the share said
+Silent    zeros or frames that stand still tell of a lost face without a word (`silence.py`)
 Damaged   a number is missing in a row that has others; above a fifth of all rows the table is refused
 """
 
@@ -13,6 +14,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from capture_plan.errors import RigError
+from capture_plan.rig.recognise import recognise
+from capture_plan.rig.sequence.silence import frozen, zeroed
 from capture_plan.rig.sequence.weights import WeightTable
 
 MOST_DAMAGED = 0.2  # of all rows
@@ -51,7 +54,8 @@ def table_of(
     if damaged.sum() > MOST_DAMAGED * len(rows.x):
         told = f"{some_of(damaged, 'rows')} that cannot be read"
         raise RigError(f"has {told} ({fault(rows, damaged, full)}): export it again")
-    keep = ~lost & ~damaged
+    zeros = silent_rows(rows, ~lost & ~damaged, full)
+    keep = ~lost & ~damaged & ~zeros
     if not keep.any():
         raise RigError("has no frame in which the face was tracked: record it again")
     seldom = [
@@ -65,8 +69,24 @@ def table_of(
     if damaged.any():
         told = f"{some_of(damaged, 'rows')} cannot be read and {were(damaged)} left out"
         left_out.append(f"{told} ({fault(rows, damaged, full)})")
+    if zeros.any():
+        told = f"in {some_of(zeros, 'frames')} every weight is exactly 0 from one frame to the next"
+        left_out.append(f"{told}: the face was lost there, and they were left out{much(zeros)}")
+    x = rows.x[np.ix_(keep, full)]
+    if told := frozen(x):
+        left_out.append(told)
     columns = tuple(name for name, enough in zip(rows.columns, full, strict=True) if enough)
-    return WeightTable(columns, rows.x[keep][:, full], fps, (*skipped, *seldom), (*notes, *left_out), stated)
+    return WeightTable(columns, x, fps, (*skipped, *seldom), (*notes, *left_out), stated)
+
+
+def silent_rows(rows: Rows, keep: Bool[np.ndarray, " t"], full: Bool[np.ndarray, " c"]) -> Bool[np.ndarray, " t"]:
+    """Rows of zeros that stand for a lost face, by the columns whose names say something of a face."""
+    faces = full & np.array([recognise(name) is not None for name in rows.columns], dtype=bool)
+    found = np.zeros(len(rows.x), dtype=bool)
+    at = np.flatnonzero(keep & (rows.x[:, int(faces.argmax())] == 0))
+    if faces.any() and (rows.x[np.ix_(at, faces)] == 0).all(axis=1).any():
+        found[keep] = zeroed(rows.x[np.ix_(keep, faces)])
+    return found
 
 
 def fault(rows: Rows, damaged: Bool[np.ndarray, " t"], full: Bool[np.ndarray, " c"]) -> str:

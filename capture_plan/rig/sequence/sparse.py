@@ -19,8 +19,8 @@ def fill(
     x: Float[np.ndarray, "t c"], given: Bool[np.ndarray, "t c"]
 ) -> tuple[Float[np.ndarray, "t c"], tuple[str, ...]]:
     """The weights with what frames leave out, and a sentence about it; frames that name nothing stay without."""
-    named = given.any(axis=1)
-    seldom = ~given[named].all(axis=0)
+    named = np.flatnonzero(given.any(axis=1))
+    seldom = ~np.asarray(given[named].all(axis=0))
     if not seldom.any():
         return x, ()
     y, here = x[named], given[named]
@@ -29,7 +29,7 @@ def fill(
     as_before = rank > LIKE_ANY and calm
     filled = x.copy()
     filled[named] = held if as_before else zero
-    told = f"{seldom.sum():,} of {len(seldom):,} names are missing in some frames and "
+    told = f"{seldom.sum():,} of {seldom.size:,} names are missing in some frames and "
     if as_before:
         return filled, (f"{told}keep their last value there: the file seems to write only what changes",)
     doubt = " (not certain: they may be unchanged instead)" if rank > LOW and calm else ""
