@@ -328,7 +328,7 @@ def test_an_inspection_says_what_the_take_loses_and_what_could_be_had_instead(se
     text = inspection_text(found)
     assert found.take.fit == plan.layout.motion
     assert min(found.take.without_mm) >= plan.layout.motion.rmse_mm - 1e-4
-    assert f"leave {plan.layout.motion.rmse_mm:.2f} mm" in text
+    assert f"{plan.layout.motion.rmse_mm:.2f} mm" in text
     assert "mm left of the take" in text
     assert f"rank {plan.layout.worth.rank} of" in text
 

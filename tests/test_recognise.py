@@ -144,7 +144,7 @@ def test_the_users_map_wins(tmp_path):
     ("text", "says"),
     [
         ("x", "is not TOML"),
-        ("[other]", "has 'other', expected the tables"),
+        ("[other]", "has 'other', expected"),
         ("names = 3", "'names' is no table"),
         ("[names]\na = 3", "'a' is 3, expected a name in quotes"),
         ('[weights]\na = ["b"]', "expected a blendshape in quotes"),

@@ -54,7 +54,9 @@ def read_name_map(path: str | Path) -> NameMap:
         ) from error
     unknown = [table for table in document if table not in (*TABLES, FULL)]
     if unknown:
-        raise RigError(f"{path.name} has '{unknown[0]}', expected [names], [weights] and full: move it into one")
+        raise RigError(
+            f"{path.name} has '{unknown[0]}', expected the tables [names] and [weights] or the line full = ...: move it into one"
+        )
     for table in TABLES:
         if not isinstance(document.get(table, {}), dict):
             raise RigError(f"{path.name}: '{table}' is no table: write [{table}] and its entries below")
