@@ -55,7 +55,8 @@ def read_name_map(path: str | Path) -> NameMap:
     unknown = [table for table in document if table not in (*TABLES, FULL)]
     if unknown:
         raise RigError(
-            f"{path.name} has '{unknown[0]}', expected the tables [names] and [weights] or the line full = ...: move it into one"
+            f"{path.name} has '{unknown[0]}', expected the tables [names] and [weights] or the line full = ...: "
+            "move it into one"
         )
     for table in TABLES:
         if not isinstance(document.get(table, {}), dict):
