@@ -153,3 +153,33 @@ def test_columns_of_json_say_what_is_beside_them(tmp_path):
     assert driven(take) == pytest.approx(weights()[~LOST])
     with pytest.raises(RigError, match="has 3 numbers for 'jawOpen', 90 for other names"):
         read(tmp_path / "b.json", json.dumps({"fps": 60, **lists, "jawOpen": [1, 2, 3]}))
+
+
+@pytest.mark.parametrize(
+    ("name", "no", "yes"), [("isTracked", "NO", "YES"), ("success", 0, 1), ("faceLost", True, False)]
+)
+def test_a_word_for_a_lost_face_among_the_weights_is_heeded(tmp_path, name, no, yes):
+    lost = np.arange(T) % 10 == 3
+    frames = [
+        {"timestamp": t / 60, "blendShapes": row | {name: no if lost[t] else yes}}
+        for t, row in enumerate(named(weights()))
+    ]
+    take = read(tmp_path / "take.json", json.dumps(frames))
+    assert driven(take) == pytest.approx(weights()[~lost])
+    assert "9 of 90 frames have no face and were left out" in take.notes
+
+
+def test_weights_that_stand_beside_the_object_of_weights_are_read(tmp_path):
+    beside = {NAMES[0], NAMES[1]}
+    frames = [
+        {
+            "timestamp": t / 60,
+            "blendShapes": {name: x for name, x in row.items() if name not in beside},
+            NAMES[0]: row[NAMES[0]],
+            "more": {NAMES[1]: row[NAMES[1]]},
+            "headYaw": 33.0,
+        }
+        for t, row in enumerate(named(weights()))
+    ]
+    take = read(tmp_path / "take.json", json.dumps(frames))
+    assert driven(take) == pytest.approx(weights())

@@ -102,3 +102,24 @@ def test_a_flag_called_face_is_no_face_of_its_own(tmp_path, majority):
     flags = np.where(np.arange(T) % 5 == 0, 1 - majority, majority)
     take = read(tmp_path / "a.csv", table([str(flag) for flag in flags], lead="face"))
     assert driven(take) == pytest.approx(weights()[flags == 1])
+
+
+def test_two_faces_are_told_apart_by_a_column_called_id_and_a_row_number_is_no_face(tmp_path):
+    w = np.repeat(weights(), 2, axis=0)
+    w[1::2] = 1 - w[1::2]
+    kept = [t for t in range(2 * T) if t % 2 == 0 or t % 3]
+    ids = ["A" if t % 2 == 0 else "B" for t in kept]
+    times = [code(t // 2) for t in kept]
+    take = read(tmp_path / "a.csv", table(ids, lead="id", w=w[kept], times=times))
+    assert driven(take) == pytest.approx(weights())
+    assert any("holds 2 faces by 'id'" in note for note in take.notes)
+    assert driven(read(tmp_path / "b.csv", table([str(t) for t in range(T)], lead="id"))) == pytest.approx(weights())
+
+
+def test_the_one_face_that_is_kept_is_not_said_to_be_lost(tmp_path):
+    w = np.repeat(weights(), 2, axis=0)
+    kept = [t for t in range(2 * T) if t % 2 == 0 or t % 3]
+    faces = [str(t % 2) for t in kept]
+    take = read(tmp_path / "a.csv", table(faces, lead="face", w=w[kept], times=[code(t // 2) for t in kept]))
+    assert len(take) == T
+    assert not any("not believed" in note for note in take.notes)

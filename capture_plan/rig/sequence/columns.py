@@ -23,7 +23,7 @@ LOST = re.compile(
 SURE = re.compile(r"(?:face|tracking|track|detection)?confidence")
 FACE = re.compile(
     r"(?:face|person|track|tracking|subject|actor|user|head|performer|player|people|character)(?:id|index|idx|number|num|"
-    r"name|nr|no|uuid|identifier)|face|person|subject|actor|performer|character|player"
+    r"name|nr|no|uuid|identifier)|id|face|person|subject|actor|performer|character|player"
 )
 WEIGHTS = re.compile("blendshapecount")
 OTHER = re.compile("version|width|height")

@@ -104,9 +104,7 @@ def frame_lines(texts: Sequence[str], first: int, delimiter: str) -> tuple[list[
     A line without any number, and with words that no tracker says of a face, is none: units, a second line of names.
     """
     at = range(first + 1, len(texts))
-    none = [
-        t for t in at if texts[t] == texts[first] or (not DIGIT.search(texts[t]) and has_words(texts[t], delimiter))
-    ]
+    none = [t for t in at if texts[t] == texts[first] or is_no_frame(texts[t], delimiter)]
     below = [cell.strip().strip('"') for cell in split(texts[first + 1], delimiter)]
     units = has_words(texts[first + 1], delimiter) and not any(map(AMOUNT.fullmatch, below))
     if units and none[:1] != [first + 1]:
@@ -226,7 +224,8 @@ def one_face(table: TextTable) -> TextTable:
 
 def is_flag(table: TextTable, c: int) -> bool:
     """Whether a column `face` of 0 and 1 says if there is a face, and not which: no time then stands twice."""
-    if plain(table.names[c]) != "face" or {face_of(cell) for cell in table.column(c)} - {"0", "1", ""}:
+    faces = {face_of(cell) for cell in table.column(c)} if plain(table.names[c]) == "face" else set()
+    if len(faces) < 2 or faces - {"0", "1", ""}:  # of one face alone, a column says no more
         return False
     clock = next((i for i, name in enumerate(table.names) if kind_of(name) in ("code", "time", "count")), None)
     times = () if clock is None else table.column(clock)

@@ -20,7 +20,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from capture_plan.rig.sequence.clock import Timing, timing_of
-from capture_plan.rig.sequence.columns import MANY, kind_of, plain, unit_of
+from capture_plan.rig.sequence.columns import MANY, kind_of, plain, unit_of, why_not
 from capture_plan.rig.sequence.json_weights import (
     has_numbers,
     known,
@@ -116,6 +116,8 @@ class Recording:
                     self.beside.setdefault((kind, key), {}).setdefault(t, str(value))
             elif type(value) is dict and plain(key) in NEST_KEYS:
                 self.look_beside(t, value)
+            elif type(value) is dict and plain(key) in SHAPE_KEYS and (own := beside_names(tuple(value))):
+                self.look_beside(t, {name: value[name] for name in own})
 
     def weights_in(self, value: Any) -> Mapping[str, Any] | None:
         """The weights by name in a part of a frame; None where it holds no face."""
@@ -130,7 +132,7 @@ class Recording:
     def dialects(self) -> tuple[tuple[Callable[[Any], Any], Callable[[Any], Mapping[str, Any] | None]], ...]:
         """How parts of a frame can look, and what reads them: the first that fits."""
         return (
-            (lambda value: has_key(value, SHAPE_KEYS), lambda value: self.shapes_in(by_key(value, SHAPE_KEYS))),
+            (lambda value: has_key(value, SHAPE_KEYS), self.shapes_and_more),
             (has_numbers, named_numbers),
             (lambda value: has_key(value, NEST_KEYS), lambda value: self.weights_in(by_key(value, NEST_KEYS))),
             (lambda value: isinstance(value, dict), lambda _: None),
@@ -138,6 +140,12 @@ class Recording:
             (lambda value: isinstance(value, list) and isinstance(value[0], dict | list), self.first_face),
             (lambda value: isinstance(value, list), self.bare_numbers),
         )
+
+    def shapes_and_more(self, value: Mapping[str, Any]) -> Mapping[str, Any] | None:
+        """The weights of an object that holds one of weights, with what it names of a face beside that."""
+        found = self.shapes_in(by_key(value, SHAPE_KEYS))
+        more = {} if found is None else named_beside(value)
+        return {**more, **found} if found and more else found
 
     def shapes_in(self, value: Any) -> Mapping[str, Any] | None:
         """The weights of an object in which every name should be one; what is none is remembered."""
@@ -282,6 +290,18 @@ def identified(faces: Mapping[str, Any] | Sequence[Any]) -> list[dict[str, Any]]
             return []
         found.append({**{key: x for key, x in own.items() if plain(key) not in OWN_KEYS}, "faceId": which})
     return found
+
+
+@lru_cache(MANY)
+def beside_names(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Those of an object's names that say something beside its weights; asked once for objects of the same names."""
+    return tuple(name for name in names if kind_of(name) in BESIDE)
+
+
+def named_beside(value: Mapping[str, Any]) -> dict[str, Any]:
+    """Weights of a face that stand beside the object of weights, some in objects of their own."""
+    rest = {name: x for name, x in value.items() if plain(name) not in (*SHAPE_KEYS, *NEST_KEYS) and not why_not(name)}
+    return {name: x for name, x in named_numbers(rest).items() if x is not None and known(name)} if rest else {}
 
 
 def by_key(value: Mapping[str, Any], keys: Sequence[str]) -> Any:
