@@ -14,6 +14,7 @@ from capture_plan.errors import RigError
 from capture_plan.rig import Rig
 from capture_plan.rig.audit import Audit
 from capture_plan.rig.audit_page import audit_text, verdict
+from capture_plan.rig.face.facts import ReadingFacts
 from capture_plan.rig.face.words import NAMED, SPOKEN, Answer, answers, doubts, left_out_words, signs_words
 from capture_plan.sheets.page import MARGIN_MM, POINT_MM, Booklet, Paper
 from capture_plan.sheets.style import FAINT, INK, SOFT, WASH
@@ -26,7 +27,7 @@ HEAD_DPI = 220
 VIEWS_Y, VIEWS_MM = 37.0, 91.0  # from the top of the page, and how high the heads are
 TEXT_Y = 147.0
 BOTTOM_Y = 204.0
-ANSWER_PT, SIGNS_PT = 8.0, 7.5
+ANSWER_PT, SIGNS_PT, OUT_PT, KEY_PT = 8.0, 7.5, 7.6, 7.5
 DOUBT_PTS = (8.5, 8.0, 7.5)  # the largest at which all doubts have room
 MOST_MM, OUT_MM, BETWEEN_MM = 58.0, 7.6, 0.8  # of the box of doubts, of a line below it, between two doubts
 GOOD, WARN, BAD = "#0f7b4f", "#9a5b00", "#b3261e"
@@ -88,9 +89,9 @@ def _draw_swatches(book: Booklet, shown: Understood) -> None:
     words = "skin: markers may go there" + ("" if shown.regions is None else ", in the soft colours of its regions")
     for fill, text in ((skin[0], words), (_hex(REST), "the rest: no markers")):
         book.box(x, y - 2.6, 5, 3.2, fill=fill, line=SOFT, width=0.15)
-        x += 6.4 + book.text(x + 6.4, y, text, 7.2, colour=SOFT) + 6
+        x += 6.4 + book.text(x + 6.4, y, text, KEY_PT, colour=SOFT) + 6
     if shown.regions is None:
-        book.text(x, y, "regions have no names: the reading is not certain", 7.2, bold=True, colour=WARN)
+        book.text(x, y, "regions have no names: the reading is not certain", KEY_PT, bold=True, colour=WARN)
 
 
 def _draw_answers(book: Booklet, found: Audit) -> None:
@@ -147,7 +148,7 @@ def _rows(told: list[Answer]) -> list[Answer]:
     sure = [one.label.lower() for one in small if one.sure and one.label.lower() not in unseen]
     rest = [one.label.lower() for one in small if not one.sure]
     groups = ((sure, "drawn above"), (rest, "drawn above, not certain"), (unseen, "not found"))
-    words = "; ".join(f"{' and '.join(names)}: {said}" for names, said in groups if names)
+    words = "; ".join(f"{', '.join(names)}: {said}" for names, said in groups if names)
     merged = Answer("Nose, chin, ears", words, (), all(one.sure for one in small))
     return [*(one for one in told[:-1] if one not in small), merged, told[-1]]
 
@@ -156,7 +157,7 @@ def _draw_doubts(book: Booklet, found: Audit) -> None:
     """What is in doubt with what to give, and what was left out."""
     assert found.reading is not None, "checked when the page is begun"
     x, wide = book.paper.width / 2 + 3, book.paper.width / 2 - MARGIN_MM - 3
-    told, out = doubts(found.reading), left_out_words(found.reading, NAMED)
+    told, out = doubts(found.reading), _left_out(book, found.reading, wide - 22)
     words = told or ["If the picture looks wrong all the same, give --up, --facing, --unit-mm or --skin."]
     most = MOST_MM - OUT_MM * len(out)
     size = next((pt for pt in DOUBT_PTS if _height(book, words, pt, wide - 6) <= most), DOUBT_PTS[-1])
@@ -171,8 +172,15 @@ def _draw_doubts(book: Booklet, found: Audit) -> None:
         row = book.paragraph(x + 3, row, sentence, size, width=wide - 6, lines=lines) + BETWEEN_MM
     for i, (label, text) in enumerate(out):
         top = y + high + 1.5 + OUT_MM * i
-        book.text(x + 3, top + 2.7, label, 7.6, bold=True)
-        book.paragraph(x + 21, top, text, 7.6, width=wide - 22, lines=2)
+        book.text(x + 3, top + 2.7, label, OUT_PT, bold=True)
+        book.paragraph(x + 21, top, text, OUT_PT, width=wide - 22, lines=2)
+
+
+def _left_out(book: Booklet, read: ReadingFacts, wide: float) -> list[tuple[str, str]]:
+    """What was left out or set aside, with as many names as go on two lines; the text of the audit has them all."""
+    told = (left_out_words(read, most) for most in range(NAMED, 0, -1))
+    fits = (rows for rows in told if all(len(book.broken(text, OUT_PT, width=wide)) <= 2 for _, text in rows))
+    return next(fits, left_out_words(read, 1))
 
 
 def _height(book: Booklet, words: list[str], size: float, width: float) -> float:
