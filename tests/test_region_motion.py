@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from face_family import Truth, raw_rig
-from face_heads import bend, narrow_mouthed, sample_head
 
 from capture_plan.rig import sample_rig
 from capture_plan.rig.read import rig_from_raw
-from capture_plan.rig.region_motion import clearly_moved
+from capture_plan.rig.region_motion import clearly_moved, moved_together
 from capture_plan.rig.regions import REGIONS, face_regions
+from tests.face_family import Truth, raw_rig
+from tests.face_heads import bend, narrow_mouthed, sample_head
 
 
 def as_rig(head):
@@ -66,6 +66,23 @@ def test_what_a_smile_moves_at_a_narrow_opening_is_a_mouth_corner():
     at = rig.skin & (np.abs(off[:, 0]) < 0.05 * u) & (np.abs(off[:, 1]) < 0.05 * u) & clearly_moved(rig)["smile"]
     assert at.any()
     assert {regions.names[i] for i in regions.of_vertex[at]} == {"mouth corner"}
+
+
+@pytest.mark.parametrize(
+    ("called", "moved_by", "becomes"),
+    [
+        ("upper eyelid", "browOuterUpLeft", "brow"),
+        ("brow", "eyeBlinkLeft", "upper eyelid"),
+        ("scalp", "browOuterUpLeft", "forehead"),
+    ],
+)
+def test_what_a_movement_moves_most_is_of_its_region_whatever_the_lines_call_it(called, moved_by, becomes):
+    rig, anchors = sample_rig(), face_regions(sample_rig()).anchors
+    lines = np.full(len(rig.neutral), REGIONS.index(called))
+    found = moved_together(rig, lines, REGIONS, anchors)
+    moved = np.where(rig.skin, rig.displacement[rig.names.index(moved_by)], 0)
+    assert REGIONS[found[moved.argmax()]] == becomes
+    assert REGIONS[found[np.linalg.norm(rig.neutral - anchors.chin, axis=1).argmin()]] == called
 
 
 def test_without_names_the_lines_decide_alone():

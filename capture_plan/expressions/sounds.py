@@ -37,7 +37,6 @@ def sounds_of(rig: Rig) -> dict[str, str]:
 
 
 def _at_the_mouth(rig: Rig, name: str) -> bool:
-    a = face_anchors(rig)
-    low = rig.neutral[:, 1] < (a.eye_left[1] + a.eye_right[1]) / 4 + a.mouth[1] / 2
+    low = rig.neutral[:, 1] < face_anchors(rig).between_y
     squared = rig.displacement[rig.names.index(name)].astype(float) ** 2 * rig.skin
     return bool(squared[low].sum() > squared[~low].sum() and np.any(squared))

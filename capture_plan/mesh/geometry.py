@@ -66,6 +66,13 @@ def boundary_vertices(triangles: Int[np.ndarray, "f 3"]) -> Int[np.ndarray, " b"
     return np.unique(border_edges(triangles))
 
 
+def piece_areas(
+    vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"], piece: Int[np.ndarray, " v"]
+) -> Float[np.ndarray, " p"]:
+    """Area of every piece; `piece` gives each vertex its number (`pieces`, or the part of a rig), from 0."""
+    return np.bincount(piece[triangles[:, 0]], triangle_areas(vertices, triangles), piece.max(initial=-1) + 1)
+
+
 def pieces(triangles: Int[np.ndarray, "f 3"], v: int) -> Int[np.ndarray, " v"]:
     """Number of the connected piece of each of `v` vertices, from 0; one without triangles is a piece of its own."""
     pairs = half_edges(triangles)

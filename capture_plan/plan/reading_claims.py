@@ -115,8 +115,7 @@ def largest_downward(rig: Rig) -> int | None:
         return None
     squared = np.where(channels.facial, (rig.displacement**2 * rig.skin).sum(axis=1), 0)
     k = int(squared.argmax())
-    a = face_anchors(rig)
-    if channels.centre[k, 1] > (a.eye_left[1] + a.eye_right[1]) / 4 + a.mouth[1] / 2:
+    if channels.centre[k, 1] > face_anchors(rig).between_y:
         return None
     return k if channels.direction[k, 1] < -np.abs(channels.direction[k, 0]) else None
 

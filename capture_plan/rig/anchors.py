@@ -16,7 +16,7 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from capture_plan.mesh import half_edges, pieces, triangle_areas
+from capture_plan.mesh import edges, piece_areas, pieces
 from capture_plan.mesh.mirror import mirror_plane
 from capture_plan.rig.face.of_rig import rig_channels, rig_points
 from capture_plan.rig.face.place import face_place
@@ -70,6 +70,11 @@ class Anchors:
     def pupils(self) -> float:
         """Distance between the eye centres, millimetres: the unit of all proportions."""
         return float(np.linalg.norm(self.eye_left - self.eye_right))
+
+    @property
+    def between_y(self) -> float:
+        """Height half way between the eyes and the mouth, millimetres: below it mouth and jaw move, above it lids."""
+        return float((self.eye_left[1] + self.eye_right[1]) / 4 + self.mouth[1] / 2)
 
 
 @lru_cache(maxsize=REMEMBERED)
@@ -165,7 +170,7 @@ def _openings(rig: Rig) -> Openings:
     of a lid or lip drawn over it is none."""
     triangles = rig.triangles[rig.skin[rig.triangles].all(axis=1)]
     piece = pieces(triangles, len(rig.neutral))
-    area = np.bincount(piece[triangles[:, 0]], triangle_areas(rig.neutral, triangles), piece.max() + 1)
+    area = piece_areas(rig.neutral, triangles, piece)
     large = (area >= SMALL_PIECE * area.max())[piece]
     loops = border_loops(triangles)
     return [loop for loop in loops if large[loop[0]]], [loop for loop in loops if not large[loop[0]]]
@@ -255,7 +260,7 @@ def _apart(points: Float[np.ndarray, "n 3"], place: Float[np.ndarray, " 3"]) -> 
 
 def _tear(rig: Rig, place: Float[np.ndarray, " 3"], unit: float, x0: float) -> float:
     """Height at which blendshapes stretch the midline near a place, by squared stretch; its own where none does."""
-    edge = np.unique(np.sort(half_edges(rig.triangles[rig.skin[rig.triangles].all(axis=1)]), axis=1), axis=0)
+    edge = edges(rig.triangles[rig.skin[rig.triangles].all(axis=1)])
     middle = rig.neutral[edge].mean(axis=1)
     fits = (np.abs(middle[:, 0] - x0) < 0.2 * unit) & (np.abs(middle[:, 1] - place[1]) < OPENING * unit)
     fits &= middle[:, 2] > place[2] - unit

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from capture_plan.mesh import triangle_areas, vertex_areas
+from capture_plan.mesh import piece_areas, vertex_areas
 from capture_plan.rig.profile import find_chin
 
 AROUND_EYES = re.compile(r"eye|brow", re.IGNORECASE)
@@ -140,7 +140,7 @@ def own_movers(
     energy = vertex_areas(neutral, triangles) * np.einsum("kvx,kvx->kv", deltas, deltas)
     total = energy.sum(axis=1, keepdims=True, dtype=float)
     energy = energy / np.where(total > 0, total, 1)
-    area = np.bincount(piece[triangles[:, 0]], triangle_areas(neutral, triangles), piece.max() + 1)
+    area = piece_areas(neutral, triangles, piece)
     front = face.front(neutral)
     found, can = np.zeros_like(skin), []
     for number in np.unique(piece[front & ~skin & (energy.max(axis=0) > 0)]):

@@ -19,7 +19,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.sparse.csgraph import dijkstra
 
-from capture_plan.mesh import boundary_vertices, pieces, surface_graph, triangle_areas
+from capture_plan.mesh import boundary_vertices, piece_areas, pieces, surface_graph, triangle_areas
 from capture_plan.rig.face_skin import BARE, FacePlace, above_neck, around_eyes, bodies, own_movers, upper_neck
 from capture_plan.visibility import hemisphere_visibility
 
@@ -58,7 +58,6 @@ def find_skin(
     """
     moving = np.linalg.norm(deltas, axis=2).max(axis=0)
     moving = moving > MOVES * moving.max()
-    whole = _seamless_pieces(neutral, triangles)
     called_skin = np.isin(parts, _called_skin(parts, part_names, moving, face))
     named_out = _named(NOT_SKIN, neutral, triangles, parts, part_names)
     if face is not None:
@@ -68,7 +67,7 @@ def find_skin(
         return np.zeros(len(neutral), dtype=bool)
     piece = _seamless_pieces(neutral, kept)
     areas = triangle_areas(neutral, kept)
-    area = np.bincount(piece[kept[:, 0]], areas, piece.max() + 1)
+    area = piece_areas(neutral, kept, piece)
     moves = np.bincount(piece, moving, len(area)) > 0
     main = np.where(moves, area, area * 1e-9).argmax()
     loose = bool(area[main] < LITTLE * area.max())  # eyes and lips move as pieces of their own on a head that stands
@@ -96,7 +95,8 @@ def find_skin(
     skin &= _within_reach(neutral, moving & skin)
     if face is None:
         return _without_islands(neutral, triangles, skin)
-    skin = _without_islands(neutral, triangles, _of_the_head(neutral, triangles, skin, parts, part_names, face))
+    whole = _seamless_pieces(neutral, triangles)
+    skin = _without_islands(neutral, triangles, _of_the_head(neutral, triangles, skin, parts, part_names, whole, face))
     rest = np.flatnonzero(named_out & ~over)
     if len(rest):
         seen[rest] = hemisphere_visibility(neutral, uncovered, rest, rays=64)
@@ -134,13 +134,14 @@ def _of_the_head(
     skin: Bool[np.ndarray, " v"],
     parts: Int[np.ndarray, " v"],
     part_names: tuple[str, ...],
+    piece: Int[np.ndarray, " v"],
     face: FacePlace,
 ) -> Bool[np.ndarray, " v"]:
     """The skin without clothes, bodies and busts."""
     bare = np.isin(parts, [i for i, name in enumerate(part_names) if BARE.search(name)])
     chin_y = face.chin_y(neutral[skin])
     inner = triangles[skin[triangles].all(axis=1)]
-    for group in (parts, _seamless_pieces(neutral, triangles)):
+    for group in (parts, piece):
         skin = skin & ~bodies(neutral, inner, group, face, upper_neck(face, chin_y), bare)
     return above_neck(neutral, skin, face, chin_y)
 
@@ -226,7 +227,7 @@ def _without_islands(
     if len(inner) == 0:
         return np.zeros_like(skin)
     piece = _seamless_pieces(neutral, inner)
-    area = np.bincount(piece[inner[:, 0]], triangle_areas(neutral, inner), piece.max() + 1)
+    area = piece_areas(neutral, inner, piece)
     used = np.zeros_like(skin)
     used[inner] = True
     return used & (area >= PIECE_AREA * area.max())[piece]

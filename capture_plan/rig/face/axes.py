@@ -39,7 +39,8 @@ FORMAT = 0.96  # share of files whose own axes are right: of 36 files from the f
 class Vote:
     """A sign in words, the direction in the file that it gives to a role, its sharpness and how often it is wrong.
 
-    Signs of one `group` err together: names that lie, deltas that were negated.
+    Signs of one `group` err together: names that lie, deltas that were negated. A `line` runs between two places of
+    the face, and tells nothing of the way in which something moves or looks.
     """
 
     name: str
@@ -48,11 +49,7 @@ class Vote:
     kappa: float
     eps: float
     group: Group = "shape"
-
-    @property
-    def line(self) -> bool:
-        """Whether it is the line between two places of the face, not the way in which something moves or looks."""
-        return " above " in self.name
+    line: bool = False
 
 
 def vector(axis: str) -> Float[np.ndarray, " 3"]:

@@ -67,7 +67,7 @@ def name_votes(channels: Channels) -> list[Vote]:
         ("what is named for the brows lies above the eyes", brows, eyes, 5.0, 0.08),
     ):
         if above is not None and below is not None:
-            votes.append(Vote(words, "up", _unit(above - below), kappa, eps, "named place"))
+            votes.append(Vote(words, "up", _unit(above - below), kappa, eps, "named place", line=True))
     apart = _left_minus_right(channels)
     if apart.any():
         strength = float(np.linalg.norm(apart.sum(axis=0)) / np.linalg.norm(apart, axis=1).sum())
@@ -86,10 +86,10 @@ def _names_and_balls(shape: Shape, sides: int) -> list[Vote]:
     votes = []
     if mouth is not None:
         words = "two balls lie above what is named for the mouth"
-        votes.append(Vote(words, "up", _unit(eyes - mouth), 8.0, 0.06, "named place"))
+        votes.append(Vote(words, "up", _unit(eyes - mouth), 8.0, 0.06, "named place", line=True))
     if brows is not None:
         words = "what is named for the brows lies above two balls"
-        votes.append(Vote(words, "up", _unit(brows - eyes), 5.0, 0.10, "named place"))
+        votes.append(Vote(words, "up", _unit(brows - eyes), 5.0, 0.10, "named place", line=True))
     return votes
 
 
@@ -100,7 +100,10 @@ def shape_votes(shape: Shape, sides: int) -> list[Vote]:
     head = a @ shape.neutral / a.sum()
     away = shape.neutral - head
     outer = moved * np.clip(np.einsum("vx,vx->v", away, shape.normals), 0, None)  # not the inside of the mouth
-    votes = [Vote("the skin that moves looks forward", "facing", outer @ shape.normals / outer.sum(), 6.0, 0.03)]
+    votes = []
+    if outer.any():
+        looks = outer @ shape.normals / outer.sum()
+        votes.append(Vote("the skin that moves looks forward", "facing", looks, 6.0, 0.03))
     votes.append(Vote("the face lies before the head", "facing", (channels.middle - head) / rho, 4.0, 0.30))
     votes += _largest_motion(shape)
     votes += _small_above_wide(channels, sides)
@@ -134,7 +137,11 @@ def _small_above_wide(channels: Channels, sides: int) -> list[Vote]:
         return []
     up = channels.centre[small].mean(axis=0) - channels.centre[wide].mean(axis=0)
     return [
-        Vote("small movements at the sides lie above wide ones in the middle", "up", 2 * up / channels.rho, 6.0, 0.12)
+        Vote(
+            "small movements at the sides lie above wide ones in the middle",
+            *("up", 2 * up / channels.rho, 6.0, 0.12),
+            line=True,
+        )
     ]
 
 
@@ -158,7 +165,7 @@ def _eyes_and_mouth(shape: Shape, sides: int) -> list[Vote]:
             (pairs[:1], "two openings lie above where lips part", 0.25),
         ):
             if eyes:
-                votes.append(Vote(words, "up", _unit(eyes[0].mean(axis=0) - lips), 8.0, eps))
+                votes.append(Vote(words, "up", _unit(eyes[0].mean(axis=0) - lips), 8.0, eps, line=True))
                 break
     for pair in balls[:1]:
         before = pair.mean(axis=0) - shape.areas @ shape.neutral / shape.areas.sum()

@@ -22,7 +22,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.spatial import KDTree
 
-from capture_plan.mesh import pieces, triangle_areas
+from capture_plan.mesh import piece_areas, pieces, triangle_areas
 from capture_plan.rig.formats.naming import listed, printable, sentences
 from capture_plan.rig.formats.raw import RawRig
 from capture_plan.rig.formats.weld import weld_seams
@@ -145,7 +145,7 @@ def find_faces(moving: list[Body], moves: Bool[np.ndarray, "k v"]) -> list[Body]
 def loose_pieces(body: Body, area: float) -> list[Body]:
     """Connected pieces of a body that are large beside this area, where it has several pieces."""
     piece = pieces(body.triangles, len(body.points))
-    areas = np.bincount(piece[body.triangles[:, 0]], triangle_areas(body.points, body.triangles), piece.max() + 1)
+    areas = piece_areas(body.points, body.triangles, piece)
     if len(areas) == 1:
         return []
     found = []
