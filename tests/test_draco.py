@@ -4,11 +4,11 @@ import importlib.util
 
 import numpy as np
 import pytest
-from test_gltf import LIFT, QUAD, SQUARE, Writer, primitive
 
 from capture_plan.errors import RigError
 from capture_plan.rig.formats import draco
 from capture_plan.rig.formats.gltf import read_gltf
+from tests.test_gltf import LIFT, QUAD, SQUARE, Writer, primitive
 
 NEEDS = pytest.mark.skipif(importlib.util.find_spec("DracoPy") is None, reason="the extra 'draco' is not installed")
 

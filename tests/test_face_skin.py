@@ -4,8 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from face_family import Truth, raw_rig
-from face_heads import (
+
+from capture_plan.rig.anchors import face_anchors
+from capture_plan.rig.audit import audit
+from capture_plan.rig.profile import chin_agrees, find_chin
+from capture_plan.rig.read import rig_from_raw
+from tests.face_family import Truth, raw_rig
+from tests.face_heads import (
     Head,
     add,
     bespectacled,
@@ -22,11 +27,6 @@ from face_heads import (
     tube,
     whole,
 )
-
-from capture_plan.rig.anchors import face_anchors
-from capture_plan.rig.audit import audit
-from capture_plan.rig.profile import chin_agrees, find_chin
-from capture_plan.rig.read import rig_from_raw
 
 CHIN = 632.0  # of the sample, whose eyes lie at 734
 UPPER_NECK = 734 - 1.45 * (734 - CHIN)  # no marker below

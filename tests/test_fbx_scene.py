@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from fbx_files import LIFT, MESH, TETRAHEDRON, channel, deformer, head, mesh, model, node, p, props
 from scipy.spatial.transform import Rotation
-from test_fbx import read
 
 from capture_plan.errors import RigError
+from tests.test_fbx import read
 
 RAISED = ([3], [[0, 0, 4.0]])
 CAGE, CAGE_MESH, GROUP = 201, 200, 210

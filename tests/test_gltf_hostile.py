@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_gltf import LIFT, QUAD, SQUARE, Writer, primitive
-from test_meshopt import pack, pack_triangles
 
 from capture_plan.errors import RigError
 from capture_plan.rig.formats import gltf
 from capture_plan.rig.formats.gltf import read_gltf
+from tests.test_gltf import LIFT, QUAD, SQUARE, Writer, primitive
+from tests.test_meshopt import pack, pack_triangles
 
 BILLIONS = 4_000_000_000
 

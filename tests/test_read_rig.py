@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_gltf import write_sample_glb
 
 from capture_plan.errors import RigError
 from capture_plan.rig import Rig, read_rig, sample_rig
 from capture_plan.rig.face.axes import axes_matrix
+from tests.test_gltf import write_sample_glb
 
 K = 4
 

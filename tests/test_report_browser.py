@@ -5,10 +5,10 @@ import io
 import numpy as np
 import pytest
 from PIL import Image
-from test_report import HOSTILE, hostile_rig, small_plan
 
 from capture_plan.plan.files import plan_bytes
 from capture_plan.report import viewer_html, write_html
+from tests.test_report import HOSTILE, hostile_rig, small_plan
 
 READY = "#viewer.ready"
 

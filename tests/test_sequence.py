@@ -8,7 +8,6 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from test_gltf import Writer, primitive, write_sample_glb
 
 from capture_plan.errors import RigError
 from capture_plan.rig import sample_rig
@@ -16,6 +15,7 @@ from capture_plan.rig.sequence import read_sequence
 from capture_plan.rig.sequence.animation import Channel, sample
 from capture_plan.rig.sequence.frames import PosedFrames, StoredFrames
 from capture_plan.rig.sequence.rigid import HeldFrames, kabsch, still_vertices, stillness
+from tests.test_gltf import Writer, primitive, write_sample_glb
 
 
 def weights(seed=0, frames=6):

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
-from test_usd import LIFT, TETRAHEDRON, add_mesh, new_stage, write_sample
 
 from capture_plan.errors import RigError
 from capture_plan.rig import sample_rig
@@ -12,6 +11,7 @@ from capture_plan.rig.sequence import read_sequence
 from capture_plan.rig.sequence.meshes import MeshTake
 from capture_plan.rig.sequence.usd_take import build
 from capture_plan.rig.sequence.weights import WeightTable
+from tests.test_usd import LIFT, TETRAHEDRON, add_mesh, new_stage, write_sample
 
 # pyright: reportAttributeAccessIssue=false
 

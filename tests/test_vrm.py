@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from test_gltf import LIFT, SQUARE, Writer, primitive
 
 from capture_plan.errors import RigError
 from capture_plan.rig.formats.gltf import read_gltf
+from tests.test_gltf import LIFT, SQUARE, Writer, primitive
 
 
 def avatar(extensions: dict, names: tuple = (None, None), hidden: bool = False) -> Writer:

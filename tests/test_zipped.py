@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_gltf import write_sample_glb
-from test_read_rig import write_obj_folder
 
 from capture_plan.errors import RigError
 from capture_plan.rig.formats import zipped
 from capture_plan.rig.formats.zipped import open_zip
 from capture_plan.rig.read import read_raw
+from tests.test_gltf import write_sample_glb
+from tests.test_read_rig import write_obj_folder
 
 NEUTRAL = "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n"
 SMILE = "v 0 0 0\nv 1 0 0\nv 1 1 2\nf 1 2 3\n"
