@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from capture_plan.mesh import vertex_normals
+from capture_plan.rig import sample_rig
+from capture_plan.rig.face.of_rig import rig_shape
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.formats.raw import RawRig
 from capture_plan.rig.read import rig_from_raw
@@ -62,3 +64,23 @@ def cut_by_triangles(head, kept):
     triangles = np.searchsorted(used, head.triangles[kept]).astype(np.int32)
     pick = {"neutral": head.neutral[used], "deltas": head.deltas[:, used], "parts": head.parts[used]}
     return dataclasses.replace(head, triangles=triangles, **pick)
+
+
+def test_a_jaw_and_two_blinks_are_all_of_the_face_however_far_apart():
+    head = sample_head()
+    rows = [head.names.index(name) for name in ("jawOpen", "eyeBlinkLeft", "eyeBlinkRight")]
+    few = dataclasses.replace(head, deltas=head.deltas[rows], names=tuple(head.names[k] for k in rows))
+    mask = cut(few, visible_skin(few) & (few.neutral[:, 2] > 60))
+    assert rig_from_raw(raw_of(mask)).understood.set_aside == ()
+
+
+def test_the_tear_of_neighbours_is_the_largest_over_every_movement_of_the_face():
+    shape = rig_shape(sample_rig())
+    tear, pair = shape.tears
+    some = np.linspace(0, len(pair) - 1, 500).astype(int)
+    (i, j), rho = pair[some].T, shape.channels.rho
+    d = shape.deltas[shape.channels.facial].astype(float)
+    parted = np.linalg.norm(d[:, i] - d[:, j], axis=2).max(axis=0)
+    assert tear[some] == pytest.approx(
+        parted / (np.linalg.norm(shape.neutral[i] - shape.neutral[j], axis=1) + 0.04 * rho)
+    )
