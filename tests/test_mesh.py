@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from capture_plan.layout.spacing import nearest_two
 from capture_plan.mesh import (
     boundary_vertices,
     edges,
@@ -88,6 +89,12 @@ def test_distances_keep_the_triangle_inequality_and_are_symmetric(sheet):
     d = geodesic_distance(graph, np.arange(121))
     np.testing.assert_allclose(d, d.T)
     assert (d[:, :, None] <= d[:, None, :] + d.T[None] + 1e-9).all()
+
+
+def test_the_nearest_two_of_some_vertices_are_two_of_them_and_never_one_alone(sheet):
+    graph = surface_graph(*sheet)
+    assert nearest_two(graph, np.array([0, 10, 13])) == pytest.approx(np.sqrt(5))
+    assert nearest_two(graph, np.array([13])) == np.inf
 
 
 def test_beyond_the_limit_distances_are_infinite(sheet):
