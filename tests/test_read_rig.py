@@ -1,6 +1,7 @@
 """`read_rig`: the same head through every format, in one unit and one pose of the axes; wishes; one clear line."""
 
 import os
+import re
 from pathlib import Path
 
 import numpy as np
@@ -66,6 +67,26 @@ def test_an_archive_comes_back(tmp_path):
     rig = read_rig(write_npz(tmp_path / "head.npz"))
     assert_is_the_sample(rig)
     np.testing.assert_array_equal(rig.source_index, sample_rig().source_index)
+
+
+def test_blendshapes_that_hold_nan_are_left_out_and_named_and_the_rig_is_read(tmp_path):
+    deltas = sample_rig().deltas[:K].copy()
+    deltas[0, 7, 1], deltas[3, 9, 0] = np.nan, np.inf
+    rig, names = read_rig(write_npz(tmp_path / "head.npz", deltas=deltas)), sample_rig().names[:K]
+    assert rig.names == tuple(name for k, name in enumerate(names) if k not in (0, 3))
+    assert f"left out, clean them and export again: {names[0]}, {names[3]}" in rig.note
+    with pytest.raises(RigError, match="all blendshapes hold NaN"):
+        read_rig(write_npz(tmp_path / "none.npz", deltas=deltas * np.nan))
+
+
+@pytest.mark.parametrize("number", ["nan", "inf"])
+def test_a_broken_file_of_a_folder_is_left_out_and_named(tmp_path, number):
+    folder = write_obj_folder(tmp_path / "head")
+    path = sorted(path for path in folder.iterdir() if path.stem != "neutral")[0]
+    path.write_text(re.sub(r"\Av \S+", f"v {number}", path.read_text()))
+    rig = read_rig(folder)
+    assert path.stem not in rig.names
+    assert path.stem in rig.note
 
 
 def test_a_glb_comes_back(tmp_path):

@@ -44,7 +44,7 @@ def test_shells_and_joints_are_left_out_and_parts_keep_their_names(tmp_path):
         ("1.5 1 0 0", "moves vertex 1.5 of 8"),
         ("99999999999 1 0 0", "belongs to another base mesh"),
         ("1 1 0", "not a table"),
-        ("1 1 0 nan", "in plain numbers"),
+        ("nan 1 0 1", "not a table of"),
         ("1 1 0 0\n2 x 0 0", "not a table"),
         ("\0\1\2", "not a table"),
         ("", "every blendshape equals the neutral"),

@@ -53,6 +53,8 @@ class Rig:
     def __post_init__(self) -> None:
         v = len(self.neutral)
         check_blendshapes(self.name, self.neutral, self.triangles, self.deltas, self.names)
+        if not np.isfinite(self.deltas).all():
+            raise RigError(f"{self.name}: blendshapes hold NaN or infinite coordinates: leave them out")
         for what in ("skin", "parts", "source_index"):
             if len(getattr(self, what)) != v:
                 raise RigError(f"{self.name}: {what} has {len(getattr(self, what)):,} entries for {v:,} vertices")
@@ -121,9 +123,3 @@ def check_blendshapes(
         raise RigError(f"{name}: a face uses vertex {worst:,} of {v:,}, counted from 0: export the mesh again")
     if not np.isfinite(neutral).all():
         raise RigError(f"{name}: the neutral holds NaN or infinite coordinates: clean the mesh and export it again")
-    for blendshape, delta in zip(names, deltas, strict=True):
-        if not np.isfinite(delta).all():
-            raise RigError(
-                f"{name}: the blendshape '{blendshape}' holds NaN or infinite coordinates: "
-                "clean the mesh and export it again"
-            )

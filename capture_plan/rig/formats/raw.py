@@ -3,12 +3,13 @@
 Letters: v vertices, f triangles, k blendshapes, p polygons, c corners of polygons.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
+from capture_plan.rig.formats.naming import listed, sentences
 from capture_plan.rig.record import check_blendshapes
 
 NO_PART = "(no faces)"
@@ -45,6 +46,22 @@ class RawRig:
             raise RigError(
                 f"{self.name}: every blendshape equals the neutral: export each blendshape with its weight set to 1"
             )
+
+
+def finite(raw: RawRig) -> RawRig:
+    """The rig without blendshapes that hold NaN or infinite coordinates; its note names them.
+
+    RigError when all of them do.
+    """
+    whole = np.array([np.isfinite(delta).all() for delta in raw.deltas])
+    if whole.all():
+        return raw
+    broken = listed(name for name, is_whole in zip(raw.names, whole, strict=True) if not is_whole)
+    if not whole.any():
+        raise RigError(f"{raw.name}: all blendshapes hold NaN or infinite coordinates: clean the mesh and export again")
+    told = f"blendshapes that hold NaN or infinite coordinates were left out, clean them and export again: {broken}"
+    names = tuple(name for name, is_whole in zip(raw.names, whole, strict=True) if is_whole)
+    return replace(raw, deltas=raw.deltas[whole], names=names, note=sentences(raw.note, told))
 
 
 def check_size(name: str, k: int, v: int) -> None:

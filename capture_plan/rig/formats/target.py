@@ -110,8 +110,8 @@ def read_target(path: Source, v: int) -> tuple[Int[np.ndarray, " n"], Float[np.n
     except ValueError as error:
         found = " ".join(str(error).split())[:100]
         raise RigError(f"{path.name} is not a table of 'vertex dx dy dz' ({found}): export it again") from error
-    if table.shape[1] != 4 or not np.isfinite(table).all():
-        raise RigError(f"{path.name} is not a table of 'vertex dx dy dz' in plain numbers: export it again")
+    if table.shape[1] != 4 or not np.isfinite(table[:, 0]).all():
+        raise RigError(f"{path.name} is not a table of 'vertex dx dy dz': export it again")
     index = table[:, 0]
     if (index != np.floor(index)).any() or index.min() < 0 or index.max() >= v:
         worst = index.max() if index.max() >= v else index.min()

@@ -37,7 +37,7 @@ class MeshTake:
 
 def read_folder(folder: Path) -> MeshTake:
     """The take in a folder. RigError where its files are no numbered frames of one mesh."""
-    kinds = {".obj": obj_vertices, ".ply": read_vertices}
+    kinds = {".obj": obj_vertices, ".ply": ply_vertices}
     files = [p for p in folder.iterdir() if p.suffix.lower() in kinds and not p.name.startswith(".") and p.is_file()]
     suffixes = sorted({path.suffix.lower() for path in files})
     if len(suffixes) != 1:
@@ -66,7 +66,19 @@ def read_folder(folder: Path) -> MeshTake:
 
 def obj_vertices(path: Path) -> Float[np.ndarray, "v 3"]:
     """Vertices of an OBJ file in its own order."""
-    return parse_vertices(load(path), path)
+    return finite(parse_vertices(load(path), path), path)
+
+
+def ply_vertices(path: Path) -> Float[np.ndarray, "v 3"]:
+    """Vertices of a PLY file in its own order."""
+    return finite(read_vertices(path), path)
+
+
+def finite(vertices: Float[np.ndarray, "v 3"], path: Path) -> Float[np.ndarray, "v 3"]:
+    """The vertices of a frame. RigError where one is nowhere."""
+    if not np.isfinite(vertices).all():
+        raise RigError(f"{path.name} holds NaN or infinite coordinates: clean the mesh and export it again")
+    return vertices
 
 
 def triangles_of(path: Path) -> Int[np.ndarray, "f 3"]:
