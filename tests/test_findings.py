@@ -74,6 +74,16 @@ def test_halves_cut_at_the_midline_share_nothing(rig):
     assert not of_kind(audit(cut), "overlap")
 
 
+@pytest.mark.parametrize(
+    ("k", "says"), [(1, "the only blendshape is"), (2, "both blendshapes are"), (4, "all 4 blend")]
+)
+def test_a_rig_of_few_blendshapes_is_asked_for_the_others(rig, k, says):
+    jaw = rig.names.index("jawOpen")
+    chosen = sorted([jaw, *[row for row in range(len(rig.names)) if row != jaw][: k - 1]])
+    few = replace(rig, names=tuple(rig.names[row] for row in chosen), deltas=rig.deltas[chosen])
+    assert verdict(audit(few)).startswith(f"Yes, but they are few: {says}")
+
+
 def test_exchanged_sides_go_back_to_the_rigger(rig):
     found = audit(renamed(rig, {"browDownLeft": "browDownRight", "browDownRight": "browDownLeft"}))
     (finding,) = of_kind(found, "name")

@@ -109,7 +109,7 @@ def test_a_toon_keeps_a_usual_unit_that_gives_it_a_human_face_and_says_so():
     frame = find_frame(toon, unit_mm=None, up=None, facing=None)
     assert frame.unit_mm == 10.0
     assert not frame.unit.sure
-    assert "one unit was taken as 10 mm, which puts the pupils 1" in frame.note
+    assert "one unit was taken as 10 mm, which puts the pupils about 1" in frame.note
 
 
 def test_what_is_given_wins():

@@ -18,6 +18,7 @@ from capture_plan.rig.findings import KINDS, Finding, Kind
 WIDTH = 100  # characters of a line on the terminal
 INDENT = 20
 MIXED_UP = 0.25  # of the blendshapes left out: more are no accident
+FEW = 5  # blendshapes: fewer are rather a part of a character's than all of them
 NOUNS: dict[Kind, str] = {
     "size": "the size",
     "winding": "the normals",
@@ -48,7 +49,10 @@ def verdict(found: Audit) -> str:
         return "No: no face was found, neither eyes nor a mouth; see below what to give."
     if not found.used:
         return "No: no blendshape moves the face skin."
-    kept = f"all {k} blendshapes are planned" if out == 0 else f"{len(found.used)} of {k} blendshapes are planned"
+    every = {1: "the only blendshape is planned", 2: "both blendshapes are planned"}.get(
+        k, f"all {k} blendshapes are planned"
+    )
+    kept = f"{len(found.used)} of {k} blendshapes are planned" if out else every
     stops = [finding for finding in found.findings if finding.urgency == "stop"]
     if any(finding.kind == "winding" for finding in stops):
         return f"Not yet: {kept}, but the faces point inwards; reverse the normals first."
@@ -63,6 +67,8 @@ def verdict(found: Audit) -> str:
         return f"Look at how it was understood first: {kept}, but {unsure}."
     if out > MIXED_UP * k:
         return f"Look at what is left out first: {kept}."
+    if len(found.used) < FEW:
+        return f"Yes, but they are few: {kept}. Characters mostly have 20 or more; ask the rigger for the others."
     if found.rank < len(found.used):
         return f"Yes, but only {found.rank} movements can be told apart: {kept}."
     return f"Yes: {kept}{_left_out_words(found)}."

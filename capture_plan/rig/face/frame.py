@@ -128,7 +128,7 @@ def unit_note(raw: RawRig, unit: Unit, pupils: float | None, given: float | None
     """What a person should know of the unit."""
     if given:
         return []
-    apart = f", which puts the pupils {pupils * unit.mm:.0f} mm apart" if pupils else ""
+    apart = f", which puts the pupils about {pupils * unit.mm:.0f} mm apart" if pupils else ""
     if raw.unit_mm and unit.mm != raw.unit_mm:
         stated = f", {pupils * raw.unit_mm:,.0f} mm by the file" if pupils else ""
         return [f"one unit is {raw.unit_mm:g} mm by the file; taken as {unit.mm:g} mm{apart}{stated}"]
