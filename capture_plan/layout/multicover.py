@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Bool, Float, Int
 from msgspec import structs
 
 from capture_plan.errors import InfeasibleError
@@ -37,9 +37,8 @@ def best_cover(
 
     A fixed number of landmarks leaves nothing to be fewest: the places alone count then.
     """
-    reach, size = sites.reach[np.ix_(rows, open_)], sites.size[open_]
-    covers = reach >= settings.epsilon
-    w = importance_weights(reach, sites.visibility[open_], settings.alpha)
+    size = sites.size[open_]
+    covers = sites.reach[np.ix_(rows, open_)] >= settings.epsilon
     wanted = [limit.among(open_) for limit in limits]
     fewest: list[Limit] = []
     if settings.weights == "lexicographic" and settings.number is None:
@@ -47,12 +46,21 @@ def best_cover(
             sites, structs.replace(settings, weights="count"), rows, open_, spacing, limits, demand=demand
         )
         fewest = [Limit("the fewest landmarks", size, most=round(least.objective))]
-    cost = size.astype(float)
-    if settings.weights != "count":
-        cost = total_quality(covers, w) if settings.weights == "paper" else size * mean_quality(covers, w)
     apart = spacing.among(open_) if spacing else None
+    cost = costs(sites, settings, rows, open_)
     cover = solve_cover(covers, cost, demand=demand, spacing=apart, limits=[*wanted, *fewest])
     return replace(cover, rows=rows, chosen=open_[cover.chosen])
+
+
+def costs(
+    sites: Sites, settings: LayoutSettings, rows: Int[np.ndarray, " r"], at: Int[np.ndarray, " n"]
+) -> Float[np.ndarray, " n"]:
+    """What each of the sites `at` costs in a program for blendshapes `rows`."""
+    if settings.weights == "count":
+        return sites.size[at].astype(float)
+    reach = sites.reach[np.ix_(rows, at)]
+    covers, w = reach >= settings.epsilon, importance_weights(reach, sites.visibility[at], settings.alpha)
+    return total_quality(covers, w) if settings.weights == "paper" else sites.size[at] * mean_quality(covers, w)
 
 
 def adaptive_cover(
@@ -60,12 +68,11 @@ def adaptive_cover(
 ) -> list[Cover]:
     """The covers of Algorithm 1, one for each round that found something to do; the first keeps all limits, the
     others what they leave."""
-    covers, count = sites.covers(settings.epsilon), len(sites.visibility)
-    active, chosen = np.arange(len(covers)), np.empty(0, dtype=int)
+    chosen = np.empty(0, dtype=int)
     rounds: list[Cover] = []
     for _ in range(settings.rounds):
-        free = ~taken_by(chosen, spacing, count)
-        rows = active[covers[active][:, free & open_under(limits, chosen, count)].any(axis=1)]
+        free = ~taken_by(chosen, spacing, len(sites.visibility))
+        rows = to_cover(sites, settings, chosen, free, limits)
         if not len(rows):
             break
         try:
@@ -76,8 +83,20 @@ def adaptive_cover(
                 raise
             break  # caps leave less than one more landmark for each: what the first round has is enough to see all
         chosen = np.concatenate([chosen, rounds[-1].chosen])
-        active = crowded(sites, chosen, settings.epsilon)
     return rounds
+
+
+def to_cover(
+    sites: Sites,
+    settings: LayoutSettings,
+    chosen: Int[np.ndarray, " n"],
+    free: Bool[np.ndarray, " s"],
+    limits: Sequence[Limit],
+) -> Int[np.ndarray, " r"]:
+    """Blendshapes that the next round is about: all in the first, then what is crowded, where a free site is left."""
+    covers = sites.covers(settings.epsilon)
+    active = crowded(sites, chosen, settings.epsilon) if len(chosen) else np.arange(len(covers))
+    return active[covers[active][:, free & open_under(limits, chosen, len(free))].any(axis=1)]
 
 
 def crowded(sites: Sites, chosen: Int[np.ndarray, " n"], epsilon: float) -> Int[np.ndarray, " r"]:
