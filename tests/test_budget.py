@@ -8,8 +8,9 @@ from msgspec.structs import replace
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.budget import keepable, replan, spend_budget
-from capture_plan.layout.design import SINGLE_COVER, SIXTY_EIGHT, design_layout
-from capture_plan.layout.face import see_face
+from capture_plan.layout.design import design_layout
+from capture_plan.layout.face import SIXTY_EIGHT, see_face
+from capture_plan.layout.follow import SINGLE_COVER
 from capture_plan.layout.limits import Limit
 from capture_plan.layout.search import Search
 from capture_plan.layout.settings import LayoutSettings

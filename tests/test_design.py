@@ -7,8 +7,9 @@ import pytest
 from msgspec.structs import replace
 
 from capture_plan.errors import InfeasibleError
-from capture_plan.layout.design import SINGLE_COVER, SIXTY_EIGHT, design_layout
-from capture_plan.layout.face import see_face
+from capture_plan.layout.design import design_layout
+from capture_plan.layout.face import SIXTY_EIGHT, see_face
+from capture_plan.layout.follow import SINGLE_COVER
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.mesh.mirror import mirror_map
 from capture_plan.rig import sample_rig

@@ -16,7 +16,7 @@ from capture_plan.errors import PlanError
 from capture_plan.expressions.record import Expression, Packing
 from capture_plan.expressions.session import session
 from capture_plan.expressions.session_settings import SessionSettings
-from capture_plan.layout.record import Bound, Landmark, Layout, Program, Worth
+from capture_plan.layout.record import Bound, Landmark, Layout, Program, Reference, Worth
 from capture_plan.plan.files import plan_bytes
 from capture_plan.plan.record import Plan, RigReference
 from capture_plan.plan.settings import Settings
@@ -64,12 +64,12 @@ def small_plan(rig: Rig) -> Plan:
         layout=Layout(
             method="studio",
             landmarks=landmarks,
-            programs=(Program(4, names, 4.0, 4.0, True),),
+            programs=(Program(4, names, 4.0, 4.0, True, tuple(m.vertex for m in landmarks)),),
             minimum=3,
             certificate=Bound(names[:3], (1.0, 1.0, 1.0), 3),
             uncovered=(),
             worth=worth,
-            references={HOSTILE[1]: Worth(68, 4, 4, 3.0, 0.2, 0.62)},
+            references={HOSTILE[1]: Reference(68, 4, 4, 3.0, 0.2, 0.62, ())},
         ),
         packing=packing,
         session=session(rig, names, packing, SessionSettings()),

@@ -4,6 +4,8 @@ from typing import Literal
 
 from msgspec import Struct
 
+from capture_plan.layout.settings import Method
+
 Side = Literal["left", "right", "middle"]
 Role = Literal["primary", "backup", "repair", "head"]
 
@@ -92,8 +94,14 @@ class Worth(Struct, frozen=True, forbid_unknown_fields=True):
     error_mm: float
 
 
+class Reference(Worth, frozen=True, forbid_unknown_fields=True):
+    """Another layout of the same face, and what it is worth. Landmarks that fall on one vertex stand there once."""
+
+    vertices: tuple[int, ...]
+
+
 class Program(Struct, frozen=True, forbid_unknown_fields=True):
-    """One integer program that was solved: how many landmarks it chose for which blendshapes, what they cost, and the
+    """One integer program that was solved: the vertices that it chose for which blendshapes, what they cost, and the
     best proven lower limit of that cost."""
 
     landmarks: int
@@ -101,6 +109,7 @@ class Program(Struct, frozen=True, forbid_unknown_fields=True):
     objective: float
     bound: float
     proven_optimal: bool
+    vertices: tuple[int, ...]
 
 
 class SubjectFit(Struct, frozen=True, forbid_unknown_fields=True):
@@ -151,14 +160,14 @@ class Layout(Struct, frozen=True, forbid_unknown_fields=True):
     single cover, 68 points. `motion` is what a recorded take loses by this layout, where one is known.
     """
 
-    method: str
+    method: Method
     landmarks: tuple[Landmark, ...]
     programs: tuple[Program, ...]
     minimum: int
     certificate: Bound
     uncovered: tuple[str, ...]
     worth: Worth
-    references: dict[str, Worth]
+    references: dict[str, Reference]
     head: tuple[Landmark, ...] = ()
     head_pose: HeadPose | None = None
     order: tuple[str, ...] = ()

@@ -8,7 +8,7 @@ from capture_plan.layout.record import Layout
 from capture_plan.plan.settings import Settings
 from capture_plan.rig.audit import Audit
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 SAMPLE = "sample"
 
 
