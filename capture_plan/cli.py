@@ -227,21 +227,22 @@ def check(
     plan: PlanPath,
     rig: OtherRig = None,
     json: Annotated[bool, typer.Option("--json", help="Print the claims as JSON to standard output.")] = False,
+    every: Annotated[bool, typer.Option("--all", help="A line for each claim, those that hold too.")] = False,
 ) -> None:
-    """Recompute every claim of PLAN without a solver; exit 1 if one does not hold."""
+    """Recompute every claim of PLAN without a solver and say what to correct; exit 1 if one does not hold."""
     import msgspec
 
     from capture_plan.plan.check import check_plan
+    from capture_plan.plan.check_page import as_rows, check_lines
     from capture_plan.plan.files import read_plan, rig_of
+    from capture_plan.plan.unchecked import unchecked
 
     made = read_plan(plan)
     claims = check_plan(made, rig_of(made, plan, rig_path=rig), folder=plan.parent)
     if json:
-        print(msgspec.json.format(msgspec.json.encode(claims)).decode())
-    say(f"{'holds ' if claim.holds else 'FAILS '} {claim.what}: {claim.found}" for claim in claims)
-    broken = sum(not claim.holds for claim in claims)
-    say([f"{len(claims) - broken} of {len(claims)} claims hold."])
-    if broken:
+        print(msgspec.json.format(msgspec.json.encode(as_rows(claims))).decode())
+    say(check_lines(claims, unchecked(made, claims), every=every))
+    if not all(claim.holds for claim in claims):
         raise typer.Exit(1)
 
 

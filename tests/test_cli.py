@@ -31,6 +31,17 @@ def test_a_plan_that_lies_exits_with_one(folder):
     checked = run("check", "lie.json", cwd=folder)
     assert checked.returncode == 1
     assert "FAILS  rank 12" in checked.stderr
+    assert "plan again" in checked.stderr
+
+
+def test_a_check_says_in_one_line_what_holds_and_in_a_line_each_where_asked(folder):
+    claims = json.loads(run("check", "plan.json", "--json", cwd=folder).stdout)
+    short, long = (run("check", "plan.json", *asked, cwd=folder).stderr.splitlines() for asked in ((), ("--all",)))
+    assert short[0] == f"All {len(claims)} claims hold; --all lists each."
+    assert long[: len(claims)] == [f"holds  {claim['what']}: {claim['found']}" for claim in claims]
+    assert long[len(claims)] == f"All {len(claims)} claims hold."
+    assert short[1:] == long[len(claims) + 1 :]
+    assert all(line.startswith("Not checked: ") for line in short[1:])
 
 
 def test_an_audit_is_a_page_or_json(folder):

@@ -1,8 +1,5 @@
 """`check` asks whether the reading makes sense, also where the plan was made from the same wrong one."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from msgspec.structs import replace
@@ -13,6 +10,7 @@ from capture_plan.plan.reading_claims import different, reading_claims, stronges
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import sample_rig
 from capture_plan.rig.read import read_rig
+from tests.command import run
 
 COVER = Settings(landmarks=LayoutSettings(method="cover"))
 
@@ -38,7 +36,7 @@ def file(rig, tmp_path_factory):
 
 
 def broken(plan, rig):
-    return {claim.what: claim.found for claim in reading_claims(plan, rig) if not claim.holds}
+    return {claim.what: claim.told for claim in reading_claims(plan, rig) if not claim.holds}
 
 
 def test_a_plan_that_was_read_right_makes_sense(plan, rig):
@@ -48,10 +46,10 @@ def test_a_plan_that_was_read_right_makes_sense(plan, rig):
 @pytest.mark.parametrize(
     ("given", "what", "says"),
     [
-        ({"up": "+z", "facing": "+y"}, "what moves the eyes lies above what moves the mouth", "--up and --facing"),
-        ({"up": "+y", "facing": "-z"}, "most of the markers are seen from the front", "--up and --facing"),
-        ({"up": "-y", "facing": "+z"}, "the jaw opens downwards", "--up and --facing"),
-        ({"unit_mm": 20.0}, "the pupils are 50 to 80 mm apart, or there is a reason why not", "give 10"),
+        ({"up": "+z", "facing": "+y"}, "what moves the eyes lies above what moves the mouth", "--up +y --facing +z"),
+        ({"up": "+y", "facing": "-z"}, "most of the markers are seen from the front", "with --up +y --facing +z"),
+        ({"up": "-y", "facing": "+z"}, "the jaw opens downwards", "it was read with -y up"),
+        ({"unit_mm": 20.0}, "the pupils are 50 to 80 mm apart, or there is a reason why not", "with --unit-mm 10"),
     ],
 )
 def test_a_wrong_reading_fails_though_the_plan_was_made_with_it(file, given, what, says):
@@ -66,15 +64,24 @@ def test_a_mirrored_rig_fails(file):
     assert "exchange left and right" in found["what is called left moves the subject's left"]
 
 
-def test_the_command_exits_with_one_and_says_what_to_correct(file):
-    def run(*arguments):
-        command = [sys.executable, "-c", "from capture_plan.cli import main; main()", *map(str, arguments)]
-        return subprocess.run(command, capture_output=True, text=True, cwd=file.parent)
-
-    run("plan", file.name, "--up", "+z", "--facing", "+y", "--method", "cover", "-o", "plan.json")
-    checked = run("check", "plan.json")
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        (("--up", "+z"), "made with --up +z: plan again without it, or with --up +y."),
+        (("--up", "+y", "--facing", "-z"), "made with --facing -z: plan again without it, or with --facing +z."),
+        (
+            ("--up", "+z", "--facing", "+y"),
+            "made with --up +z --facing +y: plan again without them, or with --up +y --facing +z.",
+        ),
+        (("--unit-mm", "14"), "made with --unit-mm 14: plan again without it, or with --unit-mm 10."),
+    ],
+)
+def test_the_command_exits_with_one_and_says_once_which_stated_option_is_wrong(file, given, says):
+    run("plan", file.name, *given, "--method", "cover", "-o", "plan.json", cwd=file.parent)
+    checked = run("check", "plan.json", cwd=file.parent)
     assert checked.returncode == 1
-    assert "give --up and --facing" in checked.stderr
+    assert checked.stderr.count("To correct: ") == 1
+    assert says in checked.stderr
 
 
 def named(plan, region):

@@ -13,7 +13,8 @@ from capture_plan.rig.face.axes import AXES, axes_matrix
 from capture_plan.rig.face.facts import reading_facts
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.face.sense import contradicted, pose_senses, side_senses
-from capture_plan.rig.face.sense_size import likely_unit, size_sense
+from capture_plan.rig.face.sense_size import better_unit, likely_unit, size_sense
+from capture_plan.rig.findings_sides import misnamed
 from capture_plan.rig.regions import SIDELESS, face_regions
 
 NAMES = ("browInnerUp", "browDownLeft", "browDownRight", "eyeBlinkLeft", "eyeBlinkRight", "jawOpen", "mouthSmileLeft")
@@ -47,11 +48,12 @@ def test_of_all_ways_to_read_a_head_only_the_right_one_makes_sense(rig, way):
     assert (len(contradicted(read)) >= 2) == (way != RIGHT)
 
 
-def test_what_is_wrong_is_told_in_words_with_what_to_give(rig):
+def test_what_is_wrong_is_told_in_words_with_the_axes_that_make_sense(rig):
     together, lying = [sense for sense in pose_senses(read_as(rig, "+z", "+y")) if not sense.holds][:2]
     assert "speak for +y up and +z forward" in together.found
     assert "before" in lying.found
-    assert "--up and --facing" in lying.mend
+    assert (together.about, lying.about) == ("axes", "axes")
+    assert together.better == (("--up", "+y"), ("--facing", "+z"))
     upside_down = [sense.found for sense in pose_senses(read_as(rig, "-y", "+z")) if not sense.holds]
     assert any("below" in found for found in upside_down)
     assert any("jaw opens" in found and "up" in found for found in upside_down)
@@ -71,7 +73,16 @@ def test_a_mirrored_rig_has_its_left_on_the_right(rig):
     (sense,) = side_senses(mirrored)
     assert not sense.holds
     assert "eyeBlinkLeft" in sense.found or "browDownLeft" in sense.found
-    assert "exchange left and right" in sense.mend
+    assert sense.about == "sides"
+
+
+def test_names_are_not_to_be_exchanged_before_it_is_settled_how_the_head_lies(rig):
+    flip = np.array([-1.0, 1.0, 1.0])
+    mirrored = change(rig, neutral=rig.neutral * flip, deltas=(rig.deltas * flip).astype(np.float32))
+    for read, says, who in ((mirrored, "Exchange left", "rigger"), (read_as(rig, "+y", "-z"), "Settle first", "know")):
+        (finding,) = misnamed(read)
+        assert finding.advice.startswith(says)
+        assert finding.urgency == who
 
 
 def test_a_name_map_may_set_right_what_names_say_wrongly(rig):
@@ -91,7 +102,7 @@ def test_a_wrong_unit_is_no_size_of_a_face(rig, times):
     other = change(rig, neutral=rig.neutral * times, deltas=rig.deltas * times, unit_mm=times, unit_found="given")
     sense = size_sense(other)
     assert not sense.holds
-    assert "--unit-mm" in sense.mend
+    assert sense.better == (("--unit-mm", "1"),)
     assert size_sense(rig).holds
 
 
@@ -99,6 +110,12 @@ def test_a_unit_that_the_file_states_is_a_reason(rig):
     giant = change(rig, neutral=rig.neutral * 2, deltas=rig.deltas * 2, unit_mm=10.0, unit_found="format")
     assert size_sense(giant).holds
     assert "the file itself states its unit" in size_sense(giant).found
+
+
+def test_a_unit_that_failed_is_not_the_better_one():
+    assert likely_unit(10.0, 45.0) == 10.0
+    assert better_unit(10.0, 45.0) == pytest.approx(14, abs=0.1)
+    assert better_unit(1.0, 6.2) == 10.0
 
 
 def test_the_likely_unit_is_a_usual_one_where_one_fits():

@@ -18,15 +18,16 @@ def camera_claims(plan: Plan, face: Face) -> list[Claim]:
         return []
     found = [views_of(face, plan.settings.landmarks, mark.vertex) for mark in marks]
     wrong = [told for mark, views in zip(marks, found, strict=True) if (told := difference(mark, views))]
+    stated = f" ({plan.settings.cameras})" if plan.settings.cameras else ""
     also = f"; {len(wrong)} of {len(marks)} markers in all" if len(wrong) > 1 else ""
     return [
         claim(
             "the cameras see every marker as the plan says",
             not wrong,
-            f"{wrong[0]}{also}: the cameras have changed since, plan again" if wrong
-            else f"{len(marks)} markers in {len(face.cameras)} cameras",
+            f"{wrong[0]}{also}" if wrong else f"{len(marks)} markers in {len(face.cameras)} cameras",
+            f"the cameras{stated} have changed since the plan was made: plan again",
         )
-    ]  # fmt: skip
+    ]
 
 
 def difference(mark: Landmark, found: tuple[View, ...]) -> str:

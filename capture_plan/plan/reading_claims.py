@@ -4,13 +4,14 @@ Asked    of the rig      how it lies, its sides, its size (`rig/face/sense.py`)
          of the markers  most are seen from the front; left ones lie on the left; a marker's region is one that the
                          blendshape moves which moves it most
          of the plan     its reading is what the rig is understood to be today
-Each claim that fails says what to correct.
+Each claim that fails says what to correct, by what the person stated when the plan was made (`advice.py`).
 """
 
 import numpy as np
 
 from capture_plan.layout.record import Landmark
 from capture_plan.mesh.mirror import mirror_plane
+from capture_plan.plan.advice import corrections
 from capture_plan.plan.claims import Claim
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
@@ -34,10 +35,6 @@ NEVER_IN = (
     (BROWS, BELOW | {"cheek"}),
 )
 TELLING = 8  # facial blendshapes: where fewer are, a lid may well move most with the jaw
-LOOK_AGAIN = (
-    "eyes or mouth were taken for something else: look at `capture-plan audit RIG -o audit.png`, and give --skin, --up "
-    "or --facing"
-)
 
 
 def reading_claims(plan: Plan, rig: Rig) -> list[Claim]:
@@ -51,11 +48,8 @@ def reading_claims(plan: Plan, rig: Rig) -> list[Claim]:
         *_regions_moved(plan, rig),
         *_same_reading(plan, rig),
     )
-    return [_claim(sense) for sense in senses]
-
-
-def _claim(sense: Sense) -> Claim:
-    return Claim(sense.what, sense.holds, sense.found if sense.holds else f"{sense.found}: {sense.mend}")
+    mends = corrections(plan.rig, rig, senses)
+    return [Claim(sense.what, sense.holds, sense.found, mend) for sense, mend in zip(senses, mends, strict=True)]
 
 
 def _markers_forward(plan: Plan, rig: Rig) -> list[Sense]:
@@ -70,8 +64,8 @@ def _markers_sided(plan: Plan, rig: Rig) -> list[Sense]:
     middle = mirror_plane(rig.neutral[rig.skin])
     sided = [m for m in plan.layout.markers if m.side != "middle"]
     wrong = [m.name for m in sided if (rig.neutral[m.vertex, 0] > middle) != (m.side == "left")]
-    found = f"{len(sided) - len(wrong)} of {len(sided)}" + (f", not {', '.join(wrong[:4])}" if wrong else "")
-    return [Sense("markers called left lie on the subject's left", not wrong, found, "make the plan again")]
+    found = f"{len(sided) - len(wrong)} of {len(sided)}" + (f", not {', '.join(wrong)}" if wrong else "")
+    return [Sense("markers called left lie on the subject's left", not wrong, found, "plan")]
 
 
 def _regions_moved(plan: Plan, rig: Rig) -> list[Sense]:
@@ -88,9 +82,9 @@ def _regions_moved(plan: Plan, rig: Rig) -> list[Sense]:
     asked = sum(kind is not None for _, kind in strongest)
     if not asked:
         return []
-    found = f"{asked - len(wrong)} of {asked} are" + (f"; {'; '.join(wrong[:3])}" if wrong else "")
+    found = f"{asked - len(wrong)} of {asked} are" + (f"; {'; '.join(wrong)}" if wrong else "")
     holds = len(wrong) <= max(1, MISPLACED * asked)
-    return [Sense("markers are called by regions that move as they do", holds, found, LOOK_AGAIN)]
+    return [Sense("markers are called by regions that move as they do", holds, found, "regions")]
 
 
 def strongest_kinds(plan: Plan, rig: Rig, markers: list[Landmark]) -> list[tuple[str, str | None]]:
@@ -127,7 +121,7 @@ def _same_reading(plan: Plan, rig: Rig) -> list[Sense]:
         return []
     apart = different(told, reading_facts(rig))
     found = f"it differs in {', '.join(apart)}" if apart else "axes, unit and points are the same"
-    return [Sense("the reading in the plan is that of the rig", not apart, found, "make the plan again")]
+    return [Sense("the reading in the plan is that of the rig", not apart, found, "plan")]
 
 
 def different(a: ReadingFacts, b: ReadingFacts) -> list[str]:

@@ -13,6 +13,7 @@ from jaxtyping import Float
 
 from capture_plan.expressions.record import Expression
 from capture_plan.expressions.sentences import phrases
+from capture_plan.plan.advice import say_names
 from capture_plan.plan.claims import Claim, claim
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
@@ -36,8 +37,14 @@ def sentence_claims(plan: Plan, rig: Rig) -> list[Claim]:
             "every sentence names the largest movement of its expression",
             not unsaid,
             "; ".join(unsaid) or f"{len(expressions)} sentences",
+            f"tell the actor these movements too, or {say_names(plan.rig)} and plan again",
         ),
-        claim("lips that a sentence closes are closed", not apart, "; ".join(apart) or "as the pose shows"),
+        claim(
+            "lips that a sentence closes are closed",
+            not apart,
+            "; ".join(apart) or "as the pose shows",
+            "close them in the corrective blendshape, or expect a scan with open lips",
+        ),
     ]
 
 
@@ -52,10 +59,7 @@ def largest_unsaid(rig: Rig, expression: Expression, drivers: tuple[tuple[str, s
         return None
     if any(phrase in expression.sentence.lower() for phrase in _phrases_for(arkit_by_motion(rig, name))):
         return None
-    correct = f"say what {name} does, or give its meaning with --names"
-    return (
-        f"{expression.name} moves the skin by {far[name]:.0f} mm ({name}), and its sentence does not say so: {correct}"
-    )
+    return f"{expression.name} moves the skin by {far[name]:.0f} mm ({name}), and its sentence does not say so"
 
 
 def open_lips_unsaid(rig: Rig, expression: Expression) -> str | None:
@@ -68,8 +72,7 @@ def open_lips_unsaid(rig: Rig, expression: Expression) -> str | None:
     gap = _lip_gap(rig, rig.deltas[jaw[0]], rig.pose(np.isin(rig.names, [*expression.pose, rig.names[jaw[0]]]) * 1.0))
     if gap < OPEN_MM:
         return None
-    correct = "close them in the corrective, or expect a scan with open lips"
-    return f"{expression.name} asks for closed lips, in its pose they stand {gap:.0f} mm apart: {correct}"
+    return f"{expression.name} asks for closed lips, in its pose they stand {gap:.0f} mm apart"
 
 
 def _furthest(rig: Rig, names: tuple[str, ...]) -> float:

@@ -9,6 +9,8 @@ Name     names that say another side or another partner than the geometry (`symm
 
 import numpy as np
 
+from capture_plan.rig.face.reading import face_reading
+from capture_plan.rig.face.sense import contradicted
 from capture_plan.rig.findings import Finding
 from capture_plan.rig.names import side_of
 from capture_plan.rig.pairs import ACTIVE, UNLIKE, blendshape_pairs, unlikeness
@@ -76,8 +78,11 @@ def misnamed(rig: Rig) -> list[Finding]:
             "all sided blendshapes" if len(turned) == len(sided) else f"{len(turned)} of {len(sided)} sided blendshapes"
         )
         message = f"{every} move the other side than their names say: {', '.join(names)}"
+        lies = face_reading(rig).axes.sure and not contradicted(rig)
         advice = "Exchange left and right in these names (the subject's own sides). The plan goes by what moves."
-        findings.append(Finding("name", names, message, advice, False, "rigger"))
+        if not lies:
+            advice = "Settle first how the head lies: where it was read wrong, the names may be right."
+        findings.append(Finding("name", names, message, advice, False, "rigger" if lies else "know"))
     if others:
         told = "; ".join(one.words for one in others)
         advice = "Rename them if the shapes are right. The plan pairs them by what moves."

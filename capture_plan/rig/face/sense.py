@@ -14,6 +14,7 @@ Sides    the face mirrors itself across x; what is called left moves +x
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -44,21 +45,22 @@ WAYS = {
     "up": np.array([0.0, 1.0, 0.0]),
     "down": np.array([0.0, -1.0, 0.0]),
 }
-GIVE_AXES = "give --up and --facing (`capture-plan audit RIG -o audit.png` shows how the head was read)"
-GIVE_SIDES = (
-    "exchange left and right in the names or say in a --names file what they are, or give --facing if the picture of "
-    "`capture-plan audit RIG -o audit.png` shows the head from behind"
-)
+Topic = Literal["axes", "sides", "size", "regions", "plan"]
 
 
 @dataclass(frozen=True)
 class Sense:
-    """One question put to a reading: `what` should hold, whether it does, what was `found`, how to `mend` it."""
+    """One question put to a reading: `what` should hold, whether it does, what was `found`.
+
+    `about` is what to correct where it does not hold: how the head lies, left and right, the unit, what was taken for
+    eyes and mouth, or the plan itself. `better` are options and values that would make it hold, where they are known.
+    """
 
     what: str
     holds: bool
     found: str
-    mend: str = ""
+    about: Topic
+    better: tuple[tuple[str, str], ...] = ()
 
 
 def pose_senses(rig: Rig) -> tuple[Sense, ...]:
@@ -104,7 +106,7 @@ def looks_forward(rig: Rig, which: Bool[np.ndarray, " v"], words: str) -> list[S
     looks, seen = ("look", "are") if words.endswith("s") else ("looks", "is")
     found = f"{share['forward']:.0%} of {words} {looks} forward" + (f", {share[most]:.0%} {most}" * (most != "forward"))
     holds = share["forward"] >= FRONT_SHARE and most == "forward"
-    return [Sense(f"most of {words} {seen} seen from the front", holds, found, GIVE_AXES)]
+    return [Sense(f"most of {words} {seen} seen from the front", holds, found, "axes")]
 
 
 def outward(rig: Rig) -> Float[np.ndarray, "v 3"]:
@@ -126,8 +128,8 @@ def _voted(rig: Rig) -> Iterator[Sense]:
     up, facing = (_axis_in_file(rig, axis) for axis in (said.up, said.facing))
     strongest = ", ".join(sign.name for sign in sorted(said.signs, key=lambda sign: -sign.weight)[:3])
     found = f"all signs together speak for {up} up and {facing} forward in the file ({strongest})"
-    mend = f"it was read with {rig.up} up and {rig.facing} forward; give --up {up} --facing {facing}"
-    yield Sense("all signs of the face together agree with how it lies", right, found, mend)
+    better = (("--up", up), ("--facing", facing))
+    yield Sense("all signs of the face together agree with how it lies", right, found, "axes", better)
 
 
 def _axis_in_file(rig: Rig, axis: str) -> str:
@@ -164,7 +166,7 @@ def _points_above(rig: Rig) -> Iterator[Sense]:
         height = float(read.nose.at[1] - mouth[1])
         way = "above" if height > 0 else "below"
         found = f"the tip of the nose lies {abs(height):.0f} mm {way} the mouth"
-        yield Sense("the mouth lies below the nose", height > 0, found, GIVE_AXES)
+        yield Sense("the mouth lies below the nose", height > 0, found, "axes")
 
 
 def _is_above(upper: Float[np.ndarray, " 3"], lower: Float[np.ndarray, " 3"], high: str, low: str) -> Sense:
@@ -172,7 +174,7 @@ def _is_above(upper: Float[np.ndarray, " 3"], lower: Float[np.ndarray, " 3"], hi
     holds = apart[1] > UPRIGHT * np.linalg.norm(apart)
     ways = {"above": apart[1], "below": -apart[1], "before": apart[2], "behind": -apart[2], "beside": abs(apart[0])}
     way = max(ways, key=lambda word: ways[word])
-    return Sense(f"{high} above {low}", bool(holds), f"{high} {ways[way]:.0f} mm {way} {low}", GIVE_AXES)
+    return Sense(f"{high} above {low}", bool(holds), f"{high} {ways[way]:.0f} mm {way} {low}", "axes")
 
 
 def _jaw(channels: Channels, kinds: tuple[Movement | None, ...]) -> Iterator[Sense]:
@@ -189,7 +191,7 @@ def _jaw(channels: Channels, kinds: tuple[Movement | None, ...]) -> Iterator[Sen
         "the jaw opens downwards",
         bool(y < JAW_DOWN and z < JAW_FORWARD),
         f"the jaw opens {abs(y):.0%} {'down' if y < 0 else 'up'} and {abs(z):.0%} {'back' if z < 0 else 'forward'}",
-        GIVE_AXES,
+        "axes",
     )
 
 
@@ -201,7 +203,7 @@ def _mirrored(rig: Rig) -> Iterator[Sense]:
     holds = off[0] <= CROOKED * min(off) + CROOKED_MM
     found = f"left and right are {off[0]:.1f} mm from each other's mirror image (median)"
     found += "" if holds else f", across another axis it is {min(off):.1f} mm"
-    yield Sense("left and right of the face mirror each other", holds, found, GIVE_AXES)
+    yield Sense("left and right of the face mirror each other", holds, found, "axes")
 
 
 def mirror_mm(points: Float[np.ndarray, "v 3"], axis: int) -> float:
@@ -227,4 +229,4 @@ def side_senses(rig: Rig) -> tuple[Sense, ...]:
     found = f"{len(told) - len(wrong)} of {len(told)} blendshapes with a side in their name move that side"
     found += f" (not {', '.join(wrong[:3])}{' ...' * (len(wrong) > 3)})" if wrong else ""
     holds = 2 * len(wrong) < len(told)
-    return (Sense("what is called left moves the subject's left", holds, found, GIVE_SIDES),)
+    return (Sense("what is called left moves the subject's left", holds, found, "sides"),)

@@ -22,12 +22,9 @@ USUAL = 0.35  # of a logarithm: so near a usual unit is meant
 def size_sense(rig: Rig) -> Sense:
     """The one question about the unit."""
     read, rho = face_reading(rig), rig_channels(rig).rho
-    taken = f"one unit of the file was taken as {rig.unit_mm:g} mm"
     if read.eyes.left is None or read.eyes.right is None:
         found = f"no eyes were found; what moves lies {rho:.0f} mm from its middle (root mean square)"
-        return Sense(
-            "the face has the size of a face", SIZE_MM[0] <= rho <= SIZE_MM[1], found, f"{taken}: give --unit-mm"
-        )
+        return Sense("the face has the size of a face", SIZE_MM[0] <= rho <= SIZE_MM[1], found, "size")
     p = float(np.linalg.norm(np.subtract(read.eyes.left, read.eyes.right)))
     human = HUMAN_MM[0] <= p <= HUMAN_MM[1]
     reason = "" if human else _reason(rig, p / rho)
@@ -35,7 +32,8 @@ def size_sense(rig: Rig) -> Sense:
         f"the pupils are {HUMAN_MM[0]:g} to {HUMAN_MM[1]:g} mm apart, or there is a reason why not",
         human or bool(reason),
         f"the pupils are {p:.1f} mm apart" + (f"; {reason}" if reason else ""),
-        f"{taken}: leave --unit-mm out, or give {likely_unit(rig.unit_mm, p):g}",
+        "size",
+        (("--unit-mm", f"{better_unit(rig.unit_mm, p):g}"),),
     )
 
 
@@ -44,6 +42,12 @@ def likely_unit(unit_mm: float, pupils: float) -> float:
     scale = PUPILS_MM / pupils * unit_mm
     usual = min(UNITS_MM.values(), key=lambda unit: abs(np.log(unit / scale)))
     return usual if abs(np.log(usual / scale)) < USUAL else float(f"{scale:.3g}")
+
+
+def better_unit(unit_mm: float, pupils: float) -> float:
+    """The likely unit, or where that is the one that failed, what makes the pupils a person's exactly."""
+    likely = likely_unit(unit_mm, pupils)
+    return likely if not np.isclose(likely, unit_mm) else float(f"{PUPILS_MM / pupils * unit_mm:.3g}")
 
 
 def _reason(rig: Rig, proportion: float) -> str:

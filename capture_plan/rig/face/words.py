@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 from capture_plan.rig.face.facts import PairFacts, ReadingFacts, SpotFacts
 from capture_plan.rig.face.record import Sign
-from capture_plan.rig.face.sense import GIVE_AXES
 from capture_plan.rig.face.unit import HUMAN_MM
 
 SPOKEN = 3  # signs that a line names
@@ -127,7 +126,8 @@ def _frame_doubts(read: ReadingFacts) -> list[str]:
     found = []
     if read.against:
         found.append(
-            f"Against this reading: {'; '.join(read.against[:SPOKEN])}. {GIVE_AXES[0].upper()}{GIVE_AXES[1:]}."
+            f"Against this reading: {'; '.join(read.against[:SPOKEN])}. Give --up and --facing, or leave out what you "
+            "gave of them (`capture-plan audit RIG -o audit.png` shows how the head was read)."
         )
     elif not axes.sure:
         found.append(

@@ -1,0 +1,49 @@
+"""What a check cannot recompute: the solver's own word, other layouts, and questions that a rig has no evidence for."""
+
+from collections.abc import Sequence
+
+from capture_plan.plan.claims import Claim
+from capture_plan.plan.record import Plan
+
+# Questions that are asked only where there is evidence, and what is missing where they are not.
+ASKED = {
+    "all signs of the face together agree with how it lies": "they do not speak clearly for any way",
+    "the jaw opens downwards": "no blendshape is known as the one that opens it",
+    "the eyes lie above the mouth": "they were not all found",
+    "most of moving skin is seen from the front": "no skin moves",
+    "left and right of the face mirror each other": "the face is not symmetric",
+    "what is called left moves the subject's left": "no names tell sides",
+    "markers are called by regions that move as they do": "places have no names, or too few blendshapes move",
+    "the reading in the plan is that of the rig": "the plan is of an older version and carries none",
+}
+
+
+def unchecked(plan: Plan, claims: Sequence[Claim]) -> list[str]:
+    """What nobody should take for checked, a sentence each without its full stop."""
+    return [*_solver_alone(plan), *_other_layouts(plan), *_not_asked(claims)]
+
+
+def _solver_alone(plan: Plan) -> list[str]:
+    """Lower bounds beyond what certificates prove."""
+    layout, packing = plan.layout, plan.packing
+    found = []
+    if layout.minimum > layout.certificate.landmarks:
+        proved = f"the solver says no; proved here: at least {layout.certificate.landmarks}"
+        found.append(f"whether fewer than {layout.minimum} landmarks can cover every blendshape ({proved})")
+    if packing.bound > len(packing.clique):
+        proved = f"the solver says no; proved here: at least {len(packing.clique)}"
+        found.append(f"whether fewer than {packing.bound} expressions are enough ({proved})")
+    if layout.programs:
+        found.append("whether other landmarks would serve better under these settings (only the solver can say)")
+    return found
+
+
+def _other_layouts(plan: Plan) -> list[str]:
+    """Layouts for comparison: the plan carries their figures and not their markers."""
+    others = ", ".join(plan.layout.references)
+    return [f"the figures of layouts for comparison ({others})"] if others else []
+
+
+def _not_asked(claims: Sequence[Claim]) -> list[str]:
+    asked = {claim.what for claim in claims}
+    return [f"whether {what} ({why})" for what, why in ASKED.items() if what not in asked]
