@@ -357,13 +357,13 @@ def test_a_plan_over_its_budget_or_with_fewer_landmarks_than_its_bound_is_caught
     boasting = replace(plan, layout=replace(plan.layout, programs=(bound,)))
     for lie in (with_budget(plan, budget=14), boasting):
         broken = [claim.what for claim in check_plan(lie, sample_rig()) if not claim.holds]
-        assert "keeps its budget" in broken[0]
+        assert any("keeps its budget" in what for what in broken)
 
 
 def test_a_plan_with_another_order_than_its_curve_is_caught(plan):
     lie = replace(plan, layout=replace(plan.layout, order=plan.layout.order[::-1]))
-    broken = [claim.what for claim in check_plan(lie, sample_rig()) if not claim.holds]
-    assert broken == ["the curve of error against budget is that of the first landmarks of the order"]
+    (broken,) = [claim for claim in check_plan(lie, sample_rig()) if not claim.holds]
+    assert "layout.order[1] says" in broken.found
 
 
 def test_a_plan_whose_budget_pays_for_a_cover_may_leave_nothing_uncovered(plan):
@@ -371,7 +371,8 @@ def test_a_plan_whose_budget_pays_for_a_cover_may_leave_nothing_uncovered(plan):
     without = tuple(m for m in plan.layout.landmarks if lone not in m.blendshapes)
     seen = {name for m in without for name in m.blendshapes}
     uncovered = tuple(name for name in plan.audit.used if name not in seen)
-    lie = replace(plan, layout=replace(plan.layout, landmarks=without, uncovered=uncovered))
+    order = tuple(name for name in plan.layout.order if name in {m.name for m in without})
+    lie = replace(plan, layout=replace(plan.layout, landmarks=without, uncovered=uncovered, order=order))
     assert any("keeps its budget" in claim.what for claim in check_plan(lie, sample_rig()) if not claim.holds)
 
 

@@ -5,7 +5,8 @@ import pytest
 from msgspec.structs import replace
 
 from capture_plan.layout.face import Face
-from capture_plan.layout.multicover import adaptive_cover, best_cover, crowded
+from capture_plan.layout.multicover import adaptive_cover, best_cover
+from capture_plan.layout.rounds import crowded
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.spacing import Spacing

@@ -41,8 +41,8 @@ class Overlap(Struct, frozen=True, forbid_unknown_fields=True):
 class Packing(Struct, frozen=True, forbid_unknown_fields=True):
     """Expressions in the order of shooting, and what was proved about their number.
 
-    `objective` counts the whole list; a limit shows its first expressions only and names the blendshapes that stay
-    unscanned in `left_out`. `bound` is a proven lower limit on `objective` under the same pairs and rules.
+    `objective` counts the whole list; a limit shows its first expressions only: `unscanned` are the blendshapes of the
+    others, and `left_out` all of these. `bound` is a proven lower limit on `objective` under the same pairs and rules.
     `order_proven` says that each expression is proved the most important one possible after those before it: of all,
     or (`minimum`) of those that keep the list shortest. `clique` names blendshapes no two of which fit into one
     expression, so that anybody can check a limit without a solver; a partner in it stands for its pair, whose active
@@ -70,6 +70,7 @@ class Packing(Struct, frozen=True, forbid_unknown_fields=True):
     exclusive: tuple[tuple[str, str], ...]
     drivers: tuple[tuple[str, str], ...]
     left_out: tuple[str, ...]
+    unscanned: tuple[tuple[str, ...], ...] = ()
     local: tuple[tuple[str, str], ...] = ()
     colliding: tuple[tuple[str, str], ...] = ()
     most_things: int | None = None

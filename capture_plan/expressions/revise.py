@@ -22,14 +22,9 @@ from capture_plan.errors import InfeasibleError
 from capture_plan.expressions.colouring import Assigned, assigned, assignment
 from capture_plan.expressions.cpsat import solve
 from capture_plan.expressions.instance import FREE, Instance, check_places
+from capture_plan.expressions.listing import Target, blendshape_importance, packing_record
 from capture_plan.expressions.minimum import fewest_colours
-from capture_plan.expressions.pack import (
-    Target,
-    blendshape_importance,
-    item_importance,
-    packing_record,
-    places_by_name,
-)
+from capture_plan.expressions.pack import item_importance, places_by_name, proofs_of
 from capture_plan.expressions.problem import Pairs, Problem, state_problem
 from capture_plan.expressions.record import Packing
 from capture_plan.expressions.rules import Rules
@@ -68,7 +63,8 @@ def repack(
     was = {name: e for e, expression in enumerate(former.expressions) for name in expression.blendshapes}
     kept = sum(was.get(name) == where[problem.item_of(name)] for name in problem.names)
     worth = blendshape_importance(rig, problem.names, settings, target)
-    return packing_record(rig, problem, settings, chosen, worth, bound=bound, order_proven=False, kept=int(kept))
+    proofs = proofs_of(problem, bound, order_proven=False)
+    return packing_record(rig, problem, settings, chosen, worth, proofs, kept=int(kept))
 
 
 def another(
@@ -95,7 +91,7 @@ def another(
         )
     chosen = [problem.blendshapes(np.flatnonzero(where == e).tolist()) for e in np.unique(where)]
     worth = blendshape_importance(rig, problem.names, settings, target)
-    return packing_record(rig, problem, settings, chosen, worth, bound=first.bound, order_proven=False)
+    return packing_record(rig, problem, settings, chosen, worth, proofs_of(problem, first.bound, order_proven=False))
 
 
 def _importance(rig: Rig, problem: Problem, settings: PackingSettings, target: Target) -> Int[np.ndarray, " g"]:

@@ -21,9 +21,9 @@ from capture_plan.layout.clash import clash_words
 from capture_plan.layout.limits import Limit
 from capture_plan.layout.program import WORK_LIMIT, Answer, Program, UndecidedError, branch, relax
 from capture_plan.layout.reduce import essential_rows, undominated
+from capture_plan.layout.rounds import RESOLUTION
 from capture_plan.layout.spacing import Spacing
 
-RESOLUTION = 1e-4  # costs are compared to four decimals: finer differences of quality mean nothing on a face
 FIRST_SITES, FIRST_SHARE = 300, 6  # sites that the first branching is about, and for each that the relaxation chooses
 MOST_SITES = 4000  # where so many are not enough for a proof, the gap is stated
 DUAL_DIGITS = 6

@@ -12,12 +12,11 @@ from msgspec import structs
 from msgspec.structs import replace
 
 from capture_plan.layout.by_motion import fit_of
-from capture_plan.layout.cover import RESOLUTION
 from capture_plan.layout.face import SIXTY_EIGHT, Face
 from capture_plan.layout.head import pose_error
-from capture_plan.layout.multicover import costs, to_cover
 from capture_plan.layout.naming import name_head_markers, name_landmarks
 from capture_plan.layout.record import Bound, ErrorBound, HeadPose, Layout, MotionFit, Program, Reference
+from capture_plan.layout.rounds import RESOLUTION, costs, to_cover
 from capture_plan.layout.settings import ORDERED, LayoutSettings, Method
 from capture_plan.layout.shell.takes import Takes
 from capture_plan.layout.sites import Sites

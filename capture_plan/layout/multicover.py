@@ -9,18 +9,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Int
 from msgspec import structs
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.cover import Cover, solve_cover
-from capture_plan.layout.limits import Limit, open_under
-from capture_plan.layout.quality import importance_weights, mean_quality, total_quality
+from capture_plan.layout.limits import Limit
+from capture_plan.layout.rounds import costs, to_cover
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.spacing import Spacing, taken_by
-
-OWNED_SHARE = 0.1  # section 3.3.2: one landmark should not be assigned to more than 10 % of the blendshapes
 
 
 def best_cover(
@@ -52,17 +50,6 @@ def best_cover(
     return replace(cover, rows=rows, chosen=open_[cover.chosen])
 
 
-def costs(
-    sites: Sites, settings: LayoutSettings, rows: Int[np.ndarray, " r"], at: Int[np.ndarray, " n"]
-) -> Float[np.ndarray, " n"]:
-    """What each of the sites `at` costs in a program for blendshapes `rows`."""
-    if settings.weights == "count":
-        return sites.size[at].astype(float)
-    reach = sites.reach[np.ix_(rows, at)]
-    covers, w = reach >= settings.epsilon, importance_weights(reach, sites.visibility[at], settings.alpha)
-    return total_quality(covers, w) if settings.weights == "paper" else sites.size[at] * mean_quality(covers, w)
-
-
 def adaptive_cover(
     sites: Sites, settings: LayoutSettings, spacing: Spacing | None, limits: Sequence[Limit] = ()
 ) -> list[Cover]:
@@ -84,25 +71,3 @@ def adaptive_cover(
             break  # caps leave less than one more landmark for each: what the first round has is enough to see all
         chosen = np.concatenate([chosen, rounds[-1].chosen])
     return rounds
-
-
-def to_cover(
-    sites: Sites,
-    settings: LayoutSettings,
-    chosen: Int[np.ndarray, " n"],
-    free: Bool[np.ndarray, " s"],
-    limits: Sequence[Limit],
-) -> Int[np.ndarray, " r"]:
-    """Blendshapes that the next round is about: all in the first, then what is crowded, where a free site is left."""
-    covers = sites.covers(settings.epsilon)
-    active = crowded(sites, chosen, settings.epsilon) if len(chosen) else np.arange(len(covers))
-    return active[covers[active][:, free & open_under(limits, chosen, len(free))].any(axis=1)]
-
-
-def crowded(sites: Sites, chosen: Int[np.ndarray, " n"], epsilon: float) -> Int[np.ndarray, " r"]:
-    """Blendshapes whose owner among the chosen sites owns more than its share of all blendshapes."""
-    reach = np.where(sites.covers(epsilon)[:, chosen], sites.reach[:, chosen], -1)
-    owner = np.where(reach.max(axis=1) >= 0, reach.argmax(axis=1), -1)
-    owned = np.bincount(owner[owner >= 0], minlength=len(chosen))
-    allowed = max(1, int(OWNED_SHARE * len(reach))) * sites.size[chosen]
-    return np.flatnonzero((owner >= 0) & (owned > allowed)[owner])

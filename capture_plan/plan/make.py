@@ -3,9 +3,6 @@
 from importlib.metadata import version
 from pathlib import Path
 
-import numpy as np
-from jaxtyping import Float
-
 from capture_plan.errors import RigError
 from capture_plan.expressions.pack import pack
 from capture_plan.expressions.record import Packing
@@ -14,12 +11,11 @@ from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import see_face
 from capture_plan.layout.record import Layout
 from capture_plan.plan.collide import collide
-from capture_plan.plan.places import found_from, read_cameras_of, read_rules_of, read_takes_of, with_zones_found
+from capture_plan.plan.places import read_cameras_of, read_rules_of, read_takes_of, read_target, with_zones_found
 from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
 from capture_plan.rig.audit import Audit, audit
-from capture_plan.rig.neutral import read_neutral
 
 DECIDING = ("capture-plan", "numpy", "scipy", "embreex", "ortools")  # packages that a plan's numbers depend on
 
@@ -73,9 +69,3 @@ def assemble_plan(
         session=session(rig, report.used, packing, settings.session),
         versions={name: version(name) for name in DECIDING},
     )
-
-
-def read_target(rig: Rig, settings: Settings, folder: Path) -> Float[np.ndarray, "v 3"] | None:
-    """The actor's neutral on the rig's mesh; nothing where none is given."""
-    path = found_from(folder, settings.target)
-    return read_neutral(Path(path), rig) if path else None

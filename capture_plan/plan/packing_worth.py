@@ -16,7 +16,8 @@ from jaxtyping import Float
 from msgspec.structs import replace
 
 from capture_plan.cache import cached, digest
-from capture_plan.expressions.pack import blendshape_importance, item_importance, list_expressions, places_by_name
+from capture_plan.expressions.listing import blendshape_importance
+from capture_plan.expressions.pack import item_importance, list_expressions, places_by_name
 from capture_plan.expressions.problem import Pairs, Problem, state_problem
 from capture_plan.expressions.sequential import Weigh
 from capture_plan.expressions.settings import PackingSettings

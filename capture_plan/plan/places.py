@@ -6,6 +6,8 @@ A setting that may be a file or a word (a camera preset, names of parts) is a fi
 import os
 from pathlib import Path
 
+import numpy as np
+from jaxtyping import Float
 from msgspec.structs import replace
 
 from capture_plan.expressions.rules import Rules, read_rules
@@ -13,6 +15,7 @@ from capture_plan.layout.shell.takes import Takes, takes_of
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
 from capture_plan.rig.name_map import read_name_map
+from capture_plan.rig.neutral import read_neutral
 from capture_plan.rig.sequence import read_sequence
 from capture_plan.rig.vertex_weights import read_vertex_weights
 from capture_plan.visibility import Camera, cameras_for
@@ -70,3 +73,9 @@ def read_cameras_of(rig: Rig, settings: Settings, folder: Path) -> tuple[Camera,
     """The cameras of the settings, none where they are unknown; a camera file is seen from `folder`."""
     spec = found_from(folder, settings.cameras)
     return cameras_for(spec, rig.neutral, rig.skin) if spec else ()
+
+
+def read_target(rig: Rig, settings: Settings, folder: Path) -> Float[np.ndarray, "v 3"] | None:
+    """The actor's neutral on the rig's mesh; nothing where none is given."""
+    path = found_from(folder, settings.target)
+    return read_neutral(Path(path), rig) if path else None

@@ -3,7 +3,6 @@
 Asked    of the rig      how it lies, its sides, its size (`rig/face/sense.py`)
          of the markers  most are seen from the front; left ones lie on the left; a marker's region is one that the
                          blendshape moves which moves it most
-         of the plan     its reading is what the rig is understood to be today
 Each claim that fails says what to correct, by what the person stated when the plan was made (`advice.py`).
 """
 
@@ -16,7 +15,6 @@ from capture_plan.plan.claims import Claim
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
 from capture_plan.rig.anchors import face_anchors
-from capture_plan.rig.face.facts import PairFacts, Place, ReadingFacts, SpotFacts, reading_facts
 from capture_plan.rig.face.of_rig import rig_channels
 from capture_plan.rig.face.sense import Sense, kinds_of, looks_forward, pose_senses, side_senses
 from capture_plan.rig.face.sense_size import size_sense
@@ -46,7 +44,6 @@ def reading_claims(plan: Plan, rig: Rig) -> list[Claim]:
         *_markers_forward(plan, rig),
         *_markers_sided(plan, rig),
         *_regions_moved(plan, rig),
-        *_same_reading(plan, rig),
     )
     mends = corrections(plan.rig, rig, senses)
     return [Claim(sense.what, sense.holds, sense.found, mend) for sense, mend in zip(senses, mends, strict=True)]
@@ -112,39 +109,3 @@ def largest_downward(rig: Rig) -> int | None:
     if channels.centre[k, 1] > face_anchors(rig).between_y:
         return None
     return k if channels.direction[k, 1] < -np.abs(channels.direction[k, 0]) else None
-
-
-def _same_reading(plan: Plan, rig: Rig) -> list[Sense]:
-    """The reading in the plan is a fresh one; plans of older versions carry none."""
-    told = plan.audit.reading
-    if told is None:
-        return []
-    apart = different(told, reading_facts(rig))
-    found = f"it differs in {', '.join(apart)}" if apart else "axes, unit and points are the same"
-    return [Sense("the reading in the plan is that of the rig", not apart, found, "plan")]
-
-
-def different(a: ReadingFacts, b: ReadingFacts) -> list[str]:
-    """Answers in which two readings differ by more than rounding."""
-    pairs = [(name, getattr(a, name), getattr(b, name)) for name in ("eyes", "mouth", "nose", "chin", "ears")]
-    apart = [name for name, one, other in pairs if one.sure != other.sure or not _near(_points(one), _points(other))]
-    same_axes = (a.axes.up, a.axes.facing, a.axes.sure) == (b.axes.up, b.axes.facing, b.axes.sure)
-    same_unit = np.isclose(a.unit.mm, b.unit.mm, rtol=1e-6) and a.unit.sure == b.unit.sure
-    same_sides = (a.sides.sure, a.sides.disagree) == (b.sides.sure, b.sides.disagree)
-    rest = (a.left_out, a.set_aside) == (b.left_out, b.set_aside)
-    others = (("axes", same_axes), ("unit", same_unit), ("sides", same_sides), ("what was left out", rest))
-    return [*apart, *(name for name, same in others if not same)]
-
-
-def _points(answer: PairFacts | SpotFacts) -> list[tuple[float, float, float] | None]:
-    if isinstance(answer, SpotFacts):
-        return [answer.mm]
-    return [place.mm if isinstance(place, Place) else None for place in (answer.left, answer.right)]
-
-
-def _near(a: list[tuple[float, float, float] | None], b: list[tuple[float, float, float] | None]) -> bool:
-    return all(
-        (one is None and other is None)
-        or (one is not None and other is not None and np.linalg.norm(np.subtract(one, other)) < SAME_MM)
-        for one, other in zip(a, b, strict=True)
-    )

@@ -10,8 +10,7 @@ from capture_plan.expressions.session import session
 from capture_plan.expressions.settings import Edits
 from capture_plan.expressions.why import why_apart
 from capture_plan.plan.collide import collide
-from capture_plan.plan.make import read_target
-from capture_plan.plan.places import read_rules_of
+from capture_plan.plan.places import read_rules_of, read_target
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from capture_plan.layout.follow import SINGLE_COVER
 from capture_plan.plan.claims import Claim
 from capture_plan.plan.record import Plan
 
@@ -14,7 +15,6 @@ ASKED = {
     "left and right of the face mirror each other": "the face is not symmetric",
     "what is called left moves the subject's left": "no names tell sides",
     "markers are called by regions that move as they do": "places have no names, or too few blendshapes move",
-    "the reading in the plan is that of the rig": "the plan is of an older version and carries none",
 }
 
 
@@ -39,9 +39,8 @@ def _solver_alone(plan: Plan) -> list[str]:
 
 
 def _other_layouts(plan: Plan) -> list[str]:
-    """Layouts for comparison: the plan carries their figures and not their markers."""
-    others = ", ".join(plan.layout.references)
-    return [f"the figures of layouts for comparison ({others})"] if others else []
+    """Layouts for comparison: what they are worth is checked, not that they are the best of their kind."""
+    return [f"whether no cheaper {SINGLE_COVER} exists"] if SINGLE_COVER in plan.layout.references else []
 
 
 def _not_asked(claims: Sequence[Claim]) -> list[str]:

@@ -13,7 +13,7 @@ Figures  neutral            |reflection of v - m[v]|, millimetres, over the skin
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Float, Int
 
 from capture_plan.mesh.mirror import Plane, find_mirror_plane, partner_map
 from capture_plan.rig.names import Side, side_of
@@ -107,7 +107,7 @@ def mirror_images(rig: Rig, plane: Plane, partners: Int[np.ndarray, " v"]) -> tu
     for i, name in enumerate(rig.names):
         j = int(np.argmin(off[i]))
         j = i if off[i, i] <= off[i, j] + 1e-6 else j
-        percent = round(100 * float(off[i, j]), 2)
+        percent = round(percent_off(d[i], D[j]), 2)  # `off` is a difference of large numbers in single precision
         largest = np.linalg.norm(d[i].reshape(-1, 3), axis=1).max()
         if largest == 0:
             images.append(MirrorImage(name, name, 0.0, 0.0))
@@ -116,6 +116,13 @@ def mirror_images(rig: Rig, plane: Plane, partners: Int[np.ndarray, " v"]) -> tu
         partner = rig.names[j] if percent < NO_IMAGE else None
         images.append(MirrorImage(name, partner, percent, round(100 * worst, 1)))
     return tuple(images)
+
+
+def percent_off(a: Float[np.ndarray, " n"], b: Float[np.ndarray, " n"]) -> float:
+    """|a - b| of their root mean square length."""
+    a, b = a.astype(float), b.astype(float)
+    length = np.sqrt((a @ a + b @ b) / 2)
+    return float(100 * np.linalg.norm(a - b) / length) if length > 0 else 0.0
 
 
 def pair_disagreements(rig: Rig) -> tuple[Disagreement, ...]:

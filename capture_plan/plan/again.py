@@ -1,0 +1,61 @@
+"""A plan made again from its decisions alone: which vertices, which blendshapes in which expression, what was proved.
+
+No solver is asked. Everything else that a plan says follows from the rig, the settings and these decisions, by the code
+that wrote it, so that whatever a plan says otherwise is not true of this rig.
+"""
+
+from collections import Counter
+from pathlib import Path
+
+from msgspec.structs import replace
+
+from capture_plan.expressions.listing import Proofs, blendshape_importance, packing_record
+from capture_plan.expressions.problem import state_problem
+from capture_plan.expressions.record import Packing
+from capture_plan.expressions.session import session
+from capture_plan.layout.follow import decided_in, follow
+from capture_plan.layout.record import Layout
+from capture_plan.layout.task import Task
+from capture_plan.plan.collide import collide
+from capture_plan.plan.places import read_rules_of, read_takes_of, read_target
+from capture_plan.plan.record import Plan
+from capture_plan.rig import Rig
+from capture_plan.rig.audit import Audit
+
+
+def made_again(plan: Plan, report: Audit, task: Task, *, folder: Path = Path()) -> Plan:
+    """The plan of these decisions. `report` is the rig's audit; `task` that of the settings, without what head markers
+    shut out."""
+    rig = task.face.rig
+    packing = packing_again(plan, rig, folder)
+    shots = session(rig, plan.audit.used, packing, plan.settings.session)
+    reference = replace(plan.rig, name=rig.name, fingerprint=rig.fingerprint, vertices=len(rig.neutral))
+    return replace(
+        plan, rig=reference, audit=report, layout=layout_again(plan, task, folder), packing=packing, session=shots
+    )
+
+
+def layout_again(plan: Plan, task: Task, folder: Path) -> Layout:
+    """The layout of the vertices that were decided on."""
+    takes = read_takes_of(task.face.rig, plan.settings, folder, plan.rig.names)
+    return follow(task, decided_in(plan.layout, task), takes)
+
+
+def packing_again(plan: Plan, rig: Rig, folder: Path) -> Packing:
+    """The list of the same expressions; what the plan names twice, or nowhere, is not in it, or at its end."""
+    settings, said = plan.settings.expressions, plan.packing
+    rules, apart = read_rules_of(plan.settings, folder), collide(rig, plan.audit.used, settings)
+    problem = state_problem(rig, plan.audit.used, settings, rules, apart)
+    place = {name: k for k, name in enumerate(problem.names)}
+    lists = [*(expression.blendshapes for expression in said.expressions), *said.unscanned]
+    seen: Counter[str] = Counter()
+    chosen = []
+    for names in lists:
+        own = [name for name in names if name in place and not seen[name]]
+        seen.update(own)
+        chosen.append(tuple(sorted(place[name] for name in own)))
+    lost = tuple(k for name, k in place.items() if not seen[name])
+    chosen = [one for one in (*chosen, lost) if one]
+    worth = blendshape_importance(rig, problem.names, settings, read_target(rig, plan.settings, folder))
+    proofs = Proofs(said.bound, order_proven=said.order_proven, clique=said.clique)
+    return packing_record(rig, problem, settings, chosen, worth, proofs, kept=said.kept)

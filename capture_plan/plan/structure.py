@@ -1,0 +1,54 @@
+"""Whether all that a plan names is there, before anything is computed with it."""
+
+from collections.abc import Iterable, Iterator
+
+from capture_plan.errors import PlanError
+from capture_plan.layout.record import Layout
+from capture_plan.plan.record import Plan
+from capture_plan.rig import Rig
+
+
+def check_structure(plan: Plan, rig: Rig) -> None:
+    """PlanError in one line where the plan names a vertex, a triangle, a blendshape or a landmark that is not there, or
+    lists of one length have two."""
+    for fault in (*_numbers(plan.layout, rig), *_names(plan), *_lengths(plan)):
+        raise PlanError(f"the plan of {plan.rig.name} {fault}: make it again with `capture-plan plan`")
+
+
+def _numbers(layout: Layout, rig: Rig) -> Iterator[str]:
+    v, f = len(rig.neutral), len(rig.triangles)
+    bound = layout.error_bound.vertices if layout.error_bound else ()
+    others = [*(one.vertices for one in layout.programs), *(one.vertices for one in layout.references.values()), bound]
+    vertices = [*(m.vertex for m in layout.markers), *(vertex for several in others for vertex in several)]
+    yield from (f"has vertex {n:,} of {v:,}" for n in vertices if not 0 <= n < v)
+    yield from (f"has triangle {m.triangle:,} of {f:,} ({m.name})" for m in layout.markers if not 0 <= m.triangle < f)
+
+
+def _names(plan: Plan) -> Iterator[str]:
+    layout, packing = plan.layout, plan.packing
+    named = [*layout.certificate.blendshapes, *packing.clique, *packing.left_out]
+    named += [name for several in packing.unscanned for name in several]
+    named += [name for expression in packing.expressions for name in (*expression.blendshapes, *expression.drivers)]
+    pairs = (packing.pairs, packing.relaxed, packing.exclusive, packing.drivers, packing.local, packing.colliding)
+    named += [name for several in pairs for pair in several for name in pair]
+    named += [name for a, b, _ in packing.hard for name in (a, b)]
+    yield from (f"names '{name}', which is planned for nowhere" for name in named if name not in plan.audit.used)
+    marks = [m.name for m in layout.markers]
+    yield from (f"has two markers called {name}" for name in _twice(marks))
+    yield from (f"has an order with '{name}', which is no landmark" for name in layout.order if name not in marks)
+
+
+def _lengths(plan: Plan) -> Iterator[str]:
+    layout = plan.layout
+    bound = layout.error_bound
+    lists = [("certificate", len(layout.certificate.blendshapes), len(layout.certificate.weights))]
+    lists += [("error bound", len(bound.vertices), len(bound.shares))] if bound else []
+    lists += [(f"expression {e.name}", len(e.blendshapes), len(e.weights)) for e in plan.packing.expressions]
+    yield from (f"has {a} entries and {b} numbers in the {what}" for what, a, b in lists if a != b)
+    if not layout.landmarks:
+        yield "has no landmark"
+
+
+def _twice(names: Iterable[str]) -> list[str]:
+    seen: set[str] = set()
+    return [name for name in names if name in seen or seen.add(name)]
