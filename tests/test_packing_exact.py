@@ -212,7 +212,7 @@ def test_lists_of_a_face_with_pairs_and_edits_are_shortest_and_change_least(seed
         return
     lists = list(possible(rig, edited, colliding, most))
     fewest = min(len(blocks) for blocks in lists)
-    assert edited.objective == edited.bound == fewest
+    assert edited.objective == edited.solver_bound == fewest
     assert packing_faults(rig, rig.names, edited, 0.5) == ()
     was = [set(e.blendshapes) for e in former.expressions]
     if fewest == len(was) and not edits.numbers:

@@ -55,7 +55,7 @@ def small_plan(rig: Rig) -> Plan:
     )
     worth = Worth(4, 4, 4, 12.0, 0.2, 0.31)
     findings = (Finding("static", ("tongueOut",), f"{rig.names[SMILE_LEFT]} stands still", "Leave it out.", True),)
-    packing = Packing("minimum", expressions, 2, 2, True, True, names[:2], (), (), (), (), ())
+    packing = Packing("minimum", expressions, 2, 2, 2, True, True, names[:2], (), (), (), (), ())
     return Plan(
         format=1,
         rig=RigReference(rig.name, "sample", rig.fingerprint, len(rig.neutral)),
@@ -65,7 +65,6 @@ def small_plan(rig: Rig) -> Plan:
             method="studio",
             landmarks=landmarks,
             programs=(Program(4, names, 4.0, 4.0, True, tuple(m.vertex for m in landmarks)),),
-            minimum=3,
             certificate=Bound(names[:3], (1.0, 1.0, 1.0), 3),
             uncovered=(),
             worth=worth,

@@ -76,7 +76,7 @@ def test_an_edited_list_is_as_short_as_any_that_follows_the_edits(rig, used, pac
     for edits in EDITS:
         fresh = pack(rig, used, PackingSettings(edits=edits))
         edited = repack(rig, used, PackingSettings(), packing, edits)
-        assert edited.objective == edited.bound == fresh.objective
+        assert edited.objective == edited.solver_bound == fresh.objective
         assert (edited.kept or 0) >= len(used) - len(moved(packing, fresh))
 
 
@@ -149,7 +149,7 @@ def test_where_there_is_no_other_list_it_is_said(rig):
 def test_a_row_of_the_sweep_is_what_packing_gives(rig, used, packing):
     rows = mu_sweep(rig, used, PackingSettings(limit=3), (0.3, 0.5))
     assert [row.mu for row in rows] == [0.3, 0.5]
-    assert (rows[0].minimum, rows[0].bound) == (packing.objective, packing.bound)
+    assert (rows[0].minimum, rows[0].bound) == (packing.objective, packing.solver_bound)
     assert all(row.bound <= row.minimum <= min(row.sequential, row.greedy) for row in rows)
 
 

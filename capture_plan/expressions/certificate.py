@@ -156,9 +156,12 @@ def bound(active: Active, packing: Packing) -> list[str]:
         for a, b in combinations(packing.clique, 2)
         if whole.get(a, a) == whole.get(b, b) or not any(conflict(i, j) for i in whole[a] for j in whole[b])
     ]
-    if not len(packing.clique) <= packing.bound <= packing.objective:
+    shown = max(len(packing.clique), packing.counted)
+    if packing.bound != shown or packing.objective < shown:
+        faults.append(f"{packing.objective} expressions and a bound of {packing.bound}, the certificates prove {shown}")
+    if not packing.bound <= packing.solver_bound <= packing.objective:
         faults.append(
-            f"clique {len(packing.clique)}, bound {packing.bound} and objective {packing.objective} are out of order"
+            f"the solver's bound of {packing.solver_bound} lies outside {packing.bound} to {packing.objective}"
         )
     if packing.proven_optimal != (packing.bound == packing.objective):
         faults.append(f"{packing.objective} expressions against a bound of {packing.bound}: the proof is misstated")

@@ -24,7 +24,8 @@ Target = Float[np.ndarray, "v 3"] | tuple[Float[np.ndarray, "v 3"], ...] | None
 
 @dataclass(frozen=True)
 class Proofs:
-    """What was proved of a list: a lower limit on its length, whether its order is the best, and a clique by names."""
+    """What was proved of a list: the solver's lower limit on its length, whether its order is the best, and a clique by
+    names."""
 
     bound: int
     order_proven: bool
@@ -43,15 +44,17 @@ def packing_record(
 ) -> Packing:
     """The record of a list: all of it follows from `chosen`, the blendshapes of every expression by their number in the
     problem, and from what was proved."""
-    names = problem.names
+    names, things = problem.names, int(problem.instance.things.sum())
+    bound = max(len(proofs.clique), problem.instance.least if problem.most_things else 0)
     shot = chosen[: settings.limit]
     done = {k for expression in shot for k in expression}
     return Packing(
         method=settings.method,
         expressions=_expressions(rig, names, shot, worth / worth.sum(), problem.drivers),
         objective=len(chosen),
-        bound=proofs.bound,
-        proven_optimal=len(chosen) == proofs.bound,
+        bound=bound,
+        solver_bound=proofs.bound,
+        proven_optimal=len(chosen) == bound,
         order_proven=proofs.order_proven,
         clique=proofs.clique,
         pairs=problem.pairs,
@@ -63,7 +66,7 @@ def packing_record(
         local=problem.local,
         colliding=problem.colliding,
         most_things=problem.most_things,
-        things=int(problem.instance.things.sum()),
+        things=things,
         hard=problem.hard_in(chosen),
         overlaps=problem.overlaps,
         edits=problem.edits,

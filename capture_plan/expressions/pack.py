@@ -101,7 +101,7 @@ def proofs_of(problem: Problem, bound: int, *, order_proven: bool) -> Proofs:
     """The proofs with the largest clique: of overlaps alone if one is as large as those that count rules too."""
     plain, all_told = largest_clique(problem.overlapping), largest_clique(problem.instance.sets)
     clique = max(plain, all_told, key=len)
-    return Proofs(bound, order_proven, tuple(problem.labels(i)[0] for i in clique.tolist()))
+    return Proofs(bound, order_proven, tuple(problem.labels(i)[0] for i in sorted(clique.tolist())))
 
 
 def item_importance(rig: Rig, problem: Problem, settings: PackingSettings, target: Target) -> Weigh:

@@ -42,7 +42,8 @@ class Packing(Struct, frozen=True, forbid_unknown_fields=True):
     """Expressions in the order of shooting, and what was proved about their number.
 
     `objective` counts the whole list; a limit shows its first expressions only: `unscanned` are the blendshapes of the
-    others, and `left_out` all of these. `bound` is a proven lower limit on `objective` under the same pairs and rules.
+    others, and `left_out` all of these. `bound` is a lower limit on `objective` under the same pairs and rules that
+    anybody can check: the clique, or movements counted. `solver_bound` is the solver's own, which may be higher.
     `order_proven` says that each expression is proved the most important one possible after those before it: of all,
     or (`minimum`) of those that keep the list shortest. `clique` names blendshapes no two of which fit into one
     expression, so that anybody can check a limit without a solver; a partner in it stands for its pair, whose active
@@ -62,6 +63,7 @@ class Packing(Struct, frozen=True, forbid_unknown_fields=True):
     expressions: tuple[Expression, ...]
     objective: int
     bound: int
+    solver_bound: int
     proven_optimal: bool
     order_proven: bool
     clique: tuple[str, ...]
@@ -86,10 +88,13 @@ class Packing(Struct, frozen=True, forbid_unknown_fields=True):
         return self.objective - self.bound
 
     @property
+    def counted(self) -> int:
+        """No list is shorter than this, by counting movements."""
+        return -(-self.things // self.most_things) if self.most_things else 0
+
+    @property
     def bound_from(self) -> str:
-        """Who says that no list is shorter: a clique or a count, which anybody can check, or the solver alone."""
-        if self.bound <= len(self.clique):
+        """Who says that no list is shorter than the solver's bound: a clique, a count, or the solver alone."""
+        if self.solver_bound <= len(self.clique):
             return "clique"
-        if self.most_things and self.bound <= -(-self.things // self.most_things):
-            return "count"
-        return "solver"
+        return "count" if self.solver_bound <= self.counted else "solver"

@@ -91,7 +91,9 @@ def another(
         )
     chosen = [problem.blendshapes(np.flatnonzero(where == e).tolist()) for e in np.unique(where)]
     worth = blendshape_importance(rig, problem.names, settings, target)
-    return packing_record(rig, problem, settings, chosen, worth, proofs_of(problem, first.bound, order_proven=False))
+    return packing_record(
+        rig, problem, settings, chosen, worth, proofs_of(problem, first.solver_bound, order_proven=False)
+    )
 
 
 def _importance(rig: Rig, problem: Problem, settings: PackingSettings, target: Target) -> Int[np.ndarray, " g"]:

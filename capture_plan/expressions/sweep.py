@@ -58,7 +58,7 @@ def mu_sweep(
             pack(rig, used, replace(settings, mu=mu, method=method, limit=None), rules=rules, apart=apart)
             for method in ("minimum", "sequential", "greedy")
         )
-        row = MuRow(mu, least.objective, least.bound, least.bound_from, sequence.objective, greedy.objective)
+        row = MuRow(mu, least.objective, least.solver_bound, least.bound_from, sequence.objective, greedy.objective)
         rows.append(row)
     return tuple(rows)
 

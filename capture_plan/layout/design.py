@@ -57,7 +57,6 @@ def design_layout(
         further=added,
         head=head,
         known=known,
-        minimum=minimum_landmarks(task),
         certificate=certify(task),
         error_bound=bound_of(task, former) if method == "budget" else None,
     )
@@ -86,19 +85,13 @@ def papers_cover(face: Face, settings: LayoutSettings) -> Int[np.ndarray, " m"]:
         sites = face.sites(plain)
         rows = np.flatnonzero(sites.covers(plain.epsilon).any(axis=1))
         chosen = best_cover(sites, plain, rows, all_of(sites), None).chosen
-        face.single_covers[key] = sites.members(chosen)
+        face.single_covers[key] = np.sort(sites.members(chosen))
     return face.single_covers[key]
 
 
 def all_of(sites: Sites) -> Int[np.ndarray, " s"]:
     """Every site."""
     return np.arange(len(sites.visibility))
-
-
-def minimum_landmarks(task: Task) -> int:
-    """Fewest landmarks of any cover by the open sites, spacing and other wishes left aside."""
-    counting = replace(task.settings, method="cover", weights="count", number=None)
-    return round(best_cover(task.sites, counting, task.reachable, task.open_, None).bound)
 
 
 def certify(task: Task) -> Bound:

@@ -42,7 +42,7 @@ class Decided:
 
     `programs` choose the landmarks, but for what a repair adds in `further`; under a budget or for a take all stand in
     `further`, from the most telling to the first to be spared. `head` and `known`, other layouts by name, are vertices.
-    `minimum`, `certificate` and `error_bound` are as in `Layout`.
+    `certificate` and `error_bound` are as in `Layout`.
     """
 
     method: Method
@@ -50,7 +50,6 @@ class Decided:
     further: Int[np.ndarray, " n"]
     head: Int[np.ndarray, " h"]
     known: dict[str, Int[np.ndarray, " _"]]
-    minimum: int
     certificate: Bound
     error_bound: ErrorBound | None
 
@@ -79,7 +78,6 @@ def follow(task: Task, decided: Decided, takes: Takes | None = None) -> Layout:
         method=decided.method,
         landmarks=landmarks,
         programs=_programs(task, decided),
-        minimum=decided.minimum,
         certificate=decided.certificate,
         uncovered=tuple(face.used[k] for k in np.flatnonzero(~covered)),
         worth=observation.worth(order),
@@ -108,17 +106,23 @@ def decided_in(layout: Layout, task: Task) -> Decided:
     else:
         every = sites([m.vertex for m in layout.landmarks])
         further = np.setdiff1d(every, np.concatenate([NOTHING, *(program.sites for program in programs)]))
-    known = {name: np.array(one.vertices, dtype=int) for name, one in layout.references.items() if name == SINGLE_COVER}
+    known = {SINGLE_COVER: np.unique(np.array(layout.references[SINGLE_COVER].vertices, dtype=int))}
     return Decided(
         method=layout.method,
         programs=programs,
         further=further,
         head=np.array([m.vertex for m in layout.head], dtype=int),
         known=points_of(task.face) | known,
-        minimum=layout.minimum,
-        certificate=layout.certificate,
+        certificate=in_order(layout.certificate, task.face.used),
         error_bound=layout.error_bound,
     )
+
+
+def in_order(certificate: Bound, used: tuple[str, ...]) -> Bound:
+    """The certificate with blendshapes in the order of the rig."""
+    prices = dict(zip(certificate.blendshapes, certificate.weights, strict=True))
+    named = tuple(name for name in used if name in prices)
+    return Bound(named, tuple(prices[name] for name in named), certificate.landmarks)
 
 
 def points_of(face: Face) -> dict[str, Int[np.ndarray, "68"]]:

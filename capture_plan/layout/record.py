@@ -150,20 +150,19 @@ class MotionFit(Struct, frozen=True, forbid_unknown_fields=True):
 class Layout(Struct, frozen=True, forbid_unknown_fields=True):
     """A set of landmarks, what the programs that chose them proved, and what they are worth.
 
-    `minimum` is the fewest landmarks that any cover of these candidates needs, `certificate` the part of that anybody
-    can check. Under a budget the program is the fewest landmarks of any cover at the spacing, where the budget pays
-    for them; under a budget and for a take, `order` names the landmarks from the most telling to the first to be
-    spared, and `curve_mm` is the predicted error with the first 1, 2, ... of them, millimetres. `uncovered` are
-    blendshapes that no landmark stands for. `head` are the markers that the head's own motion is taken from,
-    `head_pose` what they are worth, where any were asked for. `error_bound` is the least error that any layout of the
-    budget could predict. `references` are other layouts of the same face under the same noise, by name: the paper's
-    single cover, 68 points. `motion` is what a recorded take loses by this layout, where one is known.
+    `certificate` proves how many landmarks any cover of these candidates needs at least. Under a budget the program is
+    the fewest landmarks of any cover at the spacing, where the budget pays for them; under a budget and for a take,
+    `order` names the landmarks from the most telling to the first to be spared, and `curve_mm` is the predicted error
+    with the first 1, 2, ... of them, millimetres. `uncovered` are blendshapes that no landmark stands for. `head` are
+    the markers that the head's own motion is taken from, `head_pose` what they are worth, where any were asked for.
+    `error_bound` is the least error that any layout of the budget could predict. `references` are other layouts of the
+    same face under the same noise, by name: the paper's single cover, 68 points. `motion` is what a recorded take loses
+    by this layout, where one is known.
     """
 
     method: Method
     landmarks: tuple[Landmark, ...]
     programs: tuple[Program, ...]
-    minimum: int
     certificate: Bound
     uncovered: tuple[str, ...]
     worth: Worth

@@ -79,7 +79,7 @@ def layout_view(layout: Layout) -> mo.Html:
                 (
                     "Landmarks",
                     str(len(layout.landmarks)),
-                    f"at least {layout.minimum} are needed to see everything once",
+                    f"at least {layout.certificate.landmarks} are needed to see everything once",
                 ),
                 ("Told apart", f"{worth.rank} of {worth.full_rank}", "mixes of blendshapes"),
                 ("Predicted error", millimetres(worth.error_mm), f"of the skin, under {worth.noise_mm:g} mm of noise"),

@@ -57,5 +57,6 @@ def packing_again(plan: Plan, rig: Rig, folder: Path) -> Packing:
     lost = tuple(k for name, k in place.items() if not seen[name])
     chosen = [one for one in (*chosen, lost) if one]
     worth = blendshape_importance(rig, problem.names, settings, read_target(rig, plan.settings, folder))
-    proofs = Proofs(said.bound, order_proven=said.order_proven, clique=said.clique)
+    clique = tuple(name for name in problem.names if name in said.clique)
+    proofs = Proofs(said.solver_bound, order_proven=said.order_proven, clique=clique)
     return packing_record(rig, problem, settings, chosen, worth, proofs, kept=said.kept)

@@ -2,7 +2,7 @@
 
 from capture_plan.plan.claims import Claim, claim
 from capture_plan.plan.differences import differences
-from capture_plan.plan.record import Plan
+from capture_plan.plan.record import Plan, seal_of
 from capture_plan.rig.audit import Audit
 
 SHOWN = 3  # differences in a line; the first of many mostly explains the rest
@@ -17,6 +17,13 @@ PARTS = {
 def audit_claim(plan: Plan, report: Audit) -> Claim:
     """The audit in the plan is a fresh one; `report` is."""
     return _same("audit", "the audit is that of the rig", plan.audit, report)
+
+
+def seal_claim(plan: Plan) -> Claim:
+    """Nobody changed the plan by hand: settings that show nowhere else too."""
+    holds = plan.seal == seal_of(plan)
+    found = "its seal is unbroken" if holds else "its seal is broken"
+    return claim("the plan is as it was written", holds, found, "take the plan that was written, or plan again")
 
 
 def again_claims(plan: Plan, again: Plan) -> list[Claim]:

@@ -6,6 +6,7 @@ or it does not. A proof that only the solver has is checked as far as its certif
 cover, the clique of blendshapes no two of which fit together.
 """
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from capture_plan.expressions.certificate import packing_claims
 from capture_plan.layout.face import see_face
 from capture_plan.layout.task import task_of
 from capture_plan.plan.again import made_again
-from capture_plan.plan.again_claims import again_claims, audit_claim
+from capture_plan.plan.again_claims import again_claims, audit_claim, seal_claim
 from capture_plan.plan.apart_claims import apart_claims
 from capture_plan.plan.camera_claims import camera_claims
 from capture_plan.plan.claims import Claim, claim
@@ -39,33 +40,37 @@ def check_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> tuple[Claim, .
         PlanError: it names what is not there.
         InfeasibleError: its settings cannot be followed on this rig.
     """
+    return tuple(claims_of(plan, rig, folder))
+
+
+def claims_of(plan: Plan, rig: Rig, folder: Path) -> Iterator[Claim]:
+    """The claims of `check_plan`, one after the other as they are found."""
+    seal = seal_claim(plan)
     plan, report = replace(plan, settings=with_zones_found(plan.settings, folder)), audit(rig)
-    audited = audit_claim(plan, report)
+    yield seal
+    yield audit_claim(plan, report)
     if plan.audit.used != report.used:
-        return (audited,)
+        return
     check_structure(plan, rig)
     face = see_face(rig, report.used, read_cameras_of(rig, plan.settings, folder))
     task = task_of(face, plan.settings.landmarks)
     if plan.layout.head:
         task = task.beside(np.array([m.vertex for m in plan.layout.head]))
-    return (
-        audited,
-        *again_claims(plan, made_again(plan, report, task, folder=folder)),
-        *landmark_claims(plan, task),
-        *camera_claims(plan, face),
-        *bound_claims(plan, task),
-        *worth_claims(plan, task),
-        *motion_claims(plan, face, folder),
-        *expression_claims(plan, rig, folder),
-        *reading_claims(plan, rig),
-        *sentence_claims(plan, rig),
-        *apart_claims(plan, rig),
-    )
+    yield from again_claims(plan, made_again(plan, report, task, folder=folder))
+    yield from landmark_claims(plan, task)
+    yield from camera_claims(plan, face)
+    yield from bound_claims(plan, task)
+    yield from worth_claims(plan, task)
+    yield from motion_claims(plan, face, folder)
+    yield from expression_claims(plan, rig, folder)
+    yield from reading_claims(plan, rig)
+    yield from sentence_claims(plan, rig)
+    yield from apart_claims(plan, rig)
 
 
 def expression_claims(plan: Plan, rig: Rig, folder: Path) -> list[Claim]:
     """Every blendshape once, no overlap, partners together, rules kept, the clique."""
     packing, mu = plan.packing, plan.settings.expressions.mu
-    found = f"{len(packing.expressions)} expressions of {packing.objective}, the solver's own bound is {packing.bound}"
+    found = f"{len(packing.expressions)} expressions of {packing.objective}, at least {packing.bound} proved"
     faults = packing_claims(rig, plan.audit.used, packing, mu, read_rules_of(plan.settings, folder))
     return [claim(what, not lines, "; ".join(lines) or found) for what, lines in faults.items()]

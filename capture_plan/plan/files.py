@@ -10,15 +10,15 @@ from msgspec import structs
 from capture_plan.errors import PlanError
 from capture_plan.layout.record import Layout
 from capture_plan.plan.places import found_from, seen_from, with_zones_found, zones_seen_from
-from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference
+from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference, sealed
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig, sample_rig
 from capture_plan.rig.read import read_rig
 
 
 def plan_bytes(plan: Plan) -> bytes:
-    """The plan as indented JSON; equal plans give equal bytes."""
-    return msgspec.json.format(msgspec.json.encode(plan), indent=1) + b"\n"
+    """The plan as indented JSON, sealed; equal plans give equal bytes."""
+    return msgspec.json.format(msgspec.json.encode(sealed(plan)), indent=1) + b"\n"
 
 
 def write_plan(plan: Plan, path: Path) -> Path:
@@ -158,6 +158,9 @@ def rig_of(plan: Plan, plan_path: Path, *, rig_path: str | None = None) -> Rig:
     """
     reference, folder = plan.rig, plan_path.parent
     if reference.path == SAMPLE:
+        given = (reference.unit_mm, reference.up, reference.facing, reference.skin, reference.names)
+        if any(one is not None for one in given):
+            raise PlanError(f"{plan_path} corrects the bundled head, which needs none: make the plan again")
         rig = sample_rig()
     else:
         rig = read_rig(

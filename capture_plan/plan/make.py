@@ -12,12 +12,10 @@ from capture_plan.layout.face import see_face
 from capture_plan.layout.record import Layout
 from capture_plan.plan.collide import collide
 from capture_plan.plan.places import read_cameras_of, read_rules_of, read_takes_of, read_target, with_zones_found
-from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference
+from capture_plan.plan.record import DECIDING, FORMAT_VERSION, SAMPLE, Plan, RigReference, sealed
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
 from capture_plan.rig.audit import Audit, audit
-
-DECIDING = ("capture-plan", "numpy", "scipy", "embreex", "ortools")  # packages that a plan's numbers depend on
 
 
 def make_plan(
@@ -59,7 +57,7 @@ def assemble_plan(
     reference: RigReference | None = None,
 ) -> Plan:
     """A plan from its parts, for who computes them one at a time."""
-    return Plan(
+    made = Plan(
         format=FORMAT_VERSION,
         rig=reference or RigReference(rig.name, SAMPLE, rig.fingerprint, len(rig.neutral)),
         settings=settings,
@@ -69,3 +67,4 @@ def assemble_plan(
         session=session(rig, report.used, packing, settings.session),
         versions={name: version(name) for name in DECIDING},
     )
+    return sealed(made)

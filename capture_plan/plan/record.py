@@ -1,6 +1,9 @@
 """The plan: one record that every sheet, picture, page and export is drawn from."""
 
-from msgspec import Struct
+import hashlib
+
+import msgspec
+from msgspec import Struct, structs
 
 from capture_plan.expressions.record import Packing
 from capture_plan.expressions.session import Session
@@ -10,6 +13,7 @@ from capture_plan.rig.audit import Audit
 
 FORMAT_VERSION = 3
 SAMPLE = "sample"
+DECIDING = ("capture-plan", "numpy", "scipy", "embreex", "ortools")  # packages that a plan's numbers depend on
 
 
 class RigReference(Struct, frozen=True, forbid_unknown_fields=True):
@@ -31,7 +35,10 @@ class RigReference(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Plan(Struct, frozen=True, forbid_unknown_fields=True):
-    """What `plan.json` holds: the same input, settings and versions give it byte for byte."""
+    """What `plan.json` holds: the same input, settings and versions give it byte for byte.
+
+    `seal` is a digest of all else: it tells a plan that was changed by hand, and is no signature.
+    """
 
     format: int
     rig: RigReference
@@ -41,3 +48,14 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True):
     packing: Packing
     session: Session
     versions: dict[str, str]
+    seal: str = ""
+
+
+def sealed(plan: Plan) -> Plan:
+    """The plan with the seal of what it says."""
+    return structs.replace(plan, seal=seal_of(plan))
+
+
+def seal_of(plan: Plan) -> str:
+    """Digest of all that a plan says."""
+    return hashlib.sha256(msgspec.json.encode(structs.replace(plan, seal=""))).hexdigest()[:32]

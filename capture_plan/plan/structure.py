@@ -3,8 +3,9 @@
 from collections.abc import Iterable, Iterator
 
 from capture_plan.errors import PlanError
+from capture_plan.layout.follow import SINGLE_COVER
 from capture_plan.layout.record import Layout
-from capture_plan.plan.record import Plan
+from capture_plan.plan.record import DECIDING, Plan
 from capture_plan.rig import Rig
 
 
@@ -47,6 +48,13 @@ def _lengths(plan: Plan) -> Iterator[str]:
     yield from (f"has {a} entries and {b} numbers in the {what}" for what, a, b in lists if a != b)
     if not layout.landmarks:
         yield "has no landmark"
+    if SINGLE_COVER not in layout.references or not layout.references[SINGLE_COVER].vertices:
+        yield f"is not set beside the {SINGLE_COVER}"
+    several = layout.method in ("adaptive", "studio")
+    if len(layout.programs) > (plan.settings.landmarks.rounds if several else 1):
+        yield f"has {len(layout.programs)} programs"
+    if tuple(plan.versions) != DECIDING:
+        yield f"tells the versions of {', '.join(plan.versions) or 'nothing'}, not of {', '.join(DECIDING)}"
 
 
 def _twice(names: Iterable[str]) -> list[str]:

@@ -22,7 +22,7 @@ def summary(plan: Plan) -> tuple[str, ...]:
         *region_words(plan),
         *head_words(plan),
         *view_words(plan),
-        f"Proved: to see every blendshape at all takes at least {layout.minimum} landmarks.",
+        f"Proved: to see every blendshape at all takes at least {layout.certificate.landmarks} landmarks.",
         *(
             f"For comparison, {name}: {worth_words(worth)}{lost_words(layout.motion, name)}."
             for name, worth in layout.references.items()

@@ -27,12 +27,13 @@ def _solver_alone(plan: Plan) -> list[str]:
     """Lower bounds beyond what certificates prove."""
     layout, packing = plan.layout, plan.packing
     found = []
-    if layout.minimum > layout.certificate.landmarks:
-        proved = f"the solver says no; proved here: at least {layout.certificate.landmarks}"
-        found.append(f"whether fewer than {layout.minimum} landmarks can cover every blendshape ({proved})")
-    if packing.bound > len(packing.clique):
-        proved = f"the solver says no; proved here: at least {len(packing.clique)}"
-        found.append(f"whether fewer than {packing.bound} expressions are enough ({proved})")
+    if packing.solver_bound > packing.bound:
+        proved = f"the solver says no; proved here: at least {packing.bound}"
+        found.append(f"whether fewer than {packing.solver_bound} expressions are enough ({proved})")
+    if packing.order_proven:
+        found.append("whether each expression is the most important one possible after those before it")
+    if packing.kept is not None:
+        found.append(f"whether {packing.kept} blendshapes stayed where they were when the list was edited")
     if layout.programs:
         found.append("whether other landmarks would serve better under these settings (only the solver can say)")
     return found

@@ -6,12 +6,8 @@ from capture_plan.report.words import count
 
 def minimum_proof(plan: Plan) -> str:
     """What is proved about the number of landmarks; empty where nothing is."""
-    programs = plan.layout.programs
-    if programs and programs[0].proven_optimal:
-        return f"Proved: fewer than {plan.layout.minimum} cannot show every blendshape even once"
-    if plan.layout.certificate.landmarks > 1:
-        return f"Proved: at least {plan.layout.certificate.landmarks} are needed"
-    return ""
+    least = plan.layout.certificate.landmarks
+    return f"Proved: fewer than {least} cannot show every blendshape even once" if least > 1 else ""
 
 
 def packing_proof(plan: Plan) -> str:
