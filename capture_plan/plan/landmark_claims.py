@@ -82,7 +82,9 @@ def budget_claims(plan: Plan, task: Task) -> list[Claim]:
         held &= set(layout.uncovered) == unseen and layout.programs[0].bound <= len(layout.landmarks)
         found += f", at least {layout.programs[0].bound:g} to see every blendshape under these wishes"
     claims = [claim(f"the layout keeps its budget of {budget} landmarks", held, found)]
-    if layout.error_bound:
+    if not layout.error_bound:
+        claims.append(claim("the least error of any layout is stated", holds=False, found="no certificate"))
+    else:
         shares = shares_of(sites, layout.error_bound)
         proved = bound_from(task.observation, sites, shares, budget=budget, limits=task.limits)
         said = layout.error_bound.error_mm

@@ -1,0 +1,225 @@
+"""Plans with one value changed: flipped, scaled, emptied, swapped, dropped; and what a check says of each.
+
+Every kind of field has its turn, however many values of it a plan has. Run for many: `python -m tests.tampering 1000`.
+"""
+
+import copy
+import json
+import random
+import re
+import sys
+from collections import Counter, defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+from unittest.mock import patch
+
+import msgspec
+import numpy as np
+
+from capture_plan.errors import InfeasibleError, PlanError, RigError
+from capture_plan.expressions.settings import Edits
+from capture_plan.layout import follow
+from capture_plan.layout.settings import LayoutSettings
+from capture_plan.plan import again, check
+from capture_plan.plan.files import read_plan, rig_of, write_plan
+from capture_plan.plan.make import make_plan
+from capture_plan.plan.record import Plan, sealed
+from capture_plan.plan.revise import edited_plan
+from capture_plan.plan.settings import Settings
+from capture_plan.rig import Rig, sample_rig
+from capture_plan.rig.sample.motion import sample_motion
+
+# What no check can find out when the seal was made anew with the change, a reason each.
+FREE = {
+    r"seal": "it is made anew",
+    r"versions\.\*": "a plan may have been made elsewhere",
+    r"packing\.order_proven": "the solver's word, said to be unchecked",
+    r"packing\.solver_bound": "the solver's word, said to be unchecked",
+    r"packing\.kept": "the former list is not in the plan",
+    r"layout\.programs(\.#\.bound)?": "under a budget the fewest landmarks are the solver's word, said to be unchecked",
+    r"layout\.error_bound\..*": "a share of a thousandth, or at another vertex, proves the same",
+    r"settings\..*": "a wish that the plan keeps as well as the one it was made for",
+    r"rig\.(up|facing|unit_mm|skin)": "a correction to what was found anyway",
+}
+CONTAINERS = ("keep_out", "caps", "references", "versions", "locked", "references_mm")
+Path_ = tuple[str | int, ...]
+
+
+def kind_of(path: Path_) -> str:
+    """The path without numbers and names of its own: `layout.landmarks.#.label`."""
+    steps = zip(path, (None, *path), strict=False)
+    return ".".join("#" if isinstance(step, int) else "*" if before in CONTAINERS else step for step, before in steps)
+
+
+def paths_of(value: Any, path: Path_ = ()) -> Iterator[Path_]:
+    """Every place in a document."""
+    if path:
+        yield path
+    inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for name, one in inner:
+        yield from paths_of(one, (*path, name))
+
+
+def value_at(document: Any, path: Path_) -> Any:
+    """What stands at a place."""
+    for step in path:
+        document = document[step]
+    return document
+
+
+def changes(value: Any, others: list[Any], rng: random.Random) -> list[Any]:
+    """Other values in place of one: of its own kind, as a careless or a crooked hand would write them."""
+    if isinstance(value, bool):
+        return [not value]
+    if isinstance(value, int):
+        return [value + 1, value - 1, -value, 0, 2 * value]
+    if isinstance(value, float):
+        return [1.01 * value, 1.5 * value, value + 1, -value, 0.0]
+    if isinstance(value, str):
+        return ["", value[::-1], rng.choice(others)]
+    if isinstance(value, list):
+        mixed = rng.sample(value, len(value))
+        return [[], value[1:], value[:-1], mixed, [*value, *value[:1]]]
+    if isinstance(value, dict):
+        return [{}, dict(list(value.items())[1:])]
+    return [5, "x", True, [], {}]
+
+
+def tampered(document: dict[str, Any], number: int, seed: int) -> tuple[str, dict[str, Any]]:
+    """The kind of the field that was changed, and the document with the change."""
+    rng = random.Random(f"{seed}:{number}")
+    by_kind: dict[str, list[Path_]] = defaultdict(list)
+    for path in paths_of(document):
+        by_kind[kind_of(path)].append(path)
+    kinds = sorted(by_kind)
+    kind = kinds[number % len(kinds)]
+    path = rng.choice(by_kind[kind])
+    changed = copy.deepcopy(document)
+    held, old = value_at(changed, path[:-1]), value_at(document, path)
+    if rng.random() < 0.2:
+        held.pop(path[-1])
+    else:
+        held[path[-1]] = rng.choice(changes(old, [value_at(document, one) for one in by_kind[kind]], rng))
+    return kind, changed
+
+
+def verdict(document: dict[str, Any], plan: Plan, path: Path, *, resealed: bool) -> str:
+    """'same', 'refused', 'caught' or 'uncaught'; any other error goes on up."""
+    try:
+        read = msgspec.convert(document, Plan) if document.get("format") == plan.format else None
+        if read is None or not msgspec.json.encode(document):
+            return "refused"
+        if _plain(read) == _plain(plan):
+            return "same"
+        rig = rig_of(read, path) if read.rig != plan.rig else rig_of(plan, path)
+        claims = check.claims_of(sealed(read) if resealed else read, rig, path.parent)
+        return "uncaught" if all(claim.holds for claim in claims) else "caught"
+    except (msgspec.ValidationError, PlanError, RigError, InfeasibleError):
+        return "refused"
+
+
+def _plain(plan: Plan) -> bytes:
+    return msgspec.json.encode(plan).replace(b"-0.0", b"0.0")
+
+
+@contextmanager
+def answers_kept() -> Iterator[None]:
+    """Within it what is slow is asked once for the same arguments, so that thousands of plans can be checked."""
+    slow = [(check, "audit"), (check, "see_face"), (check, "task_of"), (again, "collide"), (again, "state_problem")]
+    slow += [(again, "blendshape_importance"), (again, "session"), (again, "read_takes_of"), (check, "motion_claims")]
+    slow += [(follow, "name_landmarks"), (follow, "points_of"), (follow, "motion_fit")]
+    patches = [patch.object(room, name, _kept(getattr(room, name))) for room, name in slow]
+    for one in patches:
+        one.start()
+    try:
+        yield
+    finally:
+        for one in patches:
+            one.stop()
+
+
+def _kept(function: Any) -> Any:
+    answers: dict[tuple[Any, ...], Any] = {}
+    alive = []  # so that no identity is given away twice
+
+    def asked(*arguments: Any, **named: Any) -> Any:
+        key = tuple(map(_key, (*arguments, *named.values())))
+        if key not in answers:
+            alive.append(arguments)
+            answers[key] = function(*arguments, **named)
+        return answers[key]
+
+    return asked
+
+
+def _key(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return value.tobytes()
+    if isinstance(value, dict):
+        return tuple((name, _key(one)) for name, one in value.items())
+    return repr(value) if isinstance(value, msgspec.Struct | tuple | list | str | type(None)) else id(value)
+
+
+def outcomes(path: Path, count: int, seed: int, *, resealed: bool) -> Counter[tuple[str, str]]:
+    """How often each verdict fell on each kind of field."""
+    plan, document = read_plan(path), json.loads(path.read_bytes())
+    found: Counter[tuple[str, str]] = Counter()
+    with answers_kept():
+        for number in range(count):
+            kind, changed = tampered(document, number, seed)
+            found[verdict(changed, plan, path, resealed=resealed), kind] += 1
+    return found
+
+
+def is_free(kind: str) -> bool:
+    """Whether nobody can be asked to find out a change of this kind."""
+    return any(re.fullmatch(pattern, kind) for pattern in FREE)
+
+
+def plans(folder: Path) -> dict[str, Path]:
+    """Plans of several kinds on the bundled head, written."""
+    rig = sample_rig()
+    budget = LayoutSettings(method="budget", budget=16)
+    made = {
+        "default": make_plan(rig, Settings()),
+        "budget": make_plan(rig, Settings(landmarks=budget)),
+        "cameras": make_plan(rig, Settings(cameras="head-mounted-pair", landmarks=LayoutSettings(head_markers=3))),
+    }
+    made["edited"] = edited_plan(
+        made["default"], rig, Edits(locked={"jawOpen": 2}, apart=(("jawOpen", "browInnerUp"),))
+    )
+    takes = tuple(write_take(folder / f"{name}.npz", rig, wider) for name, wider in (("anna", 1.0), ("bert", 1.08)))
+    motion = Settings(sequences=takes, landmarks=LayoutSettings(method="motion", number=12))
+    made["motion of two people"] = make_plan(rig, motion, folder=folder)
+    return {name: write_plan(plan, folder / f"{name}.json") for name, plan in made.items()}
+
+
+def write_take(path: Path, rig: Rig, wider: float) -> str:
+    """Some frames of the bundled head, or of one that is wider and shorter, as a file; its name."""
+    moved = sample_motion(0, frames=12).frames.block(0, 12) - rig.neutral
+    neutral = rig.neutral * np.array([wider, 2 - wider, 1.0])
+    frames = neutral + moved
+    np.savez(path, faces=rig.triangles, frames=frames, neutral=neutral, units=np.array("mm"), fps=np.array(30.0))
+    return path.name
+
+
+def main() -> None:
+    count = int(sys.argv[1])
+    with TemporaryDirectory() as folder:
+        for name, path in plans(Path(folder)).items():
+            for resealed in (False, True):
+                found = outcomes(path, count, 0, resealed=resealed)
+                total = Counter({said: 0 for said in ("caught", "refused", "same", "uncaught")})
+                for (said, _), times in found.items():
+                    total[said] += times
+                print(name, "resealed" if resealed else "as changed", dict(total))
+                for (said, kind), times in sorted(found.items()):
+                    if said == "uncaught":
+                        print(f"  {times:4} {'free' if is_free(kind) else 'UNCAUGHT'} {kind}")
+
+
+if __name__ == "__main__":
+    main()
