@@ -3,6 +3,7 @@
 Delimiter   of comma, semicolon, tab and bar the one that cuts the line of names into as many fields as most of some
             rows taken evenly from the whole file; what "sep=" says counts where two do equally well
 Decimal     a comma where more of the cells that are numbers have one than a full stop
+Side        a table whose names run down is turned first (`turned.py`)
 Names       of the first lines the one that fits the rows best and is mostly text; what stands before is left out
 Rows        parsed by NumPy in blocks; a block with a cell that is no number, cell by cell. A row too short or too long
             is damaged, unless what is missing are all of its weights: then it holds no face
@@ -24,10 +25,13 @@ from capture_plan.rig.sequence.clock import Timing, timing_of
 from capture_plan.rig.sequence.columns import kind_of, plain, unit_of, why_not
 from capture_plan.rig.sequence.face_cap import as_table, is_face_cap
 from capture_plan.rig.sequence.frames import evenly
+from capture_plan.rig.sequence.json_weights import known
 from capture_plan.rig.sequence.presence import answer, face_of, other_faces, without_face
 from capture_plan.rig.sequence.rows import Rows, table_of
 from capture_plan.rig.sequence.scale import stated_in
+from capture_plan.rig.sequence.sparse import fill_cells
 from capture_plan.rig.sequence.text import Lines, TextTable, lines_of, split, text_of
+from capture_plan.rig.sequence.turned import upright
 from capture_plan.rig.sequence.weights import WeightTable
 
 DELIMITERS = (",", ";", "\t", "|")
@@ -45,7 +49,9 @@ AMOUNT = re.compile(r"[-+\d][-+\d:;.,TZ ]*%?")  # a number, a timecode, a date
 def read_csv(path: Path) -> WeightTable:
     """The frames of a table of text. RigError that names the row where it is none."""
     lines = lines_of(*text_of(path))
-    return weights_of(as_table(lines) if is_face_cap(lines.texts) else find_table(lines))
+    if is_face_cap(lines.texts):
+        return weights_of(as_table(lines))
+    return weights_of(find_table(upright(lines, DELIMITERS)))
 
 
 def weights_of(table: TextTable) -> WeightTable:
@@ -64,10 +70,12 @@ def weights_of(table: TextTable) -> WeightTable:
         raise RigError(f"has no column of numbers besides {', '.join(table.names[:4])}: export the weights")
     x, faults = parse(table, chosen)
     lost, other = lost_rows(table, x)
+    faces = np.array([known(table.names[c]) for c in chosen])
+    x, told = fill_cells(x, ~lost & ~np.isin(np.arange(len(x)), list(faults)), faces if faces.any() else ~faces)
     skipped = [(name or "a column without a name", reason)
                for name, reason in zip(table.names, reasons, strict=True) if reason]  # fmt: skip
     rows = Rows(tuple(table.names[c] for c in chosen), x, lost, faults)
-    return table_of(rows, timing.fps, skipped, (*table.notes, *other, *timing.notes), table.stated)
+    return table_of(rows, timing.fps, skipped, (*table.notes, *other, *([told] if told else []), *timing.notes), table.stated)
 
 
 def find_table(lines: Lines) -> TextTable:
@@ -78,7 +86,8 @@ def find_table(lines: Lines) -> TextTable:
     names = [name.strip().strip('"') for name in split(lines.texts[first], delimiter)]
     while len(names) > 1 and not names[-1]:
         names.pop()
-    notes = (*lines.notes, f"the {first} lines before the line of names are left out") if first else lines.notes
+    before = "the line before the line of names is" if first == 1 else f"the {first} lines before the line of names are"
+    notes = (*lines.notes, f"{before} left out") if first else lines.notes
     at, units, told = frame_lines(lines.texts, first, delimiter)
     rows, numbers = tuple(lines.texts[t] for t in at), tuple(lines.numbers[t] for t in at)
     if not rows:

@@ -8,7 +8,7 @@ Damaged   a number is missing in a row that has others; above a fifth of all row
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -17,6 +17,7 @@ from capture_plan.errors import RigError
 from capture_plan.rig.recognise import recognise
 from capture_plan.rig.sequence.silence import frozen, zeroed
 from capture_plan.rig.sequence.weights import WeightTable
+from capture_plan.rig.sequence.wide import other_columns
 
 MOST_DAMAGED = 0.2  # of all rows
 ENOUGH = 0.5  # of the rows, for a column
@@ -44,12 +45,16 @@ def table_of(
 
     RigError where too many rows are damaged, or none holds a face.
     """
+    rows, beside, whose = one_face(rows)
     number = np.isfinite(rows.x)
     damaged = np.isin(np.arange(len(rows.x)), list(rows.faults))
     lost = (rows.lost | ~number.any(axis=1)) & ~damaged
     sound = ~lost & ~damaged
     count = number[sound].sum(axis=0)
     full = count >= max(1, ENOUGH * sound.sum())
+    if sound.any() and not full.any():
+        told = f"{rows.columns[0]}: {count[0]:,} of {sound.sum():,}" if rows.columns else "there is none"
+        raise RigError(f"has no column with a number in half of its rows ({told}): export it again")
     damaged |= sound & ~number[:, full].all(axis=1)
     if damaged.sum() > MOST_DAMAGED * len(rows.x):
         told = f"{some_of(damaged, 'rows')} that cannot be read"
@@ -76,7 +81,17 @@ def table_of(
     if told := frozen(x):
         left_out.append(told)
     columns = tuple(name for name, enough in zip(rows.columns, full, strict=True) if enough)
-    return WeightTable(columns, x, fps, (*skipped, *seldom), (*notes, *left_out), stated)
+    return WeightTable(columns, x, fps, (*skipped, *beside, *seldom), (*notes, *whose, *left_out), stated)
+
+
+def one_face(rows: Rows) -> tuple[Rows, list[tuple[str, str]], list[str]]:
+    """The columns of one face, those of others with the reason, and a sentence about them."""
+    other, told = other_columns(rows.columns, rows.x)
+    if not other:
+        return rows, [], []
+    mine = [c for c in range(len(rows.columns)) if c not in set(other)]
+    kept = replace(rows, columns=tuple(rows.columns[c] for c in mine), x=rows.x[:, mine])
+    return kept, [(rows.columns[c], "it is of another face") for c in other], [told]
 
 
 def silent_rows(rows: Rows, keep: Bool[np.ndarray, " t"], full: Bool[np.ndarray, " c"]) -> Bool[np.ndarray, " t"]:
