@@ -26,7 +26,7 @@ from capture_plan.rig.sequence.columns import kind_of, plain, unit_of, why_not
 from capture_plan.rig.sequence.face_cap import as_table, is_face_cap
 from capture_plan.rig.sequence.frames import evenly
 from capture_plan.rig.sequence.json_weights import known
-from capture_plan.rig.sequence.presence import answer, face_of, other_faces, without_face
+from capture_plan.rig.sequence.presence import answer, face_of, other_faces, refuse_takes, without_face
 from capture_plan.rig.sequence.rows import Rows, table_of
 from capture_plan.rig.sequence.scale import stated_in
 from capture_plan.rig.sequence.sparse import fill_cells
@@ -75,7 +75,9 @@ def weights_of(table: TextTable) -> WeightTable:
     skipped = [(name or "a column without a name", reason)
                for name, reason in zip(table.names, reasons, strict=True) if reason]  # fmt: skip
     rows = Rows(tuple(table.names[c] for c in chosen), x, lost, faults)
-    return table_of(rows, timing.fps, skipped, (*table.notes, *other, *([told] if told else []), *timing.notes), table.stated)
+    return table_of(
+        rows, timing.fps, skipped, (*table.notes, *other, *([told] if told else []), *timing.notes), table.stated
+    )
 
 
 def find_table(lines: Lines) -> TextTable:
@@ -88,6 +90,7 @@ def find_table(lines: Lines) -> TextTable:
         names.pop()
     before = "the line before the line of names is" if first == 1 else f"the {first} lines before the line of names are"
     notes = (*lines.notes, f"{before} left out") if first else lines.notes
+    refuse_joined(lines.texts, first, delimiter)
     at, units, told = frame_lines(lines.texts, first, delimiter)
     rows, numbers = tuple(lines.texts[t] for t in at), tuple(lines.numbers[t] for t in at)
     if not rows:
@@ -123,6 +126,24 @@ def frame_lines(texts: Sequence[str], first: int, delimiter: str) -> tuple[list[
     lines, out = ("line holds", "is") if len(none) == 1 else ("lines hold", "are")
     told = f"{len(none):,} {lines} no frame and {out} left out ({shown})"
     return [t for t in at if t not in gone], below if units else [], (told,) if none else ()
+
+
+def refuse_joined(texts: Sequence[str], first: int, delimiter: str) -> None:
+    """RigError where the names stand again and the clock begins again there: two takes, one below the other."""
+    again = [t for t in range(first + 2, len(texts) - 1) if texts[t] == texts[first]]
+    names = [name.strip().strip('"') for name in split(texts[first], delimiter)]
+    clock = next((c for c, name in enumerate(names) if kind_of(name) in ("code", "time", "count")), None)
+    for t in again if clock is not None else ():
+        before, after = (cell_of(split(texts[at], delimiter), clock) for at in (t - 1, t + 1))
+        if type(before) is type(after) and after < before:
+            told = f"the names stand again in front of frame {t - first - 1:,}, and '{names[clock]}' goes back there"
+            raise RigError(f"holds several takes, one below the other ({told}): save each as a file of its own")
+
+
+def cell_of(fields: Sequence[str], c: int) -> float | str:
+    """The number in a cell, or its text."""
+    number = to_number(fields[c]) if c < len(fields) else np.nan
+    return number if np.isfinite(number) else fields[c] if c < len(fields) else ""
 
 
 def is_no_frame(text: str, delimiter: str) -> bool:
@@ -222,8 +243,10 @@ def to_number(cell: str) -> float:
 
 
 def one_face(table: TextTable) -> TextTable:
-    """The rows of one face, where columns tell of several."""
+    """The rows of one face, where columns tell of several. RigError where they tell of several takes."""
     for c, name in enumerate(table.names):
+        if kind_of(name) == "take":
+            refuse_takes(name, table.column(c))
         if kind_of(name) == "face" and not is_flag(table, c):
             other, told = other_faces(name, table.column(c))
             if told:
