@@ -163,7 +163,7 @@ def find_header(lines: Lines) -> tuple[str, int]:
     for first in range(min(FIRST, len(lines.texts) - 1)):
         for delimiter in DELIMITERS:
             fields = split(lines.texts[first], delimiter)
-            words = sum(bool(field.strip()) and not NUMBER.fullmatch(field.strip()) for field in fields)
+            words = sum(any(map(str.isalpha, field)) and not NUMBER.fullmatch(field.strip()) for field in fields)
             if len(fields) < 2 or 2 * words < len(fields):
                 continue
             rows = lines.texts[first + 1 :]

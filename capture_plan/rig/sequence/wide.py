@@ -16,7 +16,12 @@ from jaxtyping import Float
 
 from capture_plan.rig.names import INTENSITY
 from capture_plan.rig.recognise import SLIDER, recognise
+from capture_plan.rig.sequence.columns import plain
 
+ABOUT = re.compile(
+    r"std|sd|stdev|stddev|dev|var|variance|vel|velocity|speed|acc|accel|acceleration|conf|confidence|prob|quality|err|"
+    r"error|diff|delta|d|min|max|raw|unfiltered|prev|previous|old"
+)  # what is no weight itself, or not the one that was meant
 LEAST = 2  # names that two affixes share
 SHARED = 0.5  # of the names of the smaller one
 MOST = 24  # affixes of one stem looked at: more are names with a common ending
@@ -36,7 +41,9 @@ def other_columns(columns: Sequence[str], x: Float[np.ndarray, "t c"]) -> tuple[
     common = set.intersection(*(set(stems[affix]) for affix in faces)) or set(stems[faces[0]])
     filled = np.isfinite(x).sum(axis=0)
     counts = {affix: sum(int(filled[c]) for stem, c in stems[affix].items() if stem in common) for affix in faces}
-    mine = max(faces, key=lambda affix: (counts[affix], affix == PLAIN, -min(stems[affix].values())))
+    mine = max(
+        faces, key=lambda affix: (not is_about(affix), counts[affix], affix == PLAIN, -min(stems[affix].values()))
+    )
     others = [affix for affix in faces if affix != mine]
     left = [c for c, name in enumerate(columns) if any(stands_in(name, c, affix, mine, stems) for affix in others)]
     return left, sentence(columns, stems, mine, others, len(left))
@@ -105,6 +112,11 @@ def cuts(name: str) -> Iterator[tuple[Affix, str]]:
 def small(stem: str) -> str:
     """A stem that begins with a small letter, so that JawOpen and jawOpen are one; AU12 stays."""
     return stem[:1].lower() + stem[1:] if stem[1:2].islower() else stem
+
+
+def is_about(affix: Affix) -> bool:
+    """Whether an affix is that of something about a weight: its speed, its spread, its raw value."""
+    return any(ABOUT.fullmatch(plain(end)) for end in affix)
 
 
 def has(name: str, affix: Affix) -> bool:
