@@ -37,11 +37,17 @@ from capture_plan.rig.sequence.weights import WeightTable
 DELIMITERS = (",", ";", "\t", "|")
 FIRST = 12  # lines among which the names are looked for
 SAMPLE = 200  # rows that tell delimiter, decimal sign and which columns are numbers
+FEW_SUMS = 0.1  # of the rows
+SAME_RATE = 0.02
 BLOCK = 4096  # rows parsed at once
 NOTHING = ("", "nan", "null", "none", "n/a", "na", "-")  # in a cell
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
 COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)(e[+-]?\d+)?", re.IGNORECASE)
 
+RATE = re.compile(
+    r"(?:fps|frame[ _]?rate|frames (?:per|in a) second|sample[ _]?rate)\W*(\d+(?:[.,]\d+)?)", re.IGNORECASE
+)
+WORDS = re.compile(r"[^\W\d]{2,}[^\d]*")  # in the column of a clock: mean, total
 DIGIT = re.compile(r"\d")
 AMOUNT = re.compile(r"[-+\d][-+\d:;.,TZ ]*%?")  # a number, a timecode, a date
 
@@ -60,7 +66,8 @@ def weights_of(table: TextTable) -> WeightTable:
         twice = next(name for name in table.names if name and table.names.count(name) > 1)
         raise RigError(f"has two columns '{twice}': give each its own name")
     table = one_face(table)
-    timing = timing_in(table)
+    table = without_sums(table)
+    timing = in_time(timing_in(table), table.fps)
     table = table if timing.order is None else table.at(timing.order.tolist())
     numeric = numeric_columns(table)
     reasons = [why_not(name) or ("" if good else "it holds text, not numbers")
@@ -74,9 +81,18 @@ def weights_of(table: TextTable) -> WeightTable:
     x, told = fill_cells(x, ~lost & ~np.isin(np.arange(len(x)), list(faults)), faces if faces.any() else ~faces)
     skipped = [(name or "a column without a name", reason)
                for name, reason in zip(table.names, reasons, strict=True) if reason]  # fmt: skip
-    rows = Rows(tuple(table.names[c] for c in chosen), x, lost, faults)
+    rows, mixed = Rows(tuple(table.names[c] for c in chosen), x, lost, faults), per_cent_of_some(table, chosen)
+    if mixed.any():
+        signs = (
+            f"only {mixed.sum():,} of its {len(mixed):,} columns of numbers carry a %: these are taken as hundredths"
+        )
+        table = replace(table, stated=None, notes=(*table.notes, signs))
     return table_of(
-        rows, timing.fps, skipped, (*table.notes, *other, *([told] if told else []), *timing.notes), table.stated
+        rows,
+        timing.fps,
+        skipped,
+        (*table.notes, *other, *([told] if told else []), *begins_again(table), *timing.notes),
+        table.stated,
     )
 
 
@@ -107,7 +123,14 @@ def find_table(lines: Lines) -> TextTable:
         percent=(percent := any(cell.strip().endswith("%") for fields in some for cell in fields)),
         stated=100.0 if percent else stated_in(units),
         notes=(*notes, *told),
+        fps=told_rate((*lines.comments, *lines.texts[:first])),
     )
+
+
+def told_rate(lines: Sequence[str]) -> float | None:
+    """The frame rate that lines above the names tell; None where they tell none, or several."""
+    rates = {float(match[1].replace(",", ".")) for line in lines for match in RATE.finditer(line)}
+    return rates.pop() if len(rates) == 1 and max(rates) > 0 else None
 
 
 def frame_lines(texts: Sequence[str], first: int, delimiter: str) -> tuple[list[int], list[str], tuple[str, ...]]:
@@ -209,7 +232,17 @@ def parse(table: TextTable, chosen: Sequence[int]) -> tuple[Float[np.ndarray, "t
             x[start + t], fault = uneven(table, start + t, chosen)
             faults |= {start + t: fault} if fault else {}
     x[~np.isfinite(x)] = np.nan
+    x[:, per_cent_of_some(table, chosen)] /= 100
     return x, faults
+
+
+def per_cent_of_some(table: TextTable, chosen: Sequence[int]) -> Bool[np.ndarray, " c"]:
+    """Columns whose cells carry a %, where others do not: these are hundredths."""
+    some = [table.cells(table.rows[t]) for t in evenly(len(table.rows), SAMPLE)] if table.percent else []
+    signs = [[fields[c].strip().strip('"').endswith("%") for fields in some if len(fields) > c and fields[c].strip()]
+             for c in chosen]  # fmt: skip
+    mostly = np.array([2 * sum(column) > len(column) for column in signs], dtype=bool)
+    return mostly & ~mostly.all()
 
 
 def numbers(table: TextTable, rows: Sequence[str], chosen: Sequence[int]) -> Float[np.ndarray, "t c"]:
@@ -276,6 +309,42 @@ def lost_rows(table: TextTable, x: Float[np.ndarray, "t c"]) -> tuple[Bool[np.nd
             lost |= failed
             notes += [told] if told and kind in ("tracked", "lost") else []
     return lost, tuple(notes)
+
+
+def without_sums(table: TextTable) -> TextTable:
+    """The rows but those that have a word where the clock of nearly all others has a number: mean, total."""
+    c = next((c for c, name in enumerate(table.names) if kind_of(name) in ("code", "time", "count")), None)
+    if c is None:
+        return table
+    cells = [cell.strip().strip('"').strip() for cell in table.column(c)]
+    words = [t for t, cell in enumerate(cells) if WORDS.fullmatch(cell) and cell.lower() not in NOTHING]
+    if not words or len(words) > FEW_SUMS * len(cells):
+        return table
+    gone, shown = set(words), ", ".join(f"'{cells[t]}'" for t in words[:2])
+    rows = "1 row has a word" if len(words) == 1 else f"{len(words):,} rows have words"
+    told = f"{rows} in place of '{table.names[c]}' and {'is' if len(words) == 1 else 'are'} left out ({shown})"
+    return replace(table.at([t for t in range(len(cells)) if t not in gone]), notes=(*table.notes, told))
+
+
+def in_time(timing: Timing, fps: float | None) -> Timing:
+    """The timing of a table whose lines above the names tell a rate: its times are followed where they tell another."""
+    if timing.fps is None or fps is None or abs(timing.fps - fps) < SAME_RATE * fps:
+        return replace(timing, fps=fps or timing.fps)
+    told = f"it says {fps:g} frames in a second, but its times make it {timing.fps:g}: the times are followed"
+    return replace(timing, notes=(*timing.notes, told))
+
+
+def begins_again(table: TextTable) -> tuple[str, ...]:
+    """A sentence where a counter of frames goes back to its first number: takes may have been joined."""
+    if any(kind_of(name) in ("code", "time") for name in table.names):
+        return ()  # the clock tells it
+    c = next((c for c, name in enumerate(table.names) if kind_of(name) == "count"), None)
+    n = np.array([to_number(cell) for cell in table.column(c)] if c is not None else [])
+    at = np.flatnonzero((n[1:] < n[:-1]) & (n[1:] <= n[0])) + 1 if len(n) else n
+    if not len(at) or c is None:
+        return ()
+    where = f"in row {at[0]:,}" if len(at) == 1 else f"in {len(at):,} rows, the first of them {at[0]:,}"
+    return (f"'{table.names[c]}' begins again {where}: takes may have been joined there, and all are read as one",)
 
 
 def timing_in(table: TextTable) -> Timing:

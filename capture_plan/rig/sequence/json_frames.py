@@ -69,6 +69,7 @@ class Recording:
     faults: dict[int, str] = field(default_factory=dict)
     crowded: int = 0
     written: bool = False
+    mixed: int = 0
     aside: dict[str, None] = field(default_factory=dict)
 
     def add(self, frame: Any) -> None:
@@ -96,7 +97,11 @@ class Recording:
         """The weights of a frame as numbers."""
         values = list(named.values())
         if str in set(map(type, values)):
-            self.written |= any(type(x) is str and x.endswith("%") for x in values)
+            signs = sum(type(x) is str and x.strip().endswith("%") for x in values)
+            if 0 < signs < len(values):  # hundredths beside weights
+                self.mixed += 1
+                values = [number_in(x) / (100 if type(x) is str and x.strip().endswith("%") else 1) for x in values]
+            self.written |= signs == len(values)
             values = [number_in(x) for x in values]
         return np.array(values, dtype=np.float64)
 
@@ -191,7 +196,7 @@ class Recording:
             timing.fps,
             (),
             (*whose, *left_out, *self.said(), *told, *timing.notes),
-            100.0 if self.written else None,
+            100.0 if self.written and not self.mixed else None,
         )
 
     @property
@@ -234,6 +239,8 @@ class Recording:
             some, more = ", ".join(f"'{name}'" for name in list(self.aside)[:SOME]), len(self.aside) - SOME
             also = f" and {more:,} more" if more > 0 else ""
             notes.append(f"{some}{also} hold no number and are not read")
+        if self.mixed:
+            notes.append(f"in {self.mixed:,} frames only some weights carry a %: these are taken as hundredths")
         if self.crowded:
             notes.append(f"{self.crowded:,} frames hold several faces without names: the first is read, whoever it is")
         return tuple(notes)

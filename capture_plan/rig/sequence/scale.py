@@ -92,7 +92,8 @@ def judge(
 def below_zero(verdict: Verdict, columns: Sequence[str], x: Float[np.ndarray, "t c"], below: int) -> Verdict:
     """The verdict on the sizes of values that go below 0 in many columns, and the doubt about that."""
     low = x.min(axis=0)
-    told = f"weights of {below} of {len(columns)} columns go below 0, one to {low.min():.4g} ({columns[int(low.argmin())]})"
+    told = f"weights of {below} of {len(columns)} columns go below 0"
+    told = f"{told}, one to {low.min():.4g} ({columns[int(low.argmin())]})"
     told = f"{told}: it is not certain what that means, and they are taken as they are"
     return Verdict(verdict.full, False, "; ".join([*([verdict.note] if verdict.note else []), told]))
 
