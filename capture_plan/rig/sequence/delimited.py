@@ -21,6 +21,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from capture_plan.errors import RigError
+from capture_plan.rig.sequence.around import begins_again, in_time, refuse_joined, told_rate, without_sums
 from capture_plan.rig.sequence.clock import Timing, timing_of
 from capture_plan.rig.sequence.columns import kind_of, plain, unit_of, why_not
 from capture_plan.rig.sequence.face_cap import as_table, is_face_cap
@@ -30,24 +31,16 @@ from capture_plan.rig.sequence.presence import answer, face_of, other_faces, ref
 from capture_plan.rig.sequence.rows import Rows, table_of
 from capture_plan.rig.sequence.scale import stated_in
 from capture_plan.rig.sequence.sparse import fill_cells
-from capture_plan.rig.sequence.text import Lines, TextTable, lines_of, split, text_of
+from capture_plan.rig.sequence.text import COMMA, NOTHING, Lines, TextTable, lines_of, split, text_of, to_number
 from capture_plan.rig.sequence.turned import upright
 from capture_plan.rig.sequence.weights import WeightTable
 
 DELIMITERS = (",", ";", "\t", "|")
 FIRST = 12  # lines among which the names are looked for
 SAMPLE = 200  # rows that tell delimiter, decimal sign and which columns are numbers
-FEW_SUMS = 0.1  # of the rows
-SAME_RATE = 0.02
 BLOCK = 4096  # rows parsed at once
-NOTHING = ("", "nan", "null", "none", "n/a", "na", "-")  # in a cell
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
-COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)(e[+-]?\d+)?", re.IGNORECASE)
 
-RATE = re.compile(
-    r"(?:fps|frame[ _]?rate|frames (?:per|in a) second|sample[ _]?rate)\W*(\d+(?:[.,]\d+)?)", re.IGNORECASE
-)
-WORDS = re.compile(r"[^\W\d]{2,}[^\d]*")  # in the column of a clock: mean, total
 DIGIT = re.compile(r"\d")
 AMOUNT = re.compile(r"[-+\d][-+\d:;.,TZ ]*%?")  # a number, a timecode, a date
 
@@ -127,12 +120,6 @@ def find_table(lines: Lines) -> TextTable:
     )
 
 
-def told_rate(lines: Sequence[str]) -> float | None:
-    """The frame rate that lines above the names tell; None where they tell none, or several."""
-    rates = {float(match[1].replace(",", ".")) for line in lines for match in RATE.finditer(line)}
-    return rates.pop() if len(rates) == 1 and max(rates) > 0 else None
-
-
 def frame_lines(texts: Sequence[str], first: int, delimiter: str) -> tuple[list[int], list[str], tuple[str, ...]]:
     """Which lines are frames, the cells of a line of units below the names, and a sentence about what is no frame.
 
@@ -149,24 +136,6 @@ def frame_lines(texts: Sequence[str], first: int, delimiter: str) -> tuple[list[
     lines, out = ("line holds", "is") if len(none) == 1 else ("lines hold", "are")
     told = f"{len(none):,} {lines} no frame and {out} left out ({shown})"
     return [t for t in at if t not in gone], below if units else [], (told,) if none else ()
-
-
-def refuse_joined(texts: Sequence[str], first: int, delimiter: str) -> None:
-    """RigError where the names stand again and the clock begins again there: two takes, one below the other."""
-    again = [t for t in range(first + 2, len(texts) - 1) if texts[t] == texts[first]]
-    names = [name.strip().strip('"') for name in split(texts[first], delimiter)]
-    clock = next((c for c, name in enumerate(names) if kind_of(name) in ("code", "time", "count")), None)
-    for t in again if clock is not None else ():
-        before, after = (cell_of(split(texts[at], delimiter), clock) for at in (t - 1, t + 1))
-        if type(before) is type(after) and after < before:
-            told = f"the names stand again in front of frame {t - first - 1:,}, and '{names[clock]}' goes back there"
-            raise RigError(f"holds several takes, one below the other ({told}): save each as a file of its own")
-
-
-def cell_of(fields: Sequence[str], c: int) -> float | str:
-    """The number in a cell, or its text."""
-    number = to_number(fields[c]) if c < len(fields) else np.nan
-    return number if np.isfinite(number) else fields[c] if c < len(fields) else ""
 
 
 def is_no_frame(text: str, delimiter: str) -> bool:
@@ -266,15 +235,6 @@ def uneven(table: TextTable, t: int, chosen: Sequence[int]) -> tuple[Float[np.nd
     return x, "" if whole else told + (", decimal commas between commas?" if commas else "")
 
 
-def to_number(cell: str) -> float:
-    """The number in a cell, with a full stop or a comma; NaN where there is none."""
-    text = cell.strip().strip('"').removesuffix("%").strip()
-    try:
-        return float(text)
-    except ValueError:
-        return float(text.replace(",", ".")) if COMMA.fullmatch(text) else np.nan
-
-
 def one_face(table: TextTable) -> TextTable:
     """The rows of one face, where columns tell of several. RigError where they tell of several takes."""
     for c, name in enumerate(table.names):
@@ -309,42 +269,6 @@ def lost_rows(table: TextTable, x: Float[np.ndarray, "t c"]) -> tuple[Bool[np.nd
             lost |= failed
             notes += [told] if told and kind in ("tracked", "lost") else []
     return lost, tuple(notes)
-
-
-def without_sums(table: TextTable) -> TextTable:
-    """The rows but those that have a word where the clock of nearly all others has a number: mean, total."""
-    c = next((c for c, name in enumerate(table.names) if kind_of(name) in ("code", "time", "count")), None)
-    if c is None:
-        return table
-    cells = [cell.strip().strip('"').strip() for cell in table.column(c)]
-    words = [t for t, cell in enumerate(cells) if WORDS.fullmatch(cell) and cell.lower() not in NOTHING]
-    if not words or len(words) > FEW_SUMS * len(cells):
-        return table
-    gone, shown = set(words), ", ".join(f"'{cells[t]}'" for t in words[:2])
-    rows = "1 row has a word" if len(words) == 1 else f"{len(words):,} rows have words"
-    told = f"{rows} in place of '{table.names[c]}' and {'is' if len(words) == 1 else 'are'} left out ({shown})"
-    return replace(table.at([t for t in range(len(cells)) if t not in gone]), notes=(*table.notes, told))
-
-
-def in_time(timing: Timing, fps: float | None) -> Timing:
-    """The timing of a table whose lines above the names tell a rate: its times are followed where they tell another."""
-    if timing.fps is None or fps is None or abs(timing.fps - fps) < SAME_RATE * fps:
-        return replace(timing, fps=fps or timing.fps)
-    told = f"it says {fps:g} frames in a second, but its times make it {timing.fps:g}: the times are followed"
-    return replace(timing, notes=(*timing.notes, told))
-
-
-def begins_again(table: TextTable) -> tuple[str, ...]:
-    """A sentence where a counter of frames goes back to its first number: takes may have been joined."""
-    if any(kind_of(name) in ("code", "time") for name in table.names):
-        return ()  # the clock tells it
-    c = next((c for c, name in enumerate(table.names) if kind_of(name) == "count"), None)
-    n = np.array([to_number(cell) for cell in table.column(c)] if c is not None else [])
-    at = np.flatnonzero((n[1:] < n[:-1]) & (n[1:] <= n[0])) + 1 if len(n) else n
-    if not len(at) or c is None:
-        return ()
-    where = f"in row {at[0]:,}" if len(at) == 1 else f"in {len(at):,} rows, the first of them {at[0]:,}"
-    return (f"'{table.names[c]}' begins again {where}: takes may have been joined there, and all are read as one",)
 
 
 def timing_in(table: TextTable) -> Timing:

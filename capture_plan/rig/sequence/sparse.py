@@ -99,7 +99,7 @@ def fill_cells(
     blank = ~given.any(axis=1)
     partly = ~blank & ~given[:, given.any(axis=0)].all(axis=1)
     many, filled = partly.mean() > MANY and gaps(given) >= ENOUGH, x.copy()
-    if not many and partly.mean() <= MANY and (every := steady_rows(~blank)):
+    if not many and partly.mean() <= MANY and (every := steady_rows(np.asarray(~blank))):
         filled[where] = from_first(hold(x[where], given), given)
         return filled, f"numbers stand in 1 of every {every} rows: the rows between keep the last ones"
     if not many:

@@ -24,6 +24,8 @@ MARKS = {
 }
 SAMPLE_BYTES = 4096
 MOST_COMMENTS = 50
+NOTHING = ("", "nan", "null", "none", "n/a", "na", "-")  # in a cell
+COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)(e[+-]?\d+)?", re.IGNORECASE)
 SEPARATOR = re.compile(r'"?sep=(.)"?[,;\t]*', re.IGNORECASE)
 
 
@@ -128,3 +130,12 @@ def split(line: str, delimiter: str) -> list[str]:
         return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
     except (csv.Error, StopIteration):
         return line.split(delimiter)
+
+
+def to_number(cell: str) -> float:
+    """The number in a cell, with a full stop or a comma; NaN where there is none."""
+    text = cell.strip().strip('"').removesuffix("%").strip()
+    try:
+        return float(text)
+    except ValueError:
+        return float(text.replace(",", ".")) if COMMA.fullmatch(text) else float("nan")
