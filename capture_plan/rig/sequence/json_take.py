@@ -124,7 +124,7 @@ def frames(document: Document) -> WeightTable | None:
 def is_turned(rows: Sequence[Any], names: int) -> bool:
     """Whether there is a list of numbers for each of the names, of as many frames, and none for each frame."""
     lengths = {len(row) if isinstance(row, list) else 0 for row in rows}
-    return len(rows) == names and len(lengths) == 1 and not lengths & {0, names} and all(map(is_numbers, rows))
+    return len(rows) == names > 1 and len(lengths) == 1 and not lengths & {0, names} and all(map(is_numbers, rows))
 
 
 def numbered(document: Document) -> WeightTable | None:
@@ -161,7 +161,8 @@ def columns(document: Document) -> WeightTable | None:
 def one(document: Document) -> WeightTable | None:
     """A single frame."""
     frame = whole(document)
-    if isinstance(frame, dict) and not is_frame(frame) and not any(plain(key) in SHAPE_KEYS for key in frame):
+    bare = isinstance(frame, dict) and not any(plain(key) in SHAPE_KEYS for key in frame)
+    if bare and (len(frame) < 2 or not is_frame(frame)):
         return None
     recording = Recording()
     recording.add(frame)
