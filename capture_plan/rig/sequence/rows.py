@@ -45,7 +45,7 @@ def table_of(
 
     RigError where too many rows are damaged, or none holds a face.
     """
-    if not rows.columns:
+    if not rows.columns and not rows.faults:
         raise RigError("holds no number under any name of its frames: export the weights")
     rows, beside, whose = one_face(rows)
     number = np.isfinite(rows.x)
