@@ -8,6 +8,7 @@ Frames that hold no numbers, or whose vertices all lie in one place, have no fac
 
 import zipfile
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,8 @@ from jaxtyping import Bool, Float
 
 from capture_plan.errors import RigError
 from capture_plan.rig.formats.raw import UNITS_MM
+from capture_plan.rig.sequence.clock import Timing, timing_of
+from capture_plan.rig.sequence.columns import kind_of, unit_of
 from capture_plan.rig.sequence.frames import StoredFrames
 from capture_plan.rig.sequence.meshes import MeshTake
 from capture_plan.rig.sequence.rows import Rows, have, some_of, table_of, were
@@ -137,8 +140,18 @@ def from_arrays(arrays: Mapping[str, np.ndarray]) -> WeightTable:
         raise RigError(f"has 'weights' of the shape {weights.shape} for {len(names)} names: save them as (t, c)")
     x = weights.astype(np.float64)
     x[~np.isfinite(x)] = np.nan
-    columns = tuple(str(name) for name in names)
-    return table_of(Rows(columns, x, np.zeros(len(x), dtype=bool), {}), rate_of(arrays))
+    columns, timing = tuple(str(name) for name in names), timing_in(arrays, len(x))
+    rows = Rows(columns, x, np.zeros(len(x), dtype=bool), {})
+    return table_of(rows, rate_of(arrays) or timing.fps, (), timing.notes)
+
+
+def timing_in(arrays: Mapping[str, np.ndarray], frames: int) -> Timing:
+    """The timing that an array of times tells, one for each frame."""
+    for name, times in arrays.items():
+        if kind_of(name) in ("code", "time") and times.shape == (frames,) and times.dtype.kind in "fiuUS":
+            cells = [cell.decode("latin-1") if isinstance(cell, bytes) else str(cell) for cell in times.tolist()]
+            return replace(timing_of(cells, unit_of(name)), order=None)
+    return Timing(None)
 
 
 def declared(archive: zipfile.ZipFile, name: str) -> int:

@@ -1,4 +1,4 @@
-"""What the columns of a take are beside its weights: clocks, counters, whether a face was tracked and whose.
+"""What the columns of a take are beside its weights: clocks, counters, whether a face was tracked, whose, which take.
 
 Names are compared in small letters without separators: timestamp_ms, timestampMs and "Timestamp (ms)" are one.
 """
@@ -25,6 +25,7 @@ FACE = re.compile(
     r"(?:face|person|track|tracking|subject|actor|user|head|performer|player|people|character)(?:id|index|idx|number|num|"
     r"name|nr|no|uuid|identifier)|id|face|person|subject|actor|performer|character|player"
 )
+TAKE = re.compile(r"(?:take|clip|shot|slate|session|recording|sequence)(?:id|name|number|num|no|nr|index|idx)?")
 WEIGHTS = re.compile("blendshapecount")
 OTHER = re.compile("version|width|height")
 KINDS = {
@@ -35,6 +36,7 @@ KINDS = {
     "lost": LOST,
     "confidence": SURE,
     "face": FACE,
+    "take": TAKE,
     "weights": WEIGHTS,
     "other": OTHER,
 }

@@ -3,6 +3,7 @@
 Delimiter   of comma, semicolon, tab and bar the one that cuts the line of names into as many fields as most of some
             rows taken evenly from the whole file; what "sep=" says counts where two do equally well
 Decimal     a comma where more of the cells that are numbers have one than a full stop
+Side        a table whose names run down is turned first (`turned.py`)
 Names       of the first lines the one that fits the rows best and is mostly text; what stands before is left out
 Rows        parsed by NumPy in blocks; a block with a cell that is no number, cell by cell. A row too short or too long
             is damaged, unless what is missing are all of its weights: then it holds no face
@@ -20,23 +21,25 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from capture_plan.errors import RigError
+from capture_plan.rig.sequence.around import begins_again, in_time, refuse_joined, told_rate, without_sums
 from capture_plan.rig.sequence.clock import Timing, timing_of
 from capture_plan.rig.sequence.columns import kind_of, plain, unit_of, why_not
 from capture_plan.rig.sequence.face_cap import as_table, is_face_cap
 from capture_plan.rig.sequence.frames import evenly
-from capture_plan.rig.sequence.presence import answer, face_of, other_faces, without_face
+from capture_plan.rig.sequence.json_weights import known
+from capture_plan.rig.sequence.presence import answer, face_of, other_faces, refuse_takes, without_face
 from capture_plan.rig.sequence.rows import Rows, table_of
 from capture_plan.rig.sequence.scale import stated_in
-from capture_plan.rig.sequence.text import Lines, TextTable, lines_of, split, text_of
+from capture_plan.rig.sequence.sparse import fill_cells
+from capture_plan.rig.sequence.text import COMMA, NOTHING, Lines, TextTable, lines_of, split, text_of, to_number
+from capture_plan.rig.sequence.turned import upright
 from capture_plan.rig.sequence.weights import WeightTable
 
 DELIMITERS = (",", ";", "\t", "|")
 FIRST = 12  # lines among which the names are looked for
 SAMPLE = 200  # rows that tell delimiter, decimal sign and which columns are numbers
 BLOCK = 4096  # rows parsed at once
-NOTHING = ("", "nan", "null", "none", "n/a", "na", "-")  # in a cell
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
-COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)(e[+-]?\d+)?", re.IGNORECASE)
 
 DIGIT = re.compile(r"\d")
 AMOUNT = re.compile(r"[-+\d][-+\d:;.,TZ ]*%?")  # a number, a timecode, a date
@@ -45,7 +48,9 @@ AMOUNT = re.compile(r"[-+\d][-+\d:;.,TZ ]*%?")  # a number, a timecode, a date
 def read_csv(path: Path) -> WeightTable:
     """The frames of a table of text. RigError that names the row where it is none."""
     lines = lines_of(*text_of(path))
-    return weights_of(as_table(lines) if is_face_cap(lines.texts) else find_table(lines))
+    if is_face_cap(lines.texts):
+        return weights_of(as_table(lines))
+    return weights_of(find_table(upright(lines, DELIMITERS)))
 
 
 def weights_of(table: TextTable) -> WeightTable:
@@ -54,7 +59,8 @@ def weights_of(table: TextTable) -> WeightTable:
         twice = next(name for name in table.names if name and table.names.count(name) > 1)
         raise RigError(f"has two columns '{twice}': give each its own name")
     table = one_face(table)
-    timing = timing_in(table)
+    table = without_sums(table)
+    timing = in_time(timing_in(table), table.fps)
     table = table if timing.order is None else table.at(timing.order.tolist())
     numeric = numeric_columns(table)
     reasons = [why_not(name) or ("" if good else "it holds text, not numbers")
@@ -64,10 +70,23 @@ def weights_of(table: TextTable) -> WeightTable:
         raise RigError(f"has no column of numbers besides {', '.join(table.names[:4])}: export the weights")
     x, faults = parse(table, chosen)
     lost, other = lost_rows(table, x)
+    faces = np.array([known(table.names[c]) for c in chosen])
+    x, told = fill_cells(x, ~lost & ~np.isin(np.arange(len(x)), list(faults)), faces if faces.any() else ~faces)
     skipped = [(name or "a column without a name", reason)
                for name, reason in zip(table.names, reasons, strict=True) if reason]  # fmt: skip
-    rows = Rows(tuple(table.names[c] for c in chosen), x, lost, faults)
-    return table_of(rows, timing.fps, skipped, (*table.notes, *other, *timing.notes), table.stated)
+    rows, mixed = Rows(tuple(table.names[c] for c in chosen), x, lost, faults), per_cent_of_some(table, chosen)
+    if mixed.any():
+        signs = (
+            f"only {mixed.sum():,} of its {len(mixed):,} columns of numbers carry a %: these are taken as hundredths"
+        )
+        table = replace(table, stated=None, notes=(*table.notes, signs))
+    return table_of(
+        rows,
+        timing.fps,
+        skipped,
+        (*table.notes, *other, *([told] if told else []), *begins_again(table), *timing.notes),
+        table.stated,
+    )
 
 
 def find_table(lines: Lines) -> TextTable:
@@ -78,7 +97,9 @@ def find_table(lines: Lines) -> TextTable:
     names = [name.strip().strip('"') for name in split(lines.texts[first], delimiter)]
     while len(names) > 1 and not names[-1]:
         names.pop()
-    notes = (*lines.notes, f"the {first} lines before the line of names are left out") if first else lines.notes
+    before = "the line before the line of names is" if first == 1 else f"the {first} lines before the line of names are"
+    notes = (*lines.notes, f"{before} left out") if first else lines.notes
+    refuse_joined(lines.texts, first, delimiter)
     at, units, told = frame_lines(lines.texts, first, delimiter)
     rows, numbers = tuple(lines.texts[t] for t in at), tuple(lines.numbers[t] for t in at)
     if not rows:
@@ -95,6 +116,7 @@ def find_table(lines: Lines) -> TextTable:
         percent=(percent := any(cell.strip().endswith("%") for fields in some for cell in fields)),
         stated=100.0 if percent else stated_in(units),
         notes=(*notes, *told),
+        fps=told_rate((*lines.comments, *lines.texts[:first])),
     )
 
 
@@ -133,7 +155,7 @@ def find_header(lines: Lines) -> tuple[str, int]:
     for first in range(min(FIRST, len(lines.texts) - 1)):
         for delimiter in DELIMITERS:
             fields = split(lines.texts[first], delimiter)
-            words = sum(bool(field.strip()) and not NUMBER.fullmatch(field.strip()) for field in fields)
+            words = sum(any(map(str.isalpha, field)) and not NUMBER.fullmatch(field.strip()) for field in fields)
             if len(fields) < 2 or 2 * words < len(fields):
                 continue
             rows = lines.texts[first + 1 :]
@@ -179,7 +201,17 @@ def parse(table: TextTable, chosen: Sequence[int]) -> tuple[Float[np.ndarray, "t
             x[start + t], fault = uneven(table, start + t, chosen)
             faults |= {start + t: fault} if fault else {}
     x[~np.isfinite(x)] = np.nan
+    x[:, per_cent_of_some(table, chosen)] /= 100
     return x, faults
+
+
+def per_cent_of_some(table: TextTable, chosen: Sequence[int]) -> Bool[np.ndarray, " c"]:
+    """Columns whose cells carry a %, where others do not: these are hundredths."""
+    some = [table.cells(table.rows[t]) for t in evenly(len(table.rows), SAMPLE)] if table.percent else []
+    signs = [[fields[c].strip().strip('"').endswith("%") for fields in some if len(fields) > c and fields[c].strip()]
+             for c in chosen]  # fmt: skip
+    mostly = np.array([2 * sum(column) > len(column) for column in signs], dtype=bool)
+    return mostly & ~mostly.all()
 
 
 def numbers(table: TextTable, rows: Sequence[str], chosen: Sequence[int]) -> Float[np.ndarray, "t c"]:
@@ -203,18 +235,11 @@ def uneven(table: TextTable, t: int, chosen: Sequence[int]) -> tuple[Float[np.nd
     return x, "" if whole else told + (", decimal commas between commas?" if commas else "")
 
 
-def to_number(cell: str) -> float:
-    """The number in a cell, with a full stop or a comma; NaN where there is none."""
-    text = cell.strip().strip('"').removesuffix("%").strip()
-    try:
-        return float(text)
-    except ValueError:
-        return float(text.replace(",", ".")) if COMMA.fullmatch(text) else np.nan
-
-
 def one_face(table: TextTable) -> TextTable:
-    """The rows of one face, where columns tell of several."""
+    """The rows of one face, where columns tell of several. RigError where they tell of several takes."""
     for c, name in enumerate(table.names):
+        if kind_of(name) == "take":
+            refuse_takes(name, table.column(c))
         if kind_of(name) == "face" and not is_flag(table, c):
             other, told = other_faces(name, table.column(c))
             if told:

@@ -22,6 +22,7 @@ from jaxtyping import Bool
 from capture_plan.rig.sequence.clock import Timing, timing_of
 from capture_plan.rig.sequence.columns import MANY, kind_of, plain, unit_of, why_not
 from capture_plan.rig.sequence.json_weights import (
+    SIDES,
     has_numbers,
     known,
     listed,
@@ -29,7 +30,7 @@ from capture_plan.rig.sequence.json_weights import (
     number_in,
     unread,
 )
-from capture_plan.rig.sequence.presence import other_faces, without_face
+from capture_plan.rig.sequence.presence import other_faces, refuse_takes, without_face
 from capture_plan.rig.sequence.rows import Rows, table_of
 from capture_plan.rig.sequence.sparse import fill
 from capture_plan.rig.sequence.weights import WeightTable
@@ -44,7 +45,7 @@ OWN_KEYS = ("id", "uuid", "index", "name")
 NUMBERED_FACE = re.compile(r"(?:face|person|subject|actor|user|player|performer|head)(?:\d{1,3}|[a-h])")
 SAME_RATE = 0.02
 CONTAINERS = {dict, list, type(None)}
-BESIDE = ("code", "time", "tracked", "lost", "confidence", "face")
+BESIDE = ("code", "time", "tracked", "lost", "confidence", "face", "take")
 SOME = 6  # names listed in a sentence
 
 
@@ -68,6 +69,7 @@ class Recording:
     faults: dict[int, str] = field(default_factory=dict)
     crowded: int = 0
     written: bool = False
+    mixed: int = 0
     aside: dict[str, None] = field(default_factory=dict)
 
     def add(self, frame: Any) -> None:
@@ -95,7 +97,11 @@ class Recording:
         """The weights of a frame as numbers."""
         values = list(named.values())
         if str in set(map(type, values)):
-            self.written |= any(type(x) is str and x.endswith("%") for x in values)
+            signs = sum(type(x) is str and x.strip().endswith("%") for x in values)
+            if 0 < signs < len(values):  # hundredths beside weights
+                self.mixed += 1
+                values = [number_in(x) / (100 if type(x) is str and x.strip().endswith("%") else 1) for x in values]
+            self.written |= signs == len(values)
             values = [number_in(x) for x in values]
         return np.array(values, dtype=np.float64)
 
@@ -169,6 +175,8 @@ class Recording:
 
     def table(self, fps: float | None) -> WeightTable:
         """The table of all frames of one face; `fps` is what the file says beside them."""
+        for key, cells in self.columns("take"):
+            refuse_takes(key, cells)
         mine, whose = self.one_face()
         timing = self.timing(fps, mine)
         kept = np.flatnonzero(mine) if timing.order is None else np.flatnonzero(mine)[timing.order]
@@ -188,7 +196,7 @@ class Recording:
             timing.fps,
             (),
             (*whose, *left_out, *self.said(), *told, *timing.notes),
-            100.0 if self.written else None,
+            100.0 if self.written and not self.mixed else None,
         )
 
     @property
@@ -231,6 +239,8 @@ class Recording:
             some, more = ", ".join(f"'{name}'" for name in list(self.aside)[:SOME]), len(self.aside) - SOME
             also = f" and {more:,} more" if more > 0 else ""
             notes.append(f"{some}{also} hold no number and are not read")
+        if self.mixed:
+            notes.append(f"in {self.mixed:,} frames only some weights carry a %: these are taken as hundredths")
         if self.crowded:
             notes.append(f"{self.crowded:,} frames hold several faces without names: the first is read, whoever it is")
         return tuple(notes)
@@ -260,7 +270,10 @@ def faces_of(frame: Any) -> list[Any]:
     """The faces of a frame that have names or numbers of their own, each with what the frame says; else the frame."""
     if type(frame) is not dict:
         return [frame]
-    own = {name: face for name, face in frame.items() if type(face) is dict and is_one_face(name)}
+    inner = [name for name, face in frame.items() if type(face) is dict]
+    own = {name: frame[name] for name in inner if is_one_face(name)}
+    if not own and len(inner) > 1:
+        own = {name: frame[name] for name in alike(tuple((name, names_in(frame[name])) for name in inner))}
     if own:
         rest = {name: value for name, value in frame.items() if name not in own}
         return [{**rest, "face": {"faceId": name, **face}} for name, face in own.items()]
@@ -275,6 +288,27 @@ def faces_of(frame: Any) -> list[Any]:
 def is_one_face(name: str) -> bool:
     """Whether a name is one of several faces': face0, personA."""
     return bool(NUMBERED_FACE.fullmatch(plain(name)))
+
+
+@lru_cache(MANY)
+def alike(objects: tuple[tuple[str, tuple[str, ...]], ...]) -> tuple[str, ...]:
+    """Objects of one frame that name the same movements, as those of several faces do; (name, names in it) each."""
+    some = {name: {inner for inner in names if known(inner)} for name, names in objects if not is_part(name)}
+    return tuple(
+        name
+        for name, mine in some.items()
+        if any(2 * len(mine & other) > min(len(mine), len(other)) for them, other in some.items() if them != name)
+    )
+
+
+def names_in(value: Mapping[str, Any]) -> tuple[str, ...]:
+    """The names in an object, or in the object of weights in it."""
+    return next((tuple(x) for key, x in value.items() if type(x) is dict and plain(key) in SHAPE_KEYS), tuple(value))
+
+
+def is_part(name: str) -> bool:
+    """Whether a name is that of a side, or of the weights of a frame."""
+    return plain(name) in (*SIDES, *SHAPE_KEYS, *NEST_KEYS)
 
 
 def identified(faces: Mapping[str, Any] | Sequence[Any]) -> list[dict[str, Any]]:

@@ -9,7 +9,7 @@ Parts of a document are decoded one at a time, when they are needed.
 
 import re
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,8 @@ import msgspec
 from capture_plan.errors import RigError
 from capture_plan.rig.sequence.columns import kind_of, plain, unit_of, why_not
 from capture_plan.rig.sequence.json_frames import BESIDE, SHAPE_KEYS, Recording
-from capture_plan.rig.sequence.json_weights import is_category, is_number
+from capture_plan.rig.sequence.json_several import is_frame, only_take
+from capture_plan.rig.sequence.json_weights import is_category, is_number, known
 from capture_plan.rig.sequence.text import text_of
 from capture_plan.rig.sequence.weights import WeightTable
 
@@ -29,6 +30,7 @@ RATE_KEYS = ("fps", "exportfps", "framerate", "samplerate")
 HEAD_KEYS = ("metadata", "meta", "info", "header", "settings", "data", "take", "recording")
 NO_NUMBER = re.compile(r"(?<=[\[:,\s])(?:NaN|-?Infinity)(?=\s*[,\]}])")
 NUMBERED = re.compile(r"\D*(\d+(?:\.\d+)?)\D*")
+USUAL_KEYS = (*FRAME_KEYS, *HEAD_KEYS, *SHAPE_KEYS)
 Document = list[msgspec.Raw] | dict[str, msgspec.Raw]
 Dialect = Callable[[Document], WeightTable | None]
 UNREADABLE = (msgspec.DecodeError, ValueError, RecursionError)
@@ -38,9 +40,12 @@ def read_json(path: Path) -> WeightTable:
     """The frames of a JSON file. RigError where it holds no weights that can be told."""
     text, notes = text_of(path)
     document = decode(text)
+    take = None if is_plain(document) else only_take(whole(document))
+    told = (*notes, *([f"of the file, '{take.name}' is read"] if take and plain(take.name) not in USUAL_KEYS else []))
+    part = document if take is None else parts_again(take.part)
     for dialect in DIALECTS:
-        if table := dialect(document):
-            return replace(table, notes=(*notes, *table.notes))
+        if table := dialect(part):
+            return replace(table, fps=table.fps or rate_in(head_of(document)), notes=(*told, *table.notes))
     raise RigError('holds no weights: expected frames such as {"blendShapes": {"jawOpen": 0.5}}')
 
 
@@ -58,6 +63,37 @@ def decode(text: str) -> Document:
     raise RigError(f"is no JSON ({str(problem)[:80]}): export the take again") from problem
 
 
+def is_plain(document: Document) -> bool:
+    """Whether a document shows at its first part that it is one take and no more, as most do."""
+    head = head_of(document)
+    found = document if isinstance(document, list) else list_of_frames(head)
+    if found:
+        first = next((opened(raw) for raw in found if opening(raw) != "n"), None)
+        return is_frame(first) or is_numbers(first)
+    first = next(iter(head.items()), None)
+    if first is not None and NUMBERED.fullmatch(first[0]) and is_frame(opened(first[1])):
+        return True
+    lists = (raw for key, raw in head.items() if known(key) and opening(raw) == "[")
+    return any(is_numbers(opened(raw)) for raw in lists)
+
+
+def whole(document: Document) -> Any:
+    """All parts of a document decoded."""
+    if isinstance(document, list):
+        return [opened(raw) for raw in document]
+    return {key: opened(raw) for key, raw in document.items()}
+
+
+def parts_again(value: Any) -> Document:
+    """The parts of a value, each undecoded."""
+    return msgspec.json.decode(msgspec.json.encode(value), type=Document)
+
+
+def head_of(document: Document) -> dict[str, msgspec.Raw]:
+    """What a document has by name; nothing of a list."""
+    return document if isinstance(document, dict) else {}
+
+
 def frames(document: Document) -> WeightTable | None:
     """A list of frames at the top or below a key."""
     head = document if isinstance(document, dict) else {}
@@ -67,12 +103,28 @@ def frames(document: Document) -> WeightTable | None:
         return inside(document, frames)
     names = next((value for key, raw in head.items() if plain(key) in NAME_KEYS and is_texts(value := opened(raw))), ())
     recording = Recording(names)
-    for raw in found:
-        recording.add(opened(raw))
+    rows = [opened(raw) for raw in found] if names else ()
+    across = is_turned(rows, len(names))
+    for frame in zip(*rows, strict=True) if across else rows or map(opened, found):
+        recording.add(list(frame) if across else frame)
     clock = next((key for key, raw in head.items() if kind_of(key) in ("code", "time") and opening(raw) == "["), None)
     if clock:
         recording.times, recording.unit_s = [str(one) for one in opened(head[clock])], unit_of(clock)
-    return recording.table(rate_in(head))
+    table = recording.table(rate_in(head))
+    return (
+        replace(
+            table,
+            notes=(f"it holds a list for each of {len(names):,} names, not for each frame: it is turned", *table.notes),
+        )
+        if across
+        else table
+    )
+
+
+def is_turned(rows: Sequence[Any], names: int) -> bool:
+    """Whether there is a list of numbers for each of the names, of as many frames, and none for each frame."""
+    lengths = {len(row) if isinstance(row, list) else 0 for row in rows}
+    return len(rows) == names > 1 and len(lengths) == 1 and not lengths & {0, names} and all(map(is_numbers, rows))
 
 
 def numbered(document: Document) -> WeightTable | None:
@@ -108,13 +160,12 @@ def columns(document: Document) -> WeightTable | None:
 
 def one(document: Document) -> WeightTable | None:
     """A single frame."""
-    if isinstance(document, dict) and not any(plain(key) in SHAPE_KEYS for key in document):
+    frame = whole(document)
+    bare = isinstance(frame, dict) and not any(plain(key) in SHAPE_KEYS for key in frame)
+    if bare and (len(frame) < 2 or not is_frame(frame)):
         return None
     recording = Recording()
-    whole = [opened(raw) for raw in document] if isinstance(document, list) else {
-        key: opened(raw) for key, raw in document.items()
-    }  # fmt: skip
-    recording.add(whole)
+    recording.add(frame)
     return recording.table(None) if recording.orders else None
 
 

@@ -13,6 +13,8 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Bool
 
+from capture_plan.errors import RigError
+
 NO = frozenset(("false", "no", "n", "f", "off"))
 YES = frozenset(("true", "yes", "y", "t", "on"))
 GONE = frozenset(
@@ -31,7 +33,7 @@ THERE = frozenset(
         *("running", "locked", "full", "fulltracking", "istracked", "istracking", "excellent", "high"),
     )
 )
-FEW = 4  # faces named in a sentence
+FEW = 4  # faces or takes named in a sentence
 
 
 def without_face(name: str, cells: Sequence[str], *, opposite: bool = False) -> tuple[Bool[np.ndarray, " t"], str]:
@@ -85,6 +87,19 @@ def other_faces(name: str, cells: Sequence[str]) -> tuple[Bool[np.ndarray, " t"]
     tie = ", the first of those with the most rows," if list(counts.values()).count(most) > 1 else ""
     told = f"it holds {len(counts):,} faces by '{name}' (rows: {listed}{more}): only '{mine}'{tie} is read"
     return np.array([bool(face) and face != mine for face in faces]), told
+
+
+def refuse_takes(name: str, cells: Sequence[str]) -> None:
+    """RigError that names the takes where a column tells of several: they are never joined in silence."""
+    takes = Counter(cell.strip().strip('"').strip() for cell in cells)
+    del takes[""]
+    if len(takes) < 2 or len(takes) > max(2, len(cells) // 2):  # one take, or a number of its own for every row
+        return
+    some = ", ".join(f"'{take}' {n:,}" for take, n in takes.most_common(FEW))
+    more = f" and {len(takes) - FEW:,} more" if len(takes) > FEW else ""
+    raise RigError(
+        f"holds {len(takes):,} takes by '{name}' (rows: {some}{more}): save each as a file of its own, and give one"
+    )
 
 
 def face_of(cell: str) -> str:

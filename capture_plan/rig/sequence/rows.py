@@ -8,15 +8,16 @@ Damaged   a number is missing in a row that has others; above a fifth of all row
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from capture_plan.errors import RigError
-from capture_plan.rig.recognise import recognise
-from capture_plan.rig.sequence.silence import frozen, zeroed
+from capture_plan.rig.sequence.json_weights import known
+from capture_plan.rig.sequence.silence import frozen, marks_no_face, zeroed
 from capture_plan.rig.sequence.weights import WeightTable
+from capture_plan.rig.sequence.wide import other_columns
 
 MOST_DAMAGED = 0.2  # of all rows
 ENOUGH = 0.5  # of the rows, for a column
@@ -44,16 +45,24 @@ def table_of(
 
     RigError where too many rows are damaged, or none holds a face.
     """
+    if not rows.columns and not rows.faults:
+        raise RigError("holds no number under any name of its frames: export the weights")
+    rows, beside, whose = one_face(rows)
     number = np.isfinite(rows.x)
     damaged = np.isin(np.arange(len(rows.x)), list(rows.faults))
     lost = (rows.lost | ~number.any(axis=1)) & ~damaged
     sound = ~lost & ~damaged
     count = number[sound].sum(axis=0)
     full = count >= max(1, ENOUGH * sound.sum())
+    if sound.any() and not full.any():
+        told = f"{rows.columns[0]}: {count[0]:,} of {sound.sum():,}"
+        raise RigError(f"has no column with a number in half of its rows ({told}): export it again")
     damaged |= sound & ~number[:, full].all(axis=1)
     if damaged.sum() > MOST_DAMAGED * len(rows.x):
         told = f"{some_of(damaged, 'rows')} that cannot be read"
         raise RigError(f"has {told} ({fault(rows, damaged, full)}): export it again")
+    marked = ~lost & ~damaged & marks_no_face(rows.x[:, full & names_of_face(rows)])
+    lost |= marked
     zeros = silent_rows(rows, ~lost & ~damaged, full)
     keep = ~lost & ~damaged & ~zeros
     if not keep.any():
@@ -72,21 +81,39 @@ def table_of(
     if zeros.any():
         told = f"in {some_of(zeros, 'frames')} every weight is exactly 0 from one frame to the next"
         left_out.append(f"{told}: the face was lost there, and they were left out{much(zeros)}")
+    if marked.any():
+        number = f"{rows.x[marked.argmax(), int((full & names_of_face(rows)).argmax())]:g}"
+        left_out.append(f"in {some_of(marked, 'frames')} every weight is {number}, which stands for no face")
     x = rows.x[np.ix_(keep, full)]
     if told := frozen(x):
         left_out.append(told)
     columns = tuple(name for name, enough in zip(rows.columns, full, strict=True) if enough)
-    return WeightTable(columns, x, fps, (*skipped, *seldom), (*notes, *left_out), stated)
+    return WeightTable(columns, x, fps, (*skipped, *beside, *seldom), (*notes, *whose, *left_out), stated)
+
+
+def one_face(rows: Rows) -> tuple[Rows, list[tuple[str, str]], list[str]]:
+    """The columns of one face, those of others with the reason, and a sentence about them."""
+    other, told = other_columns(rows.columns, rows.x)
+    if not other:
+        return rows, [], []
+    mine = [c for c in range(len(rows.columns)) if c not in set(other)]
+    kept = replace(rows, columns=tuple(rows.columns[c] for c in mine), x=rows.x[:, mine])
+    return kept, [(rows.columns[c], "it is of another face or version") for c in other], [told]
 
 
 def silent_rows(rows: Rows, keep: Bool[np.ndarray, " t"], full: Bool[np.ndarray, " c"]) -> Bool[np.ndarray, " t"]:
     """Rows of zeros that stand for a lost face, by the columns whose names say something of a face."""
-    faces = full & np.array([recognise(name) is not None for name in rows.columns], dtype=bool)
+    faces = full & names_of_face(rows)
     found = np.zeros(len(rows.x), dtype=bool)
     at = np.flatnonzero(keep & (rows.x[:, int(faces.argmax())] == 0))
     if faces.any() and (rows.x[np.ix_(at, faces)] == 0).all(axis=1).any():
         found[keep] = zeroed(rows.x[np.ix_(keep, faces)])
     return found
+
+
+def names_of_face(rows: Rows) -> Bool[np.ndarray, " c"]:
+    """The columns whose names say something of a face."""
+    return np.array([known(name) for name in rows.columns], dtype=bool)
 
 
 def fault(rows: Rows, damaged: Bool[np.ndarray, " t"], full: Bool[np.ndarray, " c"]) -> str:

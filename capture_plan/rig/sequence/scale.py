@@ -28,6 +28,8 @@ PLAINLY, BARELY = 5.0, 2.5  # of a typical value: no rig is driven that far; som
 TENTH, HIGH = 0.1, 0.95
 SURE = 5.0
 ONE = 1.05  # weights that end at 1, with what filters add
+BELOW = 0.2  # of the furthest a column gets: filters swing less below 0
+NEGATIVE = 0.3  # of the columns
 TINY = 0.05  # no take of a face stays below it
 HALF = 0.6  # of full: blinks and jaws go further in a take that shows a face
 TEN = (6.0, 10.01)  # a take in per cent has columns that get further, one of 0 to 10 has many that end here
@@ -70,6 +72,9 @@ def judge(
     if given is not None:
         return Verdict(given, True, f"a full weight is {given:g}, as the name map says")
     highest = np.maximum(x.max(axis=0), -x.min(axis=0))
+    below = (x.min(axis=0) < -BELOW * highest) & (highest > TINY)
+    if below.sum() > max(1, NEGATIVE * len(columns)):
+        return below_zero(judge(columns, np.abs(x), stated=stated), columns, x, int(below.sum()))
     if not highest.any():
         return Verdict(1.0, True)
     stated = stated_in(columns) or stated
@@ -82,6 +87,15 @@ def judge(
     if score <= 0:
         return weights_of_one(columns, highest, score)
     return beyond_one(columns, size, highest, reach, whole=bool(whole_numbers(size)))
+
+
+def below_zero(verdict: Verdict, columns: Sequence[str], x: Float[np.ndarray, "t c"], below: int) -> Verdict:
+    """The verdict on the sizes of values that go below 0 in many columns, and the doubt about that."""
+    low = x.min(axis=0)
+    told = f"weights of {below} of {len(columns)} columns go below 0"
+    told = f"{told}, one to {low.min():.4g} ({columns[int(low.argmin())]})"
+    told = f"{told}: it is not certain what that means, and they are taken as they are"
+    return Verdict(verdict.full, False, "; ".join([*([verdict.note] if verdict.note else []), told]))
 
 
 def by_statement(columns: Sequence[str], highest: Float[np.ndarray, " c"], reach: float, stated: float) -> Verdict:

@@ -2,6 +2,7 @@
 
 Zeros     frames in which every weight is exactly 0, though hardly a weight of other frames is, and which the face
           enters or leaves by a jump: no face goes to rest like that. They are left out and counted
+Marked    frames in which every weight is one and the same number below 0, such as -1 or -999. They are left out too
 Frozen    many frames in a row that are exactly alike, in a take whose frames else differ: said, and left in
 """
 
@@ -11,6 +12,7 @@ from jaxtyping import Bool, Float
 LIVELY = 0.5  # of the columns are not 0 in a usual frame
 JUMP = 5.0  # usual steps from one frame to the next
 FROZEN = 10  # frames in a row
+SEVERAL = 3  # columns
 SELDOM = 0.2  # share of frames that are like the one before, in a take whose frames else differ
 
 
@@ -30,6 +32,15 @@ def zeroed(x: Float[np.ndarray, "t c"]) -> Bool[np.ndarray, " t"]:
         edges = [jumps[t] for t in (start - 1, stop - 1) if 0 <= t < len(jumps)]
         none[start:stop] = all(edges)
     return none
+
+
+def marks_no_face(x: Float[np.ndarray, "t c"]) -> Bool[np.ndarray, " t"]:
+    """Frames whose weights are all the same number below 0."""
+    if x.shape[1] < SEVERAL:
+        return np.zeros(len(x), dtype=bool)
+    marked = np.asarray((x[:, 0] < 0) & (x[:, 0] == x[:, 1]))
+    marked[marked] = (x[marked] == x[marked, :1]).all(axis=1)
+    return marked if not marked.all() else ~marked
 
 
 def frozen(x: Float[np.ndarray, "t c"]) -> str:

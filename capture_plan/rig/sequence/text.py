@@ -23,23 +23,30 @@ MARKS = {
     codecs.BOM_UTF16_BE: "utf-16",
 }
 SAMPLE_BYTES = 4096
+MOST_COMMENTS = 50
+NOTHING = ("", "nan", "null", "none", "n/a", "na", "-")  # in a cell
+COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)(e[+-]?\d+)?", re.IGNORECASE)
 SEPARATOR = re.compile(r'"?sep=(.)"?[,;\t]*', re.IGNORECASE)
 
 
 @dataclass(frozen=True)
 class Lines:
-    """Lines that hold something, each with its number in the file counted from 1; the delimiter that `sep=` tells."""
+    """Lines that hold something, each with its number in the file counted from 1; the delimiter that `sep=` tells.
+
+    `comments` are the first lines that begin with #.
+    """
 
     texts: tuple[str, ...]
     numbers: tuple[int, ...]
     delimiter: str | None
     notes: tuple[str, ...]
+    comments: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
 class TextTable:
     """Rows of text below a line of names. `numbers`: their lines in the file; `percent`: cells carry a %; `stated`: the
-    full weight that cells or units state."""
+    full weight that cells or units state; `fps`: the frame rate that lines above the names tell."""
 
     names: tuple[str, ...]
     rows: tuple[str, ...]
@@ -49,6 +56,7 @@ class TextTable:
     percent: bool = False
     stated: float | None = None
     notes: tuple[str, ...] = ()
+    fps: float | None = None
 
     def cells(self, row: str) -> list[str]:
         """The fields of one row, as many as there are names or more."""
@@ -99,16 +107,19 @@ def lines_of(text: str, notes: tuple[str, ...] = ()) -> Lines:
     """The lines of a text that hold something."""
     if "\r" in text:
         text = re.sub(r"\r\r?\n?", "\n", text)  # some write \r\r\n
-    texts, numbers, delimiter = [], [], None
+    texts, numbers, comments, delimiter = [], [], [], None
     for number, line in enumerate(text.split("\n"), start=1):
-        if not line or line.isspace() or line.lstrip().startswith("#"):
+        if not line or line.isspace():
+            continue
+        if line.lstrip().startswith("#"):
+            comments += [line] if len(comments) < MOST_COMMENTS else []
             continue
         if delimiter is None and not texts and (match := SEPARATOR.fullmatch(line.strip(" "))):
             delimiter = match[1]
             continue
         texts.append(line)
         numbers.append(number)
-    return Lines(tuple(texts), tuple(numbers), delimiter, notes)
+    return Lines(tuple(texts), tuple(numbers), delimiter, notes, tuple(comments))
 
 
 def split(line: str, delimiter: str) -> list[str]:
@@ -119,3 +130,12 @@ def split(line: str, delimiter: str) -> list[str]:
         return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
     except (csv.Error, StopIteration):
         return line.split(delimiter)
+
+
+def to_number(cell: str) -> float:
+    """The number in a cell, with a full stop or a comma; NaN where there is none."""
+    text = cell.strip().strip('"').removesuffix("%").strip()
+    try:
+        return float(text)
+    except ValueError:
+        return float(text.replace(",", ".")) if COMMA.fullmatch(text) else float("nan")
