@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from capture_plan.rig import read_rig, sample_rig
-from capture_plan.rig.face.axes import axes_matrix
+from capture_plan.rig.face.axes import axes_matrix, vector
 from capture_plan.rig.face.frame import head_shape
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.formats.raw import RawRig
 from capture_plan.rig.read import rig_from_raw
-from capture_plan.rig.upright import rotated, straightened, upright
+from capture_plan.rig.upright import PITCH_DEGREES, rotated, straightened, upright
 from tests.face_heads import bend, sample_head
 
 
@@ -46,14 +46,15 @@ def test_an_upright_head_is_told_upright_but_for_its_pitch():
 @pytest.mark.parametrize(("up", "facing"), [("+y", "+z"), ("+z", "-y"), ("-x", "+y")])
 def test_a_head_along_axes_is_left_alone(up, facing):
     raw = rotated(head(), axes_matrix(up, facing).T)
-    assert straightened(raw, head_shape(raw))[0] is raw
+    assert straightened(raw, head_shape(raw)).raw is raw
 
 
 @pytest.mark.parametrize("axis", ["y", "z"])
 @pytest.mark.parametrize("angle", [-20, 12, 35])
 def test_a_head_turned_about_one_axis_comes_back_exactly(axis, angle):
     Q = Rotation.from_euler(axis, angle, degrees=True).as_matrix()
-    found, Q_back = straightened(lying := rotated(head(), Q), head_shape(lying))
+    made = straightened(lying := rotated(head(), Q), head_shape(lying))
+    found, Q_back = made.raw, made.Q
     assert np.abs(found.neutral - head().neutral).max() < 0.1  # millimetres
     assert degrees(Q_back @ Q) < 0.1
     assert f"turned by {abs(angle)} degrees" in found.note
@@ -82,7 +83,7 @@ def test_a_mesh_without_symmetry_is_left_alone():
         head(), neutral=v, deltas=rng.normal(size=(1, 400, 3)).astype(np.float32), names=("a",),
         triangles=np.arange(399).reshape(-1, 3), parts=np.zeros(400, dtype=np.int32), source_index=np.arange(400),
     )  # fmt: skip
-    assert straightened(raw, head_shape(raw))[0] is raw
+    assert straightened(raw, head_shape(raw)).raw is raw
 
 
 @pytest.mark.parametrize("stated", [None, ("+y", "+z")])
@@ -119,3 +120,40 @@ def test_a_snout_is_no_tipped_head(named):
     names = sample.names if named else tuple(f"t{k}" for k in range(len(sample.names)))
     raw = dataclasses.replace(head(), neutral=animal.neutral, deltas=animal.deltas, names=names)
     assert rig_from_raw(raw).turn == tuple(np.eye(3).ravel())
+
+
+@pytest.mark.parametrize("given", [{"up": "+z"}, {"up": "+z", "facing": "-y"}, {}])
+def test_axes_of_a_turned_head_are_the_nearest_of_its_file_and_may_be_given(given, tmp_path):
+    Q = Rotation.from_euler("xzx", [75, 12, 12], degrees=True).as_matrix()
+    rig = rig_from_raw(rotated(head(), Q), **given)
+    up, facing = ((np.reshape(rig.turn, (3, 3))[row] @ vector(axis)) for row, axis in ((1, rig.up), (2, rig.facing)))
+    assert min(up, facing) > 0.7  # nearer to it than to any other axis
+    assert face_reading(rig).axes.up == rig.up
+    assert degrees(np.reshape(rig.turn, (3, 3)) @ Q) < PITCH_DEGREES
+
+
+def lopsided() -> RawRig:
+    """The sample with one half of it drawn forward and down."""
+    raw = head()
+    pull = 7 * np.clip(raw.neutral[:, :1] / 40, 0, 1) * [0.5, 0.5, 1]
+    return dataclasses.replace(raw, neutral=raw.neutral + pull)
+
+
+def test_a_head_too_lopsided_to_be_turned_leaves_a_doubt():
+    assert rig_from_raw(lopsided()).understood.axes.sure
+    turned = rotated(lopsided(), Rotation.from_euler("y", 25, degrees=True).as_matrix())
+    assert straightened(turned, head_shape(turned)).askew
+    rig = rig_from_raw(turned)
+    assert not rig.understood.axes.sure
+    assert "too lopsided to tell" in rig.note
+
+
+@pytest.mark.parametrize("share", [0.5, 1.0])
+def test_the_mouth_of_a_neutral_that_gapes_lies_between_its_lips(share):
+    raw = head()
+    jaw = raw.deltas[raw.names.index("jawOpen")]
+    gaping = rig_from_raw(dataclasses.replace(raw, neutral=raw.neutral + share * jaw))
+    closed = face_reading(sample_rig()).mouth.at
+    lip = np.abs(raw.neutral - closed).sum(axis=1).argsort()[:30]  # both lips, the lower of which moves with the jaw
+    lowest = gaping.neutral[lip, 1].min()
+    assert face_reading(gaping).mouth.at[1] == pytest.approx((closed[1] + lowest) / 2, abs=8)

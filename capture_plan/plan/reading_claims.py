@@ -6,6 +6,8 @@ Asked    of the rig      how it lies, its sides, its size (`rig/face/sense.py`)
 Each claim that fails says what to correct, by what the person stated when the plan was made (`advice.py`).
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from capture_plan.layout.record import Landmark
@@ -16,7 +18,7 @@ from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
 from capture_plan.rig.anchors import face_anchors
 from capture_plan.rig.face.of_rig import rig_channels
-from capture_plan.rig.face.sense import Sense, kinds_of, looks_forward, pose_senses, side_senses
+from capture_plan.rig.face.sense import CONTRADICTED, Sense, kinds_of, looks_forward, pose_senses, side_senses
 from capture_plan.rig.face.sense_size import size_sense
 from capture_plan.rig.face.votes import BROWS, EYES, MOUTH, names_agree
 from capture_plan.rig.regions import UNNAMED
@@ -45,8 +47,23 @@ def reading_claims(plan: Plan, rig: Rig) -> list[Claim]:
         *_markers_sided(plan, rig),
         *_regions_moved(plan, rig),
     )
+    senses = _heard(senses)
     mends = corrections(plan.rig, rig, senses)
     return [Claim(sense.what, sense.holds, sense.found, mend) for sense, mend in zip(senses, mends, strict=True)]
+
+
+def _heard(senses: tuple[Sense, ...]) -> tuple[Sense, ...]:
+    """The questions with a single one of how the head lies overruled by all others, as an audit does: a muzzle may look
+    down, a stylised jaw forward."""
+    against = [sense for sense in senses if sense.about == "axes" and not sense.holds]
+    if len(against) >= CONTRADICTED:
+        return senses
+    agreeing = sum(sense.about == "axes" and sense.holds for sense in senses)
+    told = f"; {agreeing} other signs agree with how it lies"
+    return tuple(
+        replace(one, holds=True, found=one.found + told) if one in against and agreeing >= CONTRADICTED else one
+        for one in senses
+    )
 
 
 def _markers_forward(plan: Plan, rig: Rig) -> list[Sense]:

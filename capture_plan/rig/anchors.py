@@ -12,6 +12,7 @@ Unit     the pupil distance; where nothing is found, proportions of four human h
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -35,7 +36,9 @@ REMEMBERED = 8  # rigs of a session; the search for skin casts rays
 ASTRAY = 0.5  # pupil distances between the mouth found and the skin before it
 SMALL_PIECE = 0.05  # of the area of the largest: drawn lids 0.01, a face of three meshes 0.2 and more each
 ASKEW = 0.15  # rho between the mirror planes of the skin and of the head
-OPENING, MOUTH_OPENING = 0.4, 0.25  # pupil distances from the place found to the middle of the opening that is it
+NEAR_OPENING, OPENING = 0.2, 0.4  # pupil distances from an eye to the middle of its opening; if none is so near
+MOUTH_OPENING = 0.25  # the same from the mouth to its opening
+GAPING, WIDE_OPEN = 0.1, 0.9  # pupil distances between the lips of a mouth that stands open; a mask's rim is larger
 BEHIND_EARS = 0.4  # pupil distances that a head goes on; a mask ends with what is furthest to its side
 
 
@@ -182,13 +185,13 @@ def _eyes(
     """Centres of the left and the right eye, and the border of the lids."""
     nothing = np.empty(0, dtype=np.int64)
     if found.places is not None:
-        for loops in openings:
+        for loops, within in product(openings, (NEAR_OPENING, OPENING)):
             shapes = [(rig.neutral[loop], loop) for loop in loops if len(loop) >= 6]
-            if pair := _mirrored_pair(_at(shapes, found.places), x0):
+            if pair := _mirrored_pair(_at(shapes, found.places, within), x0):
                 (left, a), (right, b) = pair
                 return np.stack([_middle(left), _middle(right)]), np.sort(np.r_[a, b])
         shapes = [(rig.neutral[eye], np.flatnonzero(eye)) for eye in eyeballs(rig)]
-        if pair := _mirrored_pair(_at(shapes, found.places), x0):
+        if pair := _mirrored_pair(_at(shapes, found.places, OPENING), x0):
             front = [np.r_[_middle(points)[:2], points[:, 2].max()] for points, _ in pair]
             return np.stack(front), nothing
         return found.places, nothing
@@ -200,13 +203,13 @@ def _eyes(
     return np.array([[x0 + side * unit / 2, y, high[2] - 0.5 * unit] for side in (1, -1)]), nothing
 
 
-def _at(shapes: list[Border], places: Float[np.ndarray, "2 3"]) -> list[Border]:
-    """The sets of points whose middle lies near one of the eyes, and which are no wider than what is between them."""
+def _at(shapes: list[Border], places: Float[np.ndarray, "2 3"], within: float) -> list[Border]:
+    """The sets of points whose middle lies within so many pupil distances of one of the eyes."""
     p = float(np.linalg.norm(places[0] - places[1]))
     return [
         (points, index)
         for points, index in shapes
-        if np.linalg.norm((_middle(points) - places) * [1, 1, 0.5], axis=1).min() < OPENING * p
+        if np.linalg.norm((_middle(points) - places) * [1, 1, 0.5], axis=1).min() < within * p
     ]
 
 
@@ -233,10 +236,10 @@ def _mouth(
     for apart, loop in [one for some in near for one in sorted(some, key=lambda one: one[0])]:
         points = rig.neutral[loop]
         centre, width = _middle(points), np.ptp(points[:, 0])
-        if apart < MOUTH_OPENING * unit and abs(centre[0] - x0) < 0.15 * unit and 0.1 * unit < width < 2.5 * unit:
+        if apart < _reach(points, unit) and abs(centre[0] - x0) < 0.15 * unit and 0.1 * unit < width < 2.5 * unit:
             corners = points[[points[:, 0].argmax(), points[:, 0].argmin()]]
             front = points[np.argsort(np.abs(points[:, 0] - x0), kind="stable")[: max(2, len(points) // 5)]]
-            return np.r_[x0, front[:, 1].mean(), front[:, 2].max()], corners, loop
+            return np.r_[x0, _between_lips(front[:, 1], unit), front[:, 2].max()], corners, loop
     y = eyes[1] - MOUTH_BELOW_EYES * unit if place is None else _tear(rig, place, unit, x0)
     skin = rig.neutral[rig.skin]
 
@@ -251,6 +254,21 @@ def _mouth(
     half = MOUTH_WIDTH * unit / 2
     points = [np.r_[x, y, forward(x)[2]] for x in (x0, x0 + half, x0 - half)]
     return points[0], np.stack(points[1:]), np.empty(0, dtype=np.int64)
+
+
+def _reach(points: Float[np.ndarray, "n 3"], unit: float) -> float:
+    """How far from the place that was found a mouth's opening may have its middle: further where its lips gape."""
+    gape = float(np.ptp(points[:, 1]))
+    return MOUTH_OPENING * unit + (gape / 2 if GAPING * unit < gape < WIDE_OPEN * unit else 0.0)
+
+
+def _between_lips(y: Float[np.ndarray, " n"], unit: float) -> float:
+    """Height of the middle of the lips by those of their border beside the midline: half way where they gape, however
+    many vertices either lip has."""
+    middle = (y.min() + y.max()) / 2
+    if np.ptp(y) < GAPING * unit:
+        return float(y.mean())
+    return float((y[y > middle].mean() + y[y <= middle].mean()) / 2)
 
 
 def _apart(points: Float[np.ndarray, "n 3"], place: Float[np.ndarray, " 3"]) -> float:

@@ -56,6 +56,8 @@ def verdict(found: Audit) -> str:
     stops = [finding for finding in found.findings if finding.urgency == "stop"]
     if any(finding.kind == "winding" for finding in stops):
         return f"Not yet: {kept}, but the faces point inwards; reverse the normals first."
+    if found.reading and (unsure := unsure_words(found.reading)) and unsure != "the unit is not certain":
+        return f"Look at how it was understood first: {kept}, but {unsure}."
     if any(finding.kind == "size" and not finding.blendshapes for finding in stops):
         pupils = found.interpupillary_mm
         apart = "" if pupils is None else f", with pupils {pupils:,.0f} mm apart"

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from msgspec.structs import replace as replace_axes
+from msgspec.structs import replace as replace_struct
 
 from capture_plan.errors import RigError
 from capture_plan.mesh import pieces
@@ -38,7 +38,7 @@ from capture_plan.rig.name_map import read_name_map
 from capture_plan.rig.record import Rig
 from capture_plan.rig.remembered import remembered
 from capture_plan.rig.skin import find_skin
-from capture_plan.rig.upright import lifted, off_axes_degrees, straightened
+from capture_plan.rig.upright import lifted, nearest_axes, off_axes_degrees, straightened
 
 READERS = {".npz": read_npz, ".glb": read_gltf, ".gltf": read_gltf, ".vrm": read_gltf, ".fbx": read_fbx}
 READERS |= dict.fromkeys(SUFFIXES, read_usd)
@@ -98,6 +98,7 @@ def rig_from_raw(
     facial = frame.channels.facial
     raw = crop_to_head(raw, facial)
     turn = axes_matrix(frame.up, frame.facing)
+    up, facing = nearest_axes(turn @ turned)
     R = frame.unit_mm * turn
     neutral, deltas = raw.neutral @ R.T, (raw.deltas @ R.T).astype(np.float32)
     if skin is None:
@@ -117,15 +118,17 @@ def rig_from_raw(
         part_names=raw.part_names,
         source_index=raw.source_index,
         unit_mm=frame.unit_mm,
-        up=frame.up,
-        facing=frame.facing,
+        up=up,
+        facing=facing,
         unit_found=frame.unit_found,
         up_found=frame.up_found,
         facing_found=frame.facing_found,
         note="; ".join(filter(None, (raw.note, frame.note, body_note))),
         turn=tuple(map(float, (turn @ turned).ravel())),
         understood=Understood(
-            axes=replace_axes(frame.axes, turned_degrees=round(off_axes_degrees(turned), 1)),
+            axes=replace_struct(
+                frame.axes, up=up, facing=facing, turned_degrees=round(off_axes_degrees(turn @ turned), 1)
+            ),
             unit=frame.unit,
             left_out=raw.left_out,
             set_aside=tuple(name for name, own in zip(raw.names, facial, strict=True) if not own),
@@ -138,13 +141,16 @@ def _framed(
 ) -> tuple[RawRig, Float[np.ndarray, "3 3"], Frame]:
     """The rig along signed axes, the rotation that this took, and how it lies in them."""
     shape = head_shape(raw)
-    straight, turned = straightened(raw, shape)
-    shape = shape if straight is raw else head_shape(straight)
-    frame = find_frame(straight, unit_mm=unit_mm, up=up, facing=facing, shape=shape)
+    found = straightened(raw, shape, up, facing)
+    straight = found.raw
+    shape = shape if found.askew or straight is raw else head_shape(straight)
+    frame = find_frame(straight, unit_mm=unit_mm, up=found.up, facing=found.facing, shape=shape)
+    if found.askew and not (up and facing):
+        frame = replace(frame, axes=replace_struct(frame.axes, sure=False))
     if up or facing or (raised := lifted(straight, frame)) is None:
-        return straight, turned, frame
+        return straight, found.Q, frame
     straight, Q = raised
-    return straight, Q @ turned, find_frame(straight, unit_mm=unit_mm, up=None, facing=None)
+    return straight, Q @ found.Q, find_frame(straight, unit_mm=unit_mm, up=None, facing=None)
 
 
 def left_to_body(

@@ -23,6 +23,7 @@ from capture_plan.rig.face.shape import Shape
 from capture_plan.rig.formats.raw import RawRig
 
 SYMMETRIC, BETTER = 0.02, 4.0  # of the size; times as near as about any plane across an axis
+RATHER = 1.5  # times as near: a lopsided head may lie turned
 PITCH_DEGREES = 10.0  # as well as it is told on human rigs
 NODS = 20.0  # degrees; of 22 upright avatars and 100 generated heads all but two lie within 16 by signs, 15 by the line
 BY_SIGNS, BY_LINE = 10.0, -10.0  # degrees: the middle of these
@@ -49,30 +50,59 @@ def tilt_degrees(plane: Plane) -> float:
     return float(np.degrees(np.arccos(min(1.0, max(map(abs, plane.normal))))))
 
 
+def nearest_axes(R: Float[np.ndarray, "3 3"]) -> tuple[str, str]:
+    """The signed axes (up, facing) of the file that lie nearest to ours; the rows of R are our axes in the file."""
+    return max(PAIRS, key=lambda pair: float(np.trace(R @ axes_matrix(*pair).T)))
+
+
 def off_axes_degrees(R: Float[np.ndarray, "3 3"]) -> float:
     """Angle of the rotation from the nearest pose along signed axes."""
-    traces = [np.trace(R @ axes_matrix(*pair).T) for pair in PAIRS]
-    return float(np.degrees(np.arccos(np.clip((max(traces) - 1) / 2, -1, 1))))
+    trace = np.trace(R @ axes_matrix(*nearest_axes(R)).T)
+    return float(np.degrees(np.arccos(np.clip((trace - 1) / 2, -1, 1))))
 
 
-def straightened(raw: RawRig, shape: Shape) -> tuple[RawRig, Float[np.ndarray, "3 3"]]:
+@dataclasses.dataclass(frozen=True, eq=False)
+class Straight:
+    """A rig whose mirror plane lies along an axis, the rotation Q that was made for it, and what a person gave as up and
+    facing, along its axes now. `askew`: its plane lies along none, and it is too lopsided to be turned."""
+
+    raw: RawRig
+    Q: Float[np.ndarray, "3 3"]
+    up: str | None = None
+    facing: str | None = None
+    askew: bool = False
+
+
+def straightened(raw: RawRig, shape: Shape, up: str | None = None, facing: str | None = None) -> Straight:
     """The rig itself where its mirror plane lies along an axis, within `TILTED_DEGREES`; else upright, with a note.
 
-    Second, the rotation that was made. `shape` is the rig's own.
+    `shape` is the rig's own. What was given are the nearest axes of the file: where signs say otherwise, the pitch is
+    left as it is.
     """
+    given = (up, facing)
     points = _near_face(shape)
     plane = find_mirror_plane(points)
     tilt = tilt_degrees(plane)
-    if tilt <= TILTED_DEGREES or not _mirrors(points, plane):
-        return raw, np.eye(3)
+    if tilt <= TILTED_DEGREES:
+        return Straight(raw, np.eye(3), *given)
+    mirrors, rather = _mirrors(points, plane)
+    if not mirrors and not rather:
+        return Straight(raw, np.eye(3), *given)
+    if not mirrors:
+        told = f"the head may lie turned by {tilt:.0f} degrees in its file and is too lopsided to tell: turn it there"
+        return Straight(_noted(raw, told), np.eye(3), *given, askew=True)
     Q = _onto_axis(np.array(plane.normal))
     turned = rotated(raw, Q)
     R = upright(turned)
     pitched = off_axes_degrees(R) > PITCH_DEGREES  # not about one axis of the file
-    if pitched:
+    if pitched and all(one in (None, own) for one, own in zip(given, nearest_axes(R @ Q), strict=True)):
+        given = (up and "+y", facing and "+z")
         turned, Q = dataclasses.replace(rotated(turned, R), up=None, facing=None), R @ Q
+    else:
+        pitched = False
     told = f"the head lies turned by {off_axes_degrees(Q):.0f} degrees in its file: it was put upright"
-    return _noted(turned, told + f", its pitch to about {PITCH_DEGREES:.0f} degrees" * pitched), Q
+    told += f", its pitch to about {PITCH_DEGREES:.0f} degrees" * pitched
+    return Straight(_noted(turned, told), Q, *given)
 
 
 def lifted(raw: RawRig, frame: Frame) -> tuple[RawRig, Float[np.ndarray, "3 3"]] | None:
@@ -114,13 +144,14 @@ def _near_face(shape: Shape) -> Float[np.ndarray, "n 3"]:
     return shape.neutral[near] if near.sum() > 3 else shape.neutral
 
 
-def _mirrors(v: Float[np.ndarray, "n 3"], plane: Plane) -> bool:
-    """Whether points are symmetric about `plane`, and about no plane across an axis nearly as well."""
+def _mirrors(v: Float[np.ndarray, "v 3"], plane: Plane) -> tuple[bool, bool]:
+    """Whether points are symmetric about `plane`, and about no plane across an axis nearly as well; and whether they
+    are at least more so about it than about these."""
     size = float(np.linalg.norm(np.std(v, axis=0)))
     across = [mirror_plane(np.roll(v, -axis, axis=1)) for axis in range(3)]
     axes = [Plane((float(axis == 0), float(axis == 1), float(axis == 2)), c) for axis, c in enumerate(across)]
     off, *others = (_apart(v, one) for one in (plane, *axes))
-    return off < SYMMETRIC * size and off * BETTER < min(others)
+    return off < SYMMETRIC * size and off * BETTER < min(others), off * RATHER < min(others)
 
 
 def _apart(v: Float[np.ndarray, "v 3"], plane: Plane) -> float:

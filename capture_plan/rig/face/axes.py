@@ -5,8 +5,8 @@ Data       signs[s]  a direction u in the file (any length), the role it speaks 
 Likelihood of sign s for the signed axis a of its role: eps / 6 + (1 - eps) softmax_a(kappa |u| cos(u, a))
 Choice     of the 24 right-handed (up, facing) the one with the largest sum of logarithms
 Lead       its sum less log sum exp of the others', nats: sure above LEAD, from at least two signs besides the format,
-           and still in front when any single sign is left out; never where one group of signs by itself (how what is
-           named moves, where it lies, shape) speaks for another axis by more than AGAINST
+           two of them for up, and still in front when any single sign is left out; never where one group of signs by
+           itself (how what is named moves, where it lies, shape) speaks for another axis by more than AGAINST
 The format's own statement is one sign, a strong one: only several others together overrule it.
 
 A direction across the face tells nothing about up or facing, so its part along the best mirror axis is taken out.
@@ -29,6 +29,7 @@ Role = Literal["up", "facing", "left"]
 Group = Literal["named motion", "named place", "shape"]
 LEAD, LEAD_OF_FEW = 3.0, 6.0  # nats; the larger one where fewer than FEW blendshapes speak
 AGAINST = 4.0  # nats; on 22 avatars 2.4 at most, where all deltas are negated 7 to 21
+AGREES = 0.5  # nats that a sign adds at least to the answer it agrees with
 LEAST = 3  # blendshapes that say for sure how a head lies whose format is silent
 OWN_LEAD = 2.0  # nats without the format, where fewer blendshapes speak than that
 STRONG, TIE = 3.5, -0.8  # nats: so strong a sign may break a tie alone, a weaker one may not
@@ -108,7 +109,9 @@ def decide(
     enough = speaking >= LEAST or (stated == pairs[best] and (len(pairs) == 1 or _lead(own, best) > OWN_LEAD))
     contradicted = _group_against(votes, sides, pairs[best])
     sure = enough and not overruled and not contradicted and _sure(tables, best, stated is not None, speaking)
-    return Axes(*pairs[best], sure=given or sure, signs=signs)
+    upright = sum(vote.role == "up" and weight > AGREES for vote, weight in zip(votes, weights, strict=False))
+    alone = up is None and upright < 2 and (stated is None or stated[0] != pairs[best][0])
+    return Axes(*pairs[best], sure=given or (sure and not alone), signs=signs)
 
 
 def _sure(tables: list[np.ndarray], best: int, has_format: bool, speaking: int) -> bool:
@@ -117,7 +120,7 @@ def _sure(tables: list[np.ndarray], best: int, has_format: bool, speaking: int) 
         return True
     needed = LEAD if speaking >= FEW else LEAD_OF_FEW
     own = tables[: len(tables) - 1 - has_format]
-    agreeing = sum(_weight(table, best) > 0.5 for table in own)
+    agreeing = sum(_weight(table, best) > AGREES for table in own)
     alone = [_lead(total - table, best) > (TIE if _weight(table, best) > STRONG else 0) for table in own]
     return _lead(total, best) > needed and agreeing >= 2 and all(alone)
 

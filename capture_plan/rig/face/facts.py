@@ -56,7 +56,8 @@ class SpotFacts(Struct, frozen=True, forbid_unknown_fields=True):
 class ReadingFacts(Struct, frozen=True, forbid_unknown_fields=True):
     """How a rig was understood, what each answer rests on, and what was left out or set aside (see `Reading`).
 
-    `against` is what the face itself says against how it was read to lie, whoever said so (`sense.py`).
+    `turn` are our axes in the file, the subject's left, up and forward: mm = unit_mm * turn @ file. `against` is what
+    the face itself says against how it was read to lie, whoever said so (`sense.py`).
     """
 
     axes: Axes
@@ -70,6 +71,7 @@ class ReadingFacts(Struct, frozen=True, forbid_unknown_fields=True):
     left_out: tuple[str, ...] = ()
     set_aside: tuple[str, ...] = ()
     against: tuple[str, ...] = ()
+    turn: tuple[Vector, ...] = ()
 
     @property
     def no_face(self) -> bool:
@@ -98,7 +100,14 @@ def reading_facts(rig: Rig) -> ReadingFacts:
         left_out=read.left_out,
         set_aside=read.set_aside,
         against=contradicted(rig),
+        turn=_turn(rig),
     )
+
+
+def _turn(rig: Rig) -> tuple[Vector, ...]:
+    """The rows of the rig's rotation, rounded."""
+    x, y, z = (tuple(round(c, DIGITS) for c in row) for row in np.reshape(rig.turn, (3, 3)).tolist())
+    return x, y, z
 
 
 def _pair(rig: Rig, eyes: Eyes) -> PairFacts:

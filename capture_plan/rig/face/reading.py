@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float
 
-from capture_plan.rig.anchors import face_anchors
+from capture_plan.rig.anchors import Anchors, face_anchors
 from capture_plan.rig.face.channels import Channels
 from capture_plan.rig.face.of_rig import REMEMBERED, rig_channels, rig_points
 from capture_plan.rig.face.points import NEAR, Points
@@ -36,7 +36,7 @@ def face_reading(rig: Rig) -> Reading:
             signs=points.eyes.signs,
         ),
         mouth=Spot(
-            at=None if points.mouth.places is None else _vector(_lips(anchors.mouth, points)),
+            at=None if points.mouth.places is None else _vector(_lips(anchors, points)),
             sure=points.mouth.sure and file.axes.sure,
             signs=points.mouth.signs,
         ),
@@ -49,10 +49,10 @@ def face_reading(rig: Rig) -> Reading:
     )
 
 
-def _lips(refined: Float[np.ndarray, " 3"], points: Points) -> Float[np.ndarray, " 3"]:
-    """The middle of the lips by their border, where that lies at the mouth that was found."""
-    eyes, mouth = points.eyes.places, points.mouth.places
-    if mouth is None or eyes is None:
+def _lips(anchors: Anchors, points: Points) -> Float[np.ndarray, " 3"]:
+    """The middle of the lips by their border; else where the skin parts, if that lies at the mouth that was found."""
+    eyes, mouth, refined = points.eyes.places, points.mouth.places, anchors.mouth
+    if mouth is None or eyes is None or len(anchors.lips):
         return refined
     near = np.linalg.norm(refined - mouth[0]) < NEAR * np.linalg.norm(eyes[0] - eyes[1])
     return refined if near else mouth[0]

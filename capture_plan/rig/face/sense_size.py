@@ -16,7 +16,6 @@ from capture_plan.rig.record import Rig
 
 HUMAN_PUPILS = (0.95, 1.5)  # pupil distance over the size of what moves: six human heads 1.08 to 1.26, a fox 0.82
 SIZE_MM = (25.0, 140.0)  # of what moves where no eyes are found: human heads 49 to 77
-USUAL = 0.35  # of a logarithm: so near a usual unit is meant
 
 
 def size_sense(rig: Rig) -> Sense:
@@ -41,7 +40,7 @@ def likely_unit(unit_mm: float, pupils: float) -> float:
     """The usual unit that would make pupils of so many millimetres a person's, else the one that does so exactly."""
     scale = PUPILS_MM / pupils * unit_mm
     usual = min(UNITS_MM.values(), key=lambda unit: abs(np.log(unit / scale)))
-    return usual if abs(np.log(usual / scale)) < USUAL else float(f"{scale:.3g}")
+    return usual if HUMAN_MM[0] <= pupils * usual / unit_mm <= HUMAN_MM[1] else float(f"{scale:.3g}")
 
 
 def better_unit(unit_mm: float, pupils: float) -> float:

@@ -84,7 +84,9 @@ def left_out_words(read: ReadingFacts, most: int | None = None) -> list[tuple[st
         rows.append(("Left out", f"{names}: no part of the rig that is shown"))
     if read.set_aside:
         names = some(read.set_aside, most or len(read.set_aside))
-        rows.append(("Set aside", f"{names}: no movement of the face itself, so no sign of where it is"))
+        rows.append(
+            ("Set aside", f"{names}: they move more than the face, or other things, so they tell nothing of it")
+        )
     return rows
 
 
@@ -116,6 +118,8 @@ def _point(point: tuple[float, float, float]) -> str:
 
 
 def _side_words(read: ReadingFacts) -> str:
+    if not read.sides.signs:
+        return "no names tell left from right"
     if not read.sides.disagree:
         return "names and movements agree on left and right" if read.sides.sure else "left and right are not certain"
     return f"{len(read.sides.disagree)} blendshapes move the other side, or the other way, than their names say"
