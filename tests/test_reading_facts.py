@@ -49,7 +49,7 @@ def test_json_has_every_answer_with_its_doubt(found):
     told = msgspec.json.decode(msgspec.json.encode(found))["reading"]
     assert set(told) == {
         *("axes", "unit", "eyes", "mouth", "nose", "chin", "ears", "sides"),
-        *("left_out", "set_aside", "against"),
+        *("left_out", "set_aside", "against", "turn"),
     }
     for name in ("axes", "unit", "eyes", "mouth", "nose", "chin", "ears", "sides"):
         assert {"sure", "signs"} <= set(told[name]), name

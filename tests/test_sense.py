@@ -13,7 +13,7 @@ from capture_plan.rig.face.axes import AXES, axes_matrix
 from capture_plan.rig.face.facts import reading_facts
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.face.sense import contradicted, pose_senses, side_senses
-from capture_plan.rig.face.sense_size import better_unit, likely_unit, size_sense
+from capture_plan.rig.face.sense_size import likely_unit, size_sense
 from capture_plan.rig.findings_sides import misnamed
 from capture_plan.rig.regions import SIDELESS, face_regions
 
@@ -113,9 +113,8 @@ def test_a_unit_that_the_file_states_is_a_reason(rig):
 
 
 def test_a_unit_that_failed_is_not_the_better_one():
-    assert likely_unit(10.0, 45.0) == 10.0
-    assert better_unit(10.0, 45.0) == pytest.approx(14, abs=0.1)
-    assert better_unit(1.0, 6.2) == 10.0
+    assert likely_unit(10.0, 45.0) == pytest.approx(14, abs=0.1)
+    assert likely_unit(1000.0, 157.0) == pytest.approx(401, abs=1)  # feet would make the pupils 48 mm
 
 
 def test_the_likely_unit_is_a_usual_one_where_one_fits():

@@ -63,8 +63,8 @@ def off_axes_degrees(R: Float[np.ndarray, "3 3"]) -> float:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Straight:
-    """A rig whose mirror plane lies along an axis, the rotation Q that was made for it, and what a person gave as up and
-    facing, along its axes now. `askew`: its plane lies along none, and it is too lopsided to be turned."""
+    """A rig whose mirror plane lies along an axis, the rotation Q made for it, and what a person gave as up and facing,
+    along its axes now. `askew`: its plane lies along none, and it is too lopsided to be turned."""
 
     raw: RawRig
     Q: Float[np.ndarray, "3 3"]

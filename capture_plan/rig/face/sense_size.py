@@ -32,7 +32,7 @@ def size_sense(rig: Rig) -> Sense:
         human or bool(reason),
         f"the pupils are {p:.1f} mm apart" + (f"; {reason}" if reason else ""),
         "size",
-        (("--unit-mm", f"{better_unit(rig.unit_mm, p):g}"),),
+        (("--unit-mm", f"{likely_unit(rig.unit_mm, p):g}"),),
     )
 
 
@@ -41,12 +41,6 @@ def likely_unit(unit_mm: float, pupils: float) -> float:
     scale = PUPILS_MM / pupils * unit_mm
     usual = min(UNITS_MM.values(), key=lambda unit: abs(np.log(unit / scale)))
     return usual if HUMAN_MM[0] <= pupils * usual / unit_mm <= HUMAN_MM[1] else float(f"{scale:.3g}")
-
-
-def better_unit(unit_mm: float, pupils: float) -> float:
-    """The likely unit, or where that is the one that failed, what makes the pupils a person's exactly."""
-    likely = likely_unit(unit_mm, pupils)
-    return likely if not np.isclose(likely, unit_mm) else float(f"{PUPILS_MM / pupils * unit_mm:.3g}")
 
 
 def _reason(rig: Rig, proportion: float) -> str:
