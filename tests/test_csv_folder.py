@@ -50,6 +50,13 @@ def test_tables_that_do_not_make_one_rig_are_refused_in_one_line(tmp_path, files
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize("odd", ["", "x,y,z\n", "0,0,0\n", "0,0\n1,1\n", "0,0,0\n1,1\n", "a table of weights"])
+def test_one_table_that_is_no_whole_blendshape_is_left_out_and_named(tmp_path, odd):
+    rig = read_raw(write(tmp_path / "r", odd=odd))
+    assert rig.names == ("smile",)
+    assert "odd.csv" in rig.note
+
+
 def test_a_folder_without_faces_or_neutral_says_so(tmp_path):
     for gone, says in (("faces", "no table faces"), ("neutral", "called neutral")):
         folder = write(tmp_path / gone)

@@ -9,6 +9,9 @@ from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
 from capture_plan.rig.audit_page import audit_text, verdict
 from capture_plan.rig.findings import motionless
+from capture_plan.rig.flying import flying
+from capture_plan.rig.formats.raw import RawRig
+from capture_plan.rig.read import rig_from_raw
 
 NAMES = ("browDownLeft", "browDownRight", "jawLeft", "jawOpen", "jawRight", "mouthLowerDownLeft", "mouthLowerDownRight")
 NAMES += ("mouthSmileLeft", "mouthSmileRight")
@@ -155,3 +158,24 @@ def test_what_shares_a_fault_is_told_in_one_sentence_that_names_all():
     assert found.blendshapes == rig.names[:5]
     assert found.message.startswith("5 blendshapes move nothing")
     assert all(name in found.message for name in rig.names[:5])
+
+
+@pytest.mark.parametrize("metres", [1, 10, 100])
+def test_a_vertex_that_flies_off_decides_about_nothing_and_goes_back(rig, metres):
+    k, v = rig.names.index("jawOpen"), int(np.flatnonzero(rig.skin)[500])
+    deltas = rig.deltas.copy()
+    deltas[k, v] += np.array([300, -200, 933]) * metres
+    arrays = (rig.names, rig.parts, rig.part_names, rig.source_index)
+    whole, torn = (rig_from_raw(RawRig("rig", rig.neutral, rig.triangles, d, *arrays)) for d in (rig.deltas, deltas))
+    assert (torn.unit_mm, torn.up, torn.facing) == (whole.unit_mm, whole.up, whole.facing)
+    assert (torn.skin != whole.skin).mean() < 0.05
+    found = audit(torn)
+    assert "jawOpen" not in found.used
+    assert "jawOpen cannot be right" in verdict(found)
+
+
+def test_a_strong_tongue_or_a_far_whole_does_not_fly_off():
+    rig = sample_rig()
+    assert not flying(rig.neutral, rig.deltas).any()
+    assert not flying(rig.neutral, 4 * rig.deltas).any()
+    assert not flying(rig.neutral, rig.deltas + 1e4).any()

@@ -133,11 +133,40 @@ def test_files_that_do_not_make_one_rig_are_refused_in_one_line(tmp_path, files,
     assert "\n" not in str(error.value)
 
 
-def test_a_link_to_nothing_is_not_skipped_in_silence(tmp_path):
-    folder = write(tmp_path / "r", neutral=SQUARE + "f 1 2 3 4\n", smile=MOVED + "f 1 2 3 4\n")
-    (folder / "gone.obj").symlink_to(folder / "nothing.obj")
-    with pytest.raises(RigError, match=r"gone\.obj cannot be read"):
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "odd.obj is empty"),
+        ("v 0 0 0\nv 1 0", "odd.obj: vertex 2 reads 'v 1 0'"),
+        ("PK\x03\x04", "odd.obj has no vertices"),
+        (MOVED, "odd.obj has 0 faces"),
+        (MOVED + "f 1 2 3\nf 1 3", "odd.obj has 2 faces"),
+        (MOVED + "f 1 2 3\nf 1 x 4\n", "odd.obj: the face 'f 1 x 4' does not read"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "odd.obj has 3 vertices, the neutral neutral.obj has 4"),
+        (None, "odd.obj cannot be read"),
+    ],
+)
+def test_a_file_that_is_no_whole_blendshape_is_left_out_and_named_while_half_are_whole(tmp_path, text, says):
+    faces = "f 1 2 3\nf 1 3 4\n"
+    folder = write(tmp_path / "r", neutral=SQUARE + faces, smile=MOVED + faces)
+    for stem in ("odd", "odd_2"):
+        if text is None:
+            (folder / f"{stem}.obj").symlink_to(folder / "nothing.obj")
+        else:
+            (folder / f"{stem}.obj").write_text(text)
+        if stem == "odd":
+            rig = read_obj_folder(folder)
+            assert rig.names == ("smile",)
+            assert says in rig.note
+    with pytest.raises(RigError) as error:
         read_obj_folder(folder)
+    assert says in str(error.value)
+
+
+def test_one_file_of_other_faces_speaks_against_all(tmp_path):
+    files = {name: MOVED + "f 1 2 3 4\n" for name in "bcde"}
+    with pytest.raises(RigError, match=r"a\.obj joins its vertices into other faces"):
+        read_obj_folder(write(tmp_path / "r", neutral=SQUARE + "f 1 2 3 4\n", a=MOVED + "f 4 3 2 1\n", **files))
 
 
 def test_decimal_commas_are_read(tmp_path):

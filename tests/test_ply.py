@@ -121,6 +121,13 @@ def test_files_that_hold_no_mesh_are_refused(tmp_path, old, new, says):
         read_ply_folder(folder)
 
 
+@pytest.mark.parametrize("odd", [b"", b"ply\n", ply(MOVED, MIXED)[:-30], ply(MOVED[:4], [[0, 1, 2]])])
+def test_one_file_that_is_no_whole_blendshape_is_left_out_and_named(tmp_path, odd):
+    rig = read_ply_folder(write(tmp_path / "r", neutral=ply(SQUARE, MIXED), a=ply(MOVED, MIXED), odd=odd))
+    assert rig.names == ("a",)
+    assert "odd.ply" in rig.note
+
+
 def test_blendshapes_of_another_mesh_are_refused(tmp_path):
     with pytest.raises(RigError, match=r"a\.ply has 4 vertices, the neutral neutral\.ply has 5"):
         read_ply_folder(write(tmp_path / "r", neutral=ply(SQUARE, MIXED), a=ply(MOVED[:4], [[0, 1, 2]])))

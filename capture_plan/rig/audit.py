@@ -23,7 +23,7 @@ from capture_plan.rig.findings import (
 )
 from capture_plan.rig.findings_apart import apart_findings
 from capture_plan.rig.findings_cover import covers
-from capture_plan.rig.findings_mesh import holes, sizes, untidy, windings
+from capture_plan.rig.findings_mesh import flown, holes, sizes, untidy, windings
 from capture_plan.rig.findings_sides import crooked, misnamed, overlaps, partners
 from capture_plan.rig.kinds import Kind, expression_kinds, set_apart
 from capture_plan.rig.pairs import blendshape_pairs
@@ -89,7 +89,7 @@ class Audit(Struct, frozen=True, forbid_unknown_fields=True):
 
 def audit(rig: Rig) -> Audit:
     """What a rig holds and every finding; `used` leaves out exactly the blendshapes of findings with `left_out`."""
-    findings, kinds = motionless(rig), expression_kinds(rig)
+    findings, kinds = motionless(rig) + flown(rig), expression_kinds(rig)
     findings += apart_findings(kinds, {name for finding in findings for name in finding.blendshapes})
     unseen = {name for finding in findings for name in finding.blendshapes}
     names = tuple(name for name in rig.names if name not in unseen)

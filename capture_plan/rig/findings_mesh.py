@@ -19,6 +19,7 @@ from capture_plan.rig.anchors import Anchors
 from capture_plan.rig.face.shape import border_loops
 from capture_plan.rig.face.unit import HUMAN_MM
 from capture_plan.rig.findings import Finding
+from capture_plan.rig.flying import flying
 from capture_plan.rig.record import Rig
 from capture_plan.rig.regions import face_regions
 from capture_plan.visibility.occluder import Occluder
@@ -39,7 +40,8 @@ def sizes(rig: Rig, pupils_mm: float | None, used: tuple[str, ...], unit: float)
         message = f"the pupils are {pupils_mm:.0f} mm apart, a person's {HUMAN_MM[0]:g} to {HUMAN_MM[1]:g} mm"
         advice = f"{change}. If the character is no human, scale the rig to the actor who wears the markers."
         found.append(Finding("size", (), message, advice, False, "stop"))
-    moved = rig.displacement.max(axis=0) * rig.skin
+    flies = flying(rig.neutral, rig.deltas)
+    moved = rig.displacement[~flies].max(axis=0, initial=0) * rig.skin
     x = rig.neutral[moved > MOVES * moved.max(), 0] if moved.any() else rig.neutral[:0, 0]
     if pupils_mm is None and len(x) and not BREADTH_MM[0] <= np.ptp(x) <= BREADTH_MM[1]:
         message = f"no eyes were found, and the moving face is {np.ptp(x):.3g} mm wide, a person's about 140 mm"
@@ -52,6 +54,17 @@ def sizes(rig: Rig, pupils_mm: float | None, used: tuple[str, ...], unit: float)
         advice = "Export these again with weight 1 as offsets from the neutral. Expressions cannot be posed with them."
         found.append(Finding("size", far, message, advice, False, "stop"))
     return found
+
+
+def flown(rig: Rig) -> list[Finding]:
+    """Blendshapes in which a few vertices fly off: they are left out, and go back to who made them."""
+    far = np.flatnonzero(flying(rig.neutral, rig.deltas))
+    if not len(far):
+        return []
+    told = ", ".join(f"{rig.names[k]} ({rig.displacement[k].max():,.0f} mm)" for k in far)
+    message = f"a few vertices fly off, further than a face can move: {told}"
+    advice = "Put these vertices back or clean the mesh, and export them again. Until then they are not planned."
+    return [Finding("size", tuple(rig.names[k] for k in far), message, advice, True, "stop")]
 
 
 def windings(rig: Rig) -> list[Finding]:

@@ -7,7 +7,8 @@ Letters    e[k, v]   share of a blendshape's energy at a vertex, e = a |d|^2 / s
            w[k]      how far it is heeded: 1 by a name of the face, 0.6 without one, 0 where it was set aside
            c, rho    where the face is and how large: middle of all facial energy, its root mean square distance
 Set aside  by name (hats, hair, bodies, head turns), where it folds what it moves to a third of its size (a part that
-           is hidden), where it moves nearly all rigidly (a head turn), or where it lies far from the others
+           is hidden), where a few vertices fly off (`flying.py`), where it moves nearly all rigidly (a head turn), or
+           where it lies far from the others
 On four human heads rho is 54 to 77 mm: it is the unit of length until the eyes are found.
 """
 
@@ -19,6 +20,7 @@ from jaxtyping import Bool, Float
 
 from capture_plan.errors import RigError
 from capture_plan.mesh import vertex_areas
+from capture_plan.rig.flying import flying
 from capture_plan.rig.movements import Movement, movements_of
 
 BY_NAME, WITHOUT_NAME = 1.0, 0.6
@@ -100,7 +102,7 @@ def find_channels(
     w = np.array([WITHOUT_NAME if movement is None else BY_NAME for movement in movements]) * moves
     folds = np.array([_folds(neutral, delta, length) for delta, length in zip(deltas, np.sqrt(squared), strict=True)])
     aside = folds | np.array([movement is not None and movement.kind in NOT_OF_THE_FACE for movement in movements])
-    w = _kept(w, aside)
+    w = _kept(_kept(w, flying(neutral, deltas)), aside)
     called = np.array([movement is not None for movement in movements]) & (w > 0)
     apart = np.linalg.norm(centre[w > 0] - np.median(centre[w > 0], axis=0), axis=1)
     least = max(SMALLEST * float(np.linalg.norm(np.ptp(neutral, axis=0))), LITTLE * float(np.median(apart)))

@@ -23,6 +23,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.spatial import KDTree
 
 from capture_plan.mesh import piece_areas, pieces, triangle_areas
+from capture_plan.rig.flying import flying
 from capture_plan.rig.formats.naming import listed, printable, sentences
 from capture_plan.rig.formats.raw import RawRig
 from capture_plan.rig.formats.weld import weld_seams
@@ -109,7 +110,8 @@ def what_belongs(raw: RawRig) -> RawRig:
 
 def spare_bodies(raw: RawRig) -> list[Body]:
     """Copies of the face that do not move, and what goes with them."""
-    moves = np.linalg.norm(raw.deltas, axis=2)
+    flies = flying(raw.neutral, raw.deltas)
+    moves = np.linalg.norm(raw.deltas if flies.all() else raw.deltas[~flies], axis=2)
     moves = moves > MOVES * moves.max()
     moving = moves.any(axis=0)
     every = list(bodies(raw))

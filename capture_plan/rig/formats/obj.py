@@ -14,10 +14,10 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
-from capture_plan.progress import track
-from capture_plan.rig.formats.naming import numbered
+from capture_plan.rig.formats.naming import numbered, sentences
 from capture_plan.rig.formats.raw import RawRig, fan, vertex_parts
 from capture_plan.rig.formats.source import Source, folder_name, is_kind
+from capture_plan.rig.formats.whole_files import OtherMeshError, whole_deltas
 
 VERTEX = re.compile(rb"^[ \t]*v[ \t]+([^\n]*)", re.MULTILINE)
 FACE = re.compile(rb"^[ \t]*f[ \t][^\n]*", re.MULTILINE)
@@ -54,8 +54,8 @@ def read_obj_folder(folder: Source) -> RawRig:
     neutral, faces, face_text = parse_vertices(data, neutral_path), parse_faces(data, neutral_path), join_faces(data)
     if len(faces.sizes) == 0:
         raise RigError(f"{neutral_path.name} has vertices but no faces ('f' lines): export the neutral with its faces")
-    deltas = np.empty((len(shapes), *neutral.shape), dtype=np.float32)
-    for k, path in enumerate(track(shapes, "Reading blendshapes")):
+
+    def shape(path: Source) -> Float[np.ndarray, "v 3"]:
         data = load(path)
         vertices = parse_vertices(data, path)
         if len(vertices) != len(neutral):
@@ -63,10 +63,22 @@ def read_obj_folder(folder: Source) -> RawRig:
                 f"{path.name} has {len(vertices):,} vertices, the neutral {neutral_path.name} has {len(neutral):,}: "
                 "export both from the same mesh with 'keep vertex order' on, or move it away if it is no blendshape"
             )
+        check_faces(data, path)
+        return vertices
+
+    def check_faces(data: bytes, path: Source) -> None:
         text = join_faces(data)
-        if text != face_text or b"-" in text:  # negative numbers mean different vertices in different places
-            check_same_faces(faces, neutral_path, parse_faces(data, path), path)
-        deltas[k] = vertices - neutral
+        if text == face_text and b"-" not in text:  # negative numbers mean different vertices in different places
+            return
+        ended = text + b"\n" if text and data.endswith(b"\n") else text  # else its last line may be cut
+        if len(text) < len(face_text) and face_text.startswith(ended):
+            raise RigError(
+                f"{path.name} has {text.count(b'f'):,} faces, the neutral {neutral_path.name} has "
+                f"{len(faces.sizes):,}: if the file was cut off, export it again, else export both from the same mesh"
+            )
+        check_same_faces(faces, neutral_path, parse_faces(data, path), path)
+
+    shapes, deltas, broken = whole_deltas(neutral, shapes, shape)
     labels = np.repeat(faces.labels, faces.sizes - 2)
     triangles = fan(faces.corners, faces.sizes)
     parts, part_names = vertex_parts(triangles, labels, faces.part_names, len(neutral))
@@ -80,7 +92,7 @@ def read_obj_folder(folder: Source) -> RawRig:
         parts=parts,
         part_names=part_names,
         source_index=np.arange(len(neutral), dtype=np.int32),
-        note=told,
+        note=sentences(told, broken),
     )
 
 
@@ -229,14 +241,14 @@ def name_parts(keys: list[tuple[str, ...]]) -> tuple[str, ...]:
 
 
 def check_same_faces(neutral: Faces, neutral_path: Source, faces: Faces, path: Source) -> None:
-    """RigError unless both files have the same polygons, wherever each starts and in whatever order they come."""
+    """OtherMeshError unless both files have the same polygons, wherever each starts and in whatever order they come."""
     if len(faces.sizes) != len(neutral.sizes):
-        raise RigError(
+        raise OtherMeshError(
             f"{path.name} has {len(faces.sizes):,} faces, the neutral {neutral_path.name} has {len(neutral.sizes):,}: "
             "export both from the same mesh; if the file was cut off, export it again"
         )
     if cycles(faces) != cycles(neutral):
-        raise RigError(
+        raise OtherMeshError(
             f"{path.name} joins its vertices into other faces than the neutral {neutral_path.name}: "
             "export both from the same mesh with 'keep vertex order' on"
         )

@@ -97,7 +97,10 @@ def read_faces(path: Source) -> Faces:
 
 def read_ply(path: Source) -> dict[str, Table]:
     """Every element's properties. RigError when the file is none, or was cut off."""
-    data = path.read_bytes()
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise RigError(f"{path.name} cannot be read ({error.strerror}): check the file and its permissions") from error
     match = END.match(data)
     if not data.startswith(b"ply") or not match:
         raise RigError(f"{path.name} is not a PLY file, or its header was cut off: export it again")

@@ -9,11 +9,11 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_plan.errors import RigError
-from capture_plan.progress import track
-from capture_plan.rig.formats.naming import numbered
+from capture_plan.rig.formats.naming import numbered, sentences
 from capture_plan.rig.formats.obj import Faces
 from capture_plan.rig.formats.raw import RawRig, fan, vertex_parts
 from capture_plan.rig.formats.source import Source, folder_name
+from capture_plan.rig.formats.whole_files import whole_deltas
 
 
 def rig_of_shapes(
@@ -41,8 +41,8 @@ def rig_of_shapes(
             f"{neutral.name} has faces of fewer than three corners or of vertices beyond its {len(vertices):,}: "
             "the file may be cut off, export it again"
         )
-    deltas = np.empty((len(shapes), *vertices.shape), dtype=np.float32)
-    for k, path in enumerate(track(shapes, "Reading blendshapes")):
+
+    def read_shape(path: Source) -> Float[np.ndarray, "v 3"]:
         shape = read_vertices(path)
         if len(shape) != len(vertices):
             raise RigError(
@@ -51,7 +51,9 @@ def rig_of_shapes(
             )
         if check_faces:
             check_faces(faces, neutral, path)
-        deltas[k] = shape - vertices
+        return shape
+
+    shapes, deltas, broken = whole_deltas(vertices, shapes, read_shape)
     triangles = fan(faces.corners, faces.sizes)
     parts, part_names = vertex_parts(
         triangles, np.repeat(faces.labels, faces.sizes - 2), faces.part_names, len(vertices)
@@ -66,5 +68,5 @@ def rig_of_shapes(
         parts=parts,
         part_names=part_names,
         source_index=np.arange(len(vertices), dtype=np.int32),
-        note=told,
+        note=sentences(told, broken),
     )
