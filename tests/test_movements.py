@@ -174,3 +174,17 @@ def test_names_are_split_into_whole_words(name, words):
 
 def test_every_phrase_weighs_a_number_with_a_fraction():
     assert all(type(weight) is float for weight, _, _ in _phrases())
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("Key", "Key 1", "Key 2"),
+        ("smile", "smile.001", "smile.002"),
+        ("Blink", "Blink_L", "Blink_R"),
+        ("viseme", "viseme_aa", "viseme_oh", "viseme_ee"),
+        ("target", "target_1", "target_2", "target_3"),
+    ],
+)
+def test_a_name_that_is_the_first_word_of_all_others_is_a_name_like_them(names):
+    assert len(movements_of(names)) == len(names)

@@ -56,17 +56,16 @@ def verdict(found: Audit) -> str:
     stops = [finding for finding in found.findings if finding.urgency == "stop"]
     if any(finding.kind == "winding" for finding in stops):
         return f"Not yet: {kept}, but the faces point inwards; reverse the normals first."
-    if found.reading and (unsure := unsure_words(found.reading)) and unsure != "the unit is not certain":
+    wrong = some([name for finding in stops for name in finding.blendshapes])
+    unsure = unsure_words(found.reading) if found.reading else ""
+    if wrong:
+        return f"Not yet: {kept}, but {wrong} cannot be right."
+    if unsure and (not stops or unsure != "the unit is not certain"):
         return f"Look at how it was understood first: {kept}, but {unsure}."
-    if any(finding.kind == "size" and not finding.blendshapes for finding in stops):
+    if stops:
         pupils = found.interpupillary_mm
         apart = "" if pupils is None else f", with pupils {pupils:,.0f} mm apart"
         return f"Check the size first: {kept}{apart}."
-    if stops:
-        far = some([name for finding in stops for name in finding.blendshapes])
-        return f"Not yet: {kept}, but {far} cannot be right."
-    if found.reading and (unsure := unsure_words(found.reading)):
-        return f"Look at how it was understood first: {kept}, but {unsure}."
     if out > MIXED_UP * k:
         return f"Look at what is left out first: {kept}."
     if len(found.used) < FEW:
