@@ -4,6 +4,7 @@ import re
 import tomllib
 from importlib.resources import files
 
+import numpy as np
 import pytest
 
 from capture_plan.cli import open_take, unheard
@@ -11,6 +12,7 @@ from capture_plan.progress import listen
 from capture_plan.rig import sample_rig
 from capture_plan.rig.sequence import map_weights, read_sequence
 from capture_plan.rig.sequence.columns import plain
+from capture_plan.rig.sequence.mapping import drive
 from capture_plan.rig.sequence.told import WIDE, mapped, of_several
 
 FACEWARE = tomllib.loads(files("capture_plan.rig").joinpath("data", "faceware.toml").read_text(encoding="utf-8"))
@@ -93,3 +95,29 @@ def test_notes_are_said_once():
     lines = ["Note: take: 6 of 70 frames have no face and were left out.", "Note: another thing.", "Sum."]
     assert unheard(lines, heard) == lines[1:]
     assert unheard(["note: 6 of 70 frames have no face and were left out"], heard) == []
+
+
+QUARTERS = ("Lip_Funneler_LB", "Lip_Funneler_LT", "Lip_Funneler_RB", "Lip_Funneler_RT")
+
+
+def test_action_units_in_words_drive_what_they_name_and_quarters_never_add_up_to_more_than_the_whole():
+    columns = ["Outer_Brow_Raiser_L", "Inner_Brow_Raiser_L", "Lid_Tightener_R", "Eyes_Closed_R", *QUARTERS]
+    names = sample_rig().names
+    mapping = map_weights(columns, names)
+    told = {drive.column: drive.blendshape for drive in mapping.drives}
+    assert [told[column] for column in columns[:4]] == [
+        "browOuterUpLeft", "browInnerUp", "eyeSquintRight", "eyeBlinkRight"
+    ]  # fmt: skip
+    w = drive(mapping, columns, names, np.ones((1, len(columns))))[0]
+    assert w[names.index("mouthFunnel")] == pytest.approx(1)
+    assert w.max() <= 1 + 1e-9
+
+
+@pytest.mark.parametrize("column", ["EyeOpenLeft", "leftEyeOpen", "eyes_open"])
+def test_a_column_that_says_how_far_an_eye_is_open_widens_no_eye(column, tmp_path):
+    blinks = [0.0 if t % 30 < 3 else 1.0 for t in range(90)]
+    rows = "".join(f"{t / 30:.4f},0.5,{x},{x / 2}\n" for t, x in enumerate(blinks))
+    (tmp_path / "a.csv").write_text(f"time,JawOpen,{column},MouthPucker\n" + rows)
+    take = read_sequence(tmp_path / "a.csv", rig=sample_rig())
+    assert "how far the eye is open" in dict(take.mapping.left_out)[column]
+    assert not [one for one in take.mapping.drives if one.blendshape.startswith("eyeWide")]

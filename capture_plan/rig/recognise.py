@@ -2,6 +2,7 @@
 
     recognise("eyeBlink_L")                       ARKit      eyeBlinkLeft  left   "eye closed (left)"
     recognise("au_12_l")                          FACS       AU12          left   "lip corner puller (left)"
+    recognise("Lip_Corner_Puller_L")              FACS       AU12          left   "lip corner puller (left)"
     recognise("CTRL_expressions_mouthFunnelUL")   MetaHuman  mouthFunnelUL left   "mouth funnel (upper left)"
     recognise("Expressions_mouthSmile_max")       MB-Lab     mouthSmile    none   "mouth smile, upper end of its slider"
     recognise("blink_l")                          VRM        blinkLeft     left   "left eye closed"
@@ -36,6 +37,11 @@ CONTROL = re.compile(r"(?:.*[:|.])?CTRL_expressions[_.]")
 ENDS = re.compile(r"(?P<base>[A-Za-z]*[a-z](?:Left|Right)?)(?P<quadrant>[UD]?(?:IN|OUT)?[LRCUDM]?)(?P<phase>Ph\d)?")
 NUMBERED = re.compile(r"\d+\.")  # 13.mouth_leftMouth_smile
 SLIDER = re.compile(r"(?P<prefix>Expressions_)?(?P<base>[A-Za-z]\w*?\d*)_(?P<end>min|max)")
+QUARTER = re.compile(r"(?P<side>[lr]?)(?P<end>[tb])")  # of the lips: left or right, top or bottom
+SIDE_OF: dict[str, Side] = {"l": "left", "r": "right"}
+HALVES = {(28, "t"): "mouthRollUpper", (28, "b"): "mouthRollLower", (17, "t"): "mouthShrugUpper"}
+OUTER = {"outer", "outside", "extern", "external"}
+HEAD_UNITS = 51  # action units from here on are turns of head and eyes
 PLACES = {"U": "upper", "D": "lower", "IN": "inner", "OUT": "outer", "C": "centre", "L": "left", "R": "right"}
 
 
@@ -105,6 +111,29 @@ def _facs(name: str) -> Recognised | None:
         return _unit(number, None, SHARED)
     side: Side | None = "left" if word.startswith("l") else "right" if word.startswith("r") else None
     return _unit(number, side, OWN if re.fullmatch(r"AU\d+[LR]?", name) else HOUSE)
+
+
+def _unit_words(name: str) -> Recognised | None:
+    """An action unit by its words: Outer_Brow_Raiser_L, Lip_Funneler_LB (left, bottom); units of one word say too
+    little."""
+    words = split_words(name)
+    corner = QUARTER.fullmatch(words[-1]) if words else None
+    sides: list[Side] = [side_words()[word] for word in words if word in side_words()]
+    bare = tuple(word for word in (words[:-1] if corner else words) if word not in side_words())
+    number = _units_by_words().get(bare)
+    if number is None:
+        return None
+    half: Side | None = SIDE_OF[corner["side"]] if corner and corner["side"] else sides[0] if len(sides) == 1 else None
+    found = _unit(number, half, HOUSE)
+    half_lip = HALVES.get((number, corner["end"])) if corner else None
+    return replace(found, arkit=_sided(half_lip, half)) if half_lip else found
+
+
+@cache
+def _units_by_words() -> dict[tuple[str, ...], int]:
+    """Numbers of the action units by their words, where these are two or more and blendshapes do nearly the same."""
+    units = {split_words(entry["words"]): int(unit[2:]) for unit, entry in _data("facs").items() if entry["arkit"]}
+    return {words: number for words, number in units.items() if len(words) > 1 and number < HEAD_UNITS}
 
 
 def _unit(number: int, side: Side | None, confidence: float) -> Recognised:
@@ -196,6 +225,8 @@ def _in_words(name: str, movement: Movement | None) -> Recognised | None:
     if movement is None:
         return None
     base = nearest_of(movement)
+    if base == "browInnerUp" and OUTER & {*split_words(name)}:
+        base = "browOuterUp"
     sure = round(WORDS * movement.confidence, 3)
     if base is None:
         return Recognised(IN_WORDS, name, movement.side, said_of(movement), sure)
@@ -245,6 +276,7 @@ READERS: tuple[Callable[[str], Recognised | None], ...] = (
     _mblab,
     _faceware,
     _house,
+    _unit_words,
     _words,
 )
 
