@@ -362,8 +362,8 @@ def test_a_plan_over_its_budget_or_with_fewer_landmarks_than_its_bound_is_caught
 
 def test_a_plan_with_another_order_than_its_curve_is_caught(plan):
     lie = replace(plan, layout=replace(plan.layout, order=plan.layout.order[::-1]))
-    (broken,) = [claim for claim in check_plan(lie, sample_rig()) if not claim.holds]
-    assert "layout.order[1] says" in broken.found
+    broken = [claim.found for claim in check_plan(lie, sample_rig()) if not claim.holds]
+    assert any("layout.order[1] says" in found for found in broken)
 
 
 def test_a_plan_whose_budget_pays_for_a_cover_may_leave_nothing_uncovered(plan):

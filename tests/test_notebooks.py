@@ -19,7 +19,7 @@ from capture_plan.layout.shell.takes import takes_of
 from capture_plan.notebook import notebooks_folder, open_notebook
 from capture_plan.plan.files import plan_bytes
 from capture_plan.plan.make import make_plan
-from capture_plan.plan.record import Plan
+from capture_plan.plan.record import Plan, sealed
 from capture_plan.plan.settings import Settings
 from capture_plan.progress import track
 from capture_plan.report.words import millimetres
@@ -46,7 +46,7 @@ def short_plan():
     """The sample's plan with two of its expressions: enough to draw."""
     plan = make_plan(sample_rig())
     packing = msgspec.structs.replace(plan.packing, expressions=plan.packing.expressions[:2])
-    return msgspec.structs.replace(plan, packing=packing)
+    return sealed(msgspec.structs.replace(plan, packing=packing))
 
 
 def run(name, **given):

@@ -335,7 +335,7 @@ FORGERIES = [
     ("exclude each other", lambda p: change(p, exclusive=(*p.exclusive, ("browInnerUp", "jawOpen")))),
     ("do not conflict", lambda p: change(p, clique=("browInnerUp", *p.clique[1:]))),
     ("do not conflict", lambda p: change(p, clique=(p.clique[0], *p.clique[:-1]))),
-    ("out of order", lambda p: change(p, bound=len(p.clique) - 1, proven_optimal=False)),
+    ("certificates prove", lambda p: change(p, bound=len(p.clique) - 1, proven_optimal=False)),
     ("proof is misstated", lambda p: change(p, proven_optimal=False)),
     ("expressions listed", lambda p: change(p, objective=p.objective + 1)),
     ("is no corrective", lambda p: change(p, drivers=(*p.drivers, ("browInnerUp", "jawOpen")))),

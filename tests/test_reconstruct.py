@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
@@ -58,6 +58,7 @@ def test_no_weight_can_move_to_a_better_place_inside_its_bounds(seed):
 
 
 @given(seed=st.integers(0, 10_000))
+@example(seed=202)  # a step that changes little is not the last
 @settings(max_examples=20, deadline=None)
 def test_frames_that_creep_are_solved_alone_to_the_same_answer(seed):
     rng = np.random.default_rng(seed)
