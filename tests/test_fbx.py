@@ -23,6 +23,7 @@ from capture_plan.errors import RigError
 from capture_plan.rig import read_rig, sample_rig
 from capture_plan.rig.formats.fbx import read_fbx
 from capture_plan.rig.formats.fbx_nodes import local_matrix
+from capture_plan.rig.formats.raw import finite
 
 FORMS = {
     "ascii": ascii_text,
@@ -209,8 +210,6 @@ def test_unit_scale_factor_counts_in_centimetres(tmp_path, factor, unit):
     [
         ([([model(HEAD, "head")], [])], "has no mesh with faces"),
         (head()[:2], "r.fbx: no blendshapes found"),
-        (head(channel(30, "a", [([4], [[0, 0, 1]])])), "'a' that moves vertex 4 of 4"),
-        (head(channel(30, "a", [([1, 2], [[0, 0, 1]])])), "'a' of 1 offsets for 2 vertices"),
         (head(mesh_node=mesh(MESH, faces=[0, 1, ~4])), "a face that uses vertex 4 of 4"),
         (head(mesh_node=mesh(MESH, faces=[0, 1, 2])), "a polygon without an end"),
         (head(mesh_node=mesh(MESH, vertices=np.zeros(7))), "no whole FBX file"),
@@ -225,6 +224,16 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path, pieces, says):
         read(tmp_path, *pieces)
     assert str(error.value).startswith("r.fbx")
     assert len(str(error.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("offsets", [([4], [[0, 0, 1]]), ([1, 2], [[0, 0, 1]]), ([-1], [[0, 0, 1]])])
+def test_a_shape_of_another_mesh_is_left_out_and_named(tmp_path, offsets):
+    raw = finite(read(tmp_path, *head(channel(30, "good", [LIFT]), channel(40, "bad", [offsets]))))
+    assert raw.names == ("good",)
+    assert "another mesh were left out" in raw.note
+    assert raw.note.endswith("bad")
+    with pytest.raises(RigError, match="all blendshapes hold NaN"):
+        finite(read(tmp_path, *head(channel(30, "bad", [offsets]))))
 
 
 def test_old_files_are_refused_with_what_to_export(tmp_path):

@@ -17,7 +17,7 @@ from capture_plan.rig.formats.fbx_file import Node
 from capture_plan.rig.formats.fbx_nodes import number, properties
 from capture_plan.rig.formats.fbx_scene import Scene
 from capture_plan.rig.formats.naming import listed, numbered
-from capture_plan.rig.formats.scene import Offsets, check_moved, plain
+from capture_plan.rig.formats.scene import Offsets, moved, plain
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +89,7 @@ def read_channel(scene: Scene, deformer: int, channel: int, v: int) -> Channel:
     plain = next((float(x) for x in node.child("DeformPercent").array()), 0.0)
     stands = number(properties(node), "DeformPercent", plain) / (weights[full] if weights[full] > 0 else 100.0)
     between = tuple(float(weight) for i, weight in enumerate(weights) if i != full)
-    offsets = read_shape(name, scene.objects[shapes[full]], v)
+    offsets = read_shape(scene.objects[shapes[full]], v)
     return Channel(scene.name(deformer), name, offsets, stands if np.isfinite(stands) else 0.0, between)
 
 
@@ -100,7 +100,7 @@ def inner_channels(mesh: Node, v: int) -> list[Channel]:
     deformers = {name.partition(".")[0] for name, _ in shapes if "." in name}
     common = deformers.pop() if len(deformers) == 1 and all("." in name for name, _ in shapes) else ""
     return [
-        Channel("", name.removeprefix(f"{common}."), read_shape(name, shape, v), number(props, name, 0.0) / 100)
+        Channel("", name.removeprefix(f"{common}."), read_shape(shape, v), number(props, name, 0.0) / 100)
         for name, shape in shapes
     ]
 
@@ -110,7 +110,7 @@ def channel_name(scene: Scene, deformer: int, channel: int) -> str:
     return scene.name(channel).removeprefix(f"{scene.name(deformer)}.")
 
 
-def read_shape(name: str, shape: Node, v: int) -> Offsets:
+def read_shape(shape: Node, v: int) -> Offsets:
     """What a shape does to a mesh of `v` vertices."""
     values = shape.child("Vertices").array().reshape(-1, 3).astype(np.float64)
     indices = shape.child("Indexes").array().astype(np.int64)
@@ -118,8 +118,7 @@ def read_shape(name: str, shape: Node, v: int) -> Offsets:
         indices = np.arange(v)
     if len(values) == 0:  # its normals alone change
         indices = indices[:0]
-    check_moved(name, indices, values, v)
-    return Offsets(indices, values)
+    return moved(indices, values, v)
 
 
 def note(between: list[str]) -> str:

@@ -257,10 +257,11 @@ def material_name(gltf: Gltf, index: int | None) -> str:
 
 
 def placed(gltf: Gltf, M: Float[np.ndarray, "v 4 4"], index: int) -> Float[np.ndarray, "v 3"]:
-    """Vectors of an accessor, turned and scaled but not moved."""
+    """Vectors of an accessor, turned and scaled but not moved; nowhere (NaN) where they are of another mesh, so that
+    `raw.finite` leaves their blendshape out and names it."""
     vectors = gltf.accessor(index)
     if vectors.shape != (len(M), 3):
-        raise RigError(f"has a blendshape of {len(vectors):,} vertices on a mesh of {len(M):,}: {AGAIN}")
+        return np.full((len(M), 3), np.nan)
     return np.einsum("vij,vj->vi", M[:, :3, :3], vectors)
 
 

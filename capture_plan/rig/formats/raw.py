@@ -13,6 +13,7 @@ from capture_plan.rig.formats.naming import listed, sentences
 from capture_plan.rig.record import check_blendshapes
 
 NO_PART = "(no faces)"
+BROKEN = "NaN or infinite coordinates, or those of another mesh"
 UNITS_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "dm": 100.0, "in": 25.4, "ft": 304.8}  # the usual ones first
 MOST_DISPLACEMENTS = 64_000_000  # (1 + k) v, 12 bytes each: 800 blendshapes of 80,000 vertices
 
@@ -49,7 +50,7 @@ class RawRig:
 
 
 def finite(raw: RawRig) -> RawRig:
-    """The rig without blendshapes that hold NaN or infinite coordinates; its note names them.
+    """The rig without blendshapes that hold NaN, infinite coordinates or those of another mesh; its note names them.
 
     RigError when all of them do.
     """
@@ -58,8 +59,8 @@ def finite(raw: RawRig) -> RawRig:
         return raw
     broken = listed(name for name, is_whole in zip(raw.names, whole, strict=True) if not is_whole)
     if not whole.any():
-        raise RigError(f"{raw.name}: all blendshapes hold NaN or infinite coordinates: clean the mesh and export again")
-    told = f"blendshapes that hold NaN or infinite coordinates were left out, clean them and export again: {broken}"
+        raise RigError(f"{raw.name}: all blendshapes hold {BROKEN}: clean the mesh and export it again")
+    told = f"blendshapes that hold {BROKEN} were left out, clean them and export again: {broken}"
     names = tuple(name for name, is_whole in zip(raw.names, whole, strict=True) if is_whole)
     return replace(raw, deltas=raw.deltas[whole], names=names, note=sentences(raw.note, told))
 

@@ -122,12 +122,8 @@ def check_corners(corners: Int[np.ndarray, " c"], v: int) -> None:
         raise RigError(f"has a face that uses vertex {worst:,} of {v:,}, counted from 0: export it again")
 
 
-def check_moved(blendshape: str, indices: Int[np.ndarray, " i"], values: Float[np.ndarray, "n 3"], v: int) -> None:
-    """RigError unless a blendshape has one offset for each vertex that it names, and these are there."""
-    if len(indices) != len(values):
-        raise RigError(
-            f"has a blendshape '{blendshape}' of {len(values):,} offsets for {len(indices):,} vertices: export it again"
-        )
-    if len(indices) and (indices.min() < 0 or indices.max() >= v):
-        worst = indices.max() if indices.max() >= v else indices.min()
-        raise RigError(f"has a blendshape '{blendshape}' that moves vertex {worst:,} of {v:,}: export it again")
+def moved(indices: Int[np.ndarray, " i"], values: Float[np.ndarray, "n 3"], v: int) -> Offsets:
+    """The offsets of a blendshape on a mesh of `v` vertices. Where they do not fit it they are nowhere (NaN), so that
+    `raw.finite` leaves the blendshape out and names it."""
+    fits = len(indices) == len(values) and (len(indices) == 0 or 0 <= indices.min() <= indices.max() < v)
+    return Offsets(indices, values) if fits else Offsets(np.zeros(1, dtype=np.int64), np.full((1, 3), np.nan))

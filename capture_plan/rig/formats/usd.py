@@ -30,8 +30,8 @@ from capture_plan.rig.formats.scene import (
     Offsets,
     PlacedMesh,
     check_corners,
-    check_moved,
     join_meshes,
+    moved,
     place_mesh,
     plain,
 )
@@ -149,8 +149,7 @@ def read_blendshapes(
         offsets = arrays[shape["offsets"]]
         indices = np.arange(len(offsets)) if shape["indices"] is None else arrays[shape["indices"]][:, 0]
         indices = indices if len(offsets) else indices[:0]
-        check_moved(name, indices, offsets, v)
-        found[name] = Offsets(indices, offsets)
+        found[name] = moved(indices, offsets, v)
     return found
 
 
