@@ -129,7 +129,7 @@ def _plain(plan: Plan) -> bytes:
 def answers_kept() -> Iterator[None]:
     """Within it what is slow is asked once for the same arguments, so that thousands of plans can be checked."""
     slow = [(check, "audit"), (check, "see_face"), (check, "task_of"), (again, "collide"), (again, "state_problem")]
-    slow += [(again, "blendshape_importance"), (again, "session"), (again, "read_takes_of"), (check, "motion_claims")]
+    slow += [(again, "blendshape_importance"), (again, "session"), (check, "read_takes_of"), (check, "motion_claims")]
     slow += [(follow, "name_landmarks"), (follow, "points_of"), (follow, "motion_fit")]
     patches = [patch.object(room, name, _kept(getattr(room, name))) for room, name in slow]
     for one in patches:

@@ -54,6 +54,8 @@ def test_json_has_every_answer_with_its_doubt(found):
     for name in ("axes", "unit", "eyes", "mouth", "nose", "chin", "ears", "sides"):
         assert {"sure", "signs"} <= set(told[name]), name
     assert len(told["eyes"]["left"]["mm"]) == len(told["eyes"]["left"]["file"]) == len(told["mouth"]["mm"]) == 3
+    carried = told["unit"]["mm"] * np.array(told["turn"]) @ told["mouth"]["file"]
+    assert carried == pytest.approx(told["mouth"]["mm"], abs=0.01)
 
 
 def test_an_audit_without_a_reading_is_still_read(found):

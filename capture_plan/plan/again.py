@@ -4,7 +4,6 @@ No solver is asked. Everything else that a plan says follows from the rig, the s
 that wrote it, so that whatever a plan says otherwise is not true of this rig.
 """
 
-from collections import Counter
 from pathlib import Path
 
 from msgspec.structs import replace
@@ -14,31 +13,28 @@ from capture_plan.expressions.problem import state_problem
 from capture_plan.expressions.record import Packing
 from capture_plan.expressions.session import session
 from capture_plan.layout.follow import decided_in, follow
-from capture_plan.layout.record import Layout
+from capture_plan.layout.shell.takes import Takes
 from capture_plan.layout.task import Task
 from capture_plan.plan.collide import collide
-from capture_plan.plan.places import read_rules_of, read_takes_of, read_target
+from capture_plan.plan.places import read_rules_of, read_target
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
 from capture_plan.rig.audit import Audit
 
 
-def made_again(plan: Plan, report: Audit, task: Task, *, folder: Path = Path()) -> Plan:
+def made_again(plan: Plan, report: Audit, task: Task, takes: Takes | None, *, folder: Path = Path()) -> Plan:
     """The plan of these decisions. `report` is the rig's audit; `task` that of the settings, without what head markers
-    shut out."""
+    shut out; `takes` are those that the settings name."""
     rig = task.face.rig
     packing = packing_again(plan, rig, folder)
-    shots = session(rig, plan.audit.used, packing, plan.settings.session)
-    reference = replace(plan.rig, name=rig.name, fingerprint=rig.fingerprint, vertices=len(rig.neutral))
     return replace(
-        plan, rig=reference, audit=report, layout=layout_again(plan, task, folder), packing=packing, session=shots
+        plan,
+        rig=replace(plan.rig, name=rig.name, fingerprint=rig.fingerprint, vertices=len(rig.neutral)),
+        audit=report,
+        layout=follow(task, decided_in(plan.layout, task), takes),
+        packing=packing,
+        session=session(rig, plan.audit.used, packing, plan.settings.session),
     )
-
-
-def layout_again(plan: Plan, task: Task, folder: Path) -> Layout:
-    """The layout of the vertices that were decided on."""
-    takes = read_takes_of(task.face.rig, plan.settings, folder, plan.rig.names)
-    return follow(task, decided_in(plan.layout, task), takes)
 
 
 def packing_again(plan: Plan, rig: Rig, folder: Path) -> Packing:
@@ -48,13 +44,13 @@ def packing_again(plan: Plan, rig: Rig, folder: Path) -> Packing:
     problem = state_problem(rig, plan.audit.used, settings, rules, apart)
     place = {name: k for k, name in enumerate(problem.names)}
     lists = [*(expression.blendshapes for expression in said.expressions), *said.unscanned]
-    seen: Counter[str] = Counter()
+    seen: set[str] = set()
     chosen = []
     for names in lists:
-        own = [name for name in names if name in place and not seen[name]]
-        seen.update(own)
+        own = (set(names) & set(place)) - seen
+        seen |= own
         chosen.append(tuple(sorted(place[name] for name in own)))
-    lost = tuple(k for name, k in place.items() if not seen[name])
+    lost = tuple(k for name, k in place.items() if name not in seen)
     chosen = [one for one in (*chosen, lost) if one]
     worth = blendshape_importance(rig, problem.names, settings, read_target(rig, plan.settings, folder))
     clique = tuple(name for name in problem.names if name in said.clique)

@@ -22,7 +22,7 @@ from capture_plan.plan.camera_claims import camera_claims
 from capture_plan.plan.claims import Claim, claim
 from capture_plan.plan.landmark_claims import bound_claims, landmark_claims, worth_claims
 from capture_plan.plan.motion_claims import motion_claims
-from capture_plan.plan.places import read_cameras_of, read_rules_of, with_zones_found
+from capture_plan.plan.places import read_cameras_of, read_rules_of, read_takes_of, with_zones_found
 from capture_plan.plan.reading_claims import reading_claims
 from capture_plan.plan.record import Plan
 from capture_plan.plan.sentence_claims import sentence_claims
@@ -56,12 +56,13 @@ def claims_of(plan: Plan, rig: Rig, folder: Path) -> Iterator[Claim]:
     task = task_of(face, plan.settings.landmarks)
     if plan.layout.head:
         task = task.beside(np.array([m.vertex for m in plan.layout.head]))
-    yield from again_claims(plan, made_again(plan, report, task, folder=folder))
+    takes = read_takes_of(rig, plan.settings, folder, plan.rig.names)
+    yield from again_claims(plan, made_again(plan, report, task, takes, folder=folder))
     yield from landmark_claims(plan, task)
     yield from camera_claims(plan, face)
     yield from bound_claims(plan, task)
     yield from worth_claims(plan, task)
-    yield from motion_claims(plan, face, folder)
+    yield from motion_claims(plan, face, takes)
     yield from expression_claims(plan, rig, folder)
     yield from reading_claims(plan, rig)
     yield from sentence_claims(plan, rig)

@@ -4,8 +4,6 @@ Data   A stiffness of the shell, Y rows of the take, H landmarks, U what is neit
 Model  A_UU D_U = -A_UH Y_H,  D_H = Y_H,  0 where fixed;  RMSE = sqrt(mean of |Y_v - D_v|^2)
 """
 
-from pathlib import Path
-
 import numpy as np
 from jaxtyping import Int
 from scipy.sparse import csc_array
@@ -16,18 +14,16 @@ from capture_plan.layout.record import MotionFit, SubjectFit
 from capture_plan.layout.shell.take import Take
 from capture_plan.layout.shell.takes import Takes
 from capture_plan.plan.claims import Claim, claim
-from capture_plan.plan.places import read_takes_of
 from capture_plan.plan.record import Plan
 from capture_plan.plan.summary import quarters
 
 SAME_MM = 1e-4
 
 
-def motion_claims(plan: Plan, face: Face, folder: Path) -> list[Claim]:
+def motion_claims(plan: Plan, face: Face, takes: Takes | None) -> list[Claim]:
     """The error of the take, with all landmarks, with the first of them, and with other layouts; and what the take
     does not show."""
     fit, layout = plan.layout.motion, plan.layout
-    takes = read_takes_of(face.rig, plan.settings, folder, plan.rig.names)
     if fit is None or takes is None:
         return [] if fit is None and takes is None else [claim("the take is measured", False, "no take, or no error")]
     vertex_of = {m.name: m.vertex for m in layout.landmarks}

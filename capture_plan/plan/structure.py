@@ -1,6 +1,7 @@
 """Whether all that a plan names is there, before anything is computed with it."""
 
-from collections.abc import Iterable, Iterator
+from collections import Counter
+from collections.abc import Iterator
 
 from capture_plan.errors import PlanError
 from capture_plan.layout.follow import SINGLE_COVER
@@ -35,7 +36,7 @@ def _names(plan: Plan) -> Iterator[str]:
     named += [name for a, b, _ in packing.hard for name in (a, b)]
     yield from (f"names '{name}', which is planned for nowhere" for name in named if name not in plan.audit.used)
     marks = [m.name for m in layout.markers]
-    yield from (f"has two markers called {name}" for name in _twice(marks))
+    yield from (f"has {count} markers called {name}" for name, count in Counter(marks).items() if count > 1)
     yield from (f"has an order with '{name}', which is no landmark" for name in layout.order if name not in marks)
 
 
@@ -55,8 +56,3 @@ def _lengths(plan: Plan) -> Iterator[str]:
         yield f"has {len(layout.programs)} programs"
     if tuple(plan.versions) != DECIDING:
         yield f"tells the versions of {', '.join(plan.versions) or 'nothing'}, not of {', '.join(DECIDING)}"
-
-
-def _twice(names: Iterable[str]) -> list[str]:
-    seen: set[str] = set()
-    return [name for name in names if name in seen or seen.add(name)]

@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from capture_plan.errors import RigError
 from capture_plan.progress import track
-from capture_plan.rig.formats.naming import LISTED
+from capture_plan.rig.formats.naming import listed
 from capture_plan.rig.formats.source import Source
 
 ENOUGH = 0.5  # of the files of blendshapes
@@ -49,6 +49,5 @@ def told_of(broken: list[RigError]) -> str:
     if not broken:
         return ""
     reasons = [str(error).rpartition(": ")[0] or str(error) for error in broken]
-    more = f" and {len(reasons) - LISTED} more" if len(reasons) > LISTED else ""
     advice = "export them again, or move away what is no blendshape"
-    return f"files that are no whole blendshapes were left out, {advice}: {', '.join(reasons[:LISTED])}{more}"
+    return f"files that are no whole blendshapes were left out, {advice}: {listed(reasons)}"
