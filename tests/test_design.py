@@ -9,8 +9,9 @@ from msgspec.structs import replace
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import SIXTY_EIGHT, see_face
-from capture_plan.layout.follow import SINGLE_COVER
+from capture_plan.layout.follow import SINGLE_COVER, decided_in, follow
 from capture_plan.layout.settings import LayoutSettings
+from capture_plan.layout.task import task_of
 from capture_plan.mesh.mirror import mirror_map
 from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
@@ -98,3 +99,24 @@ def test_skin_that_nobody_sees_is_refused(face):
 
 def replace_visibility(face, visibility):
     return type(face)(face.rig, face.used, visibility)
+
+
+def test_a_layout_follows_from_its_decisions_alone(face, studio):
+    task = task_of(face, SETTINGS)
+    assert follow(task, decided_in(studio, task)) == studio
+
+
+@pytest.mark.parametrize(("less", "proven"), [(0.0, True), (0.5, False)])
+def test_a_program_is_proven_where_its_bound_reaches_its_cost(face, studio, less, proven):
+    task, (first, *others) = task_of(face, SETTINGS), studio.programs
+    weaker = replace(studio, programs=(replace(first, bound=first.bound - less), *others))
+    assert follow(task, decided_in(weaker, task)).programs[0].proven_optimal == proven
+
+
+def test_of_as_many_landmarks_the_lexicographic_cover_has_the_best_places(face):
+    fewest, best = (
+        design_layout(face, replace(SETTINGS, method="cover", weights=weights))
+        for weights in ("count", "lexicographic")
+    )
+    assert len(best.landmarks) == len(fewest.landmarks)
+    assert np.mean([m.quality for m in best.landmarks]) < np.mean([m.quality for m in fewest.landmarks])

@@ -38,20 +38,14 @@ def made_again(plan: Plan, report: Audit, task: Task, takes: Takes | None, *, fo
 
 
 def packing_again(plan: Plan, rig: Rig, folder: Path) -> Packing:
-    """The list of the same expressions; what the plan names twice, or nowhere, is not in it, or at its end."""
+    """The list of the same expressions; what the plan performs in none of them stands at its end."""
     settings, said = plan.settings.expressions, plan.packing
     rules, apart = read_rules_of(plan.settings, folder), collide(rig, plan.audit.used, settings)
     problem = state_problem(rig, plan.audit.used, settings, rules, apart)
     place = {name: k for k, name in enumerate(problem.names)}
-    lists = [*(expression.blendshapes for expression in said.expressions), *said.unscanned]
-    seen: set[str] = set()
-    chosen = []
-    for names in lists:
-        own = (set(names) & set(place)) - seen
-        seen |= own
-        chosen.append(tuple(sorted(place[name] for name in own)))
-    lost = tuple(k for name, k in place.items() if name not in seen)
-    chosen = [one for one in (*chosen, lost) if one]
+    lists = [set(names) for names in (*(one.blendshapes for one in said.expressions), *said.unscanned)]
+    lists.append(set(place).difference(*lists))
+    chosen = [own for names in lists if (own := tuple(sorted(place[name] for name in names & set(place))))]
     worth = blendshape_importance(rig, problem.names, settings, read_target(rig, plan.settings, folder))
     clique = tuple(name for name in problem.names if name in said.clique)
     proofs = Proofs(said.solver_bound, order_proven=said.order_proven, clique=clique)
