@@ -202,6 +202,13 @@ def test_one_group_of_signs_that_contradicts_the_others_leaves_a_doubt():
     assert decide([vote for vote in votes if vote.group != "named place"], sides, **ask).sure
 
 
+@pytest.mark.parametrize(("signs", "stated", "sure"), [(1, None, False), (2, None, True), (1, ("+y", "+z"), True)])
+def test_up_rests_on_two_signs_at_least_or_on_one_and_the_format(signs, stated, sure):
+    votes = [Vote(f"up {i}", "up", vector("+y"), 30.0, 0.01) for i in range(signs)]
+    votes += [Vote(f"facing {i}", "facing", vector("+z"), 6.0, 0.03) for i in range(3)]
+    assert decided(*votes, stated=stated).sure == sure
+
+
 # ---------------------------------------------------------------- sides
 def test_names_that_say_the_other_side_are_told():
     rig = sample_rig()

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from capture_plan.errors import RigError
 from capture_plan.rig import sample_rig
 from capture_plan.rig.formats.gltf import read_gltf
+from capture_plan.rig.formats.raw import finite
 
 COMPONENT = {"int8": 5120, "uint8": 5121, "int16": 5122, "uint16": 5123, "uint32": 5125, "float32": 5126}
 TYPE = {1: "SCALAR", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
@@ -235,6 +236,14 @@ def test_compression_that_is_not_read_is_refused_by_its_name(tmp_path):
     writer.document["extensionsRequired"] = ["KHR_mesh_quantization", "XX_packed"]
     with pytest.raises(RigError, match="needs XX_packed, which is not read here"):
         read_gltf(writer.glb(tmp_path / "r.glb"))
+
+
+def test_a_target_of_another_mesh_is_left_out_and_named(tmp_path):
+    writer = Writer()
+    writer.mesh([primitive(writer, deltas=(LIFT, LIFT[:3]))], ["good", "bad"])
+    raw = finite(read_gltf(writer.glb(tmp_path / "r.glb")))
+    assert raw.names == ("good",)
+    assert raw.note.endswith("bad")
 
 
 def test_a_document_cut_anywhere_is_refused_in_one_line(tmp_path):

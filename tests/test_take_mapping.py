@@ -113,6 +113,19 @@ def test_action_units_in_words_drive_what_they_name_and_quarters_never_add_up_to
     assert w.max() <= 1 + 1e-9
 
 
+@pytest.mark.parametrize(
+    ("column", "blendshape"),
+    [
+        ("Lip_Suck_LT", "mouthRollUpper"),
+        ("Lip_Suck_LB", "mouthRollLower"),
+        ("Chin_Raiser_T", "mouthShrugUpper"),
+        ("Chin_Raiser_B", "mouthShrugLower"),
+    ],
+)
+def test_top_and_bottom_of_an_action_unit_are_the_upper_and_the_lower_lip(column, blendshape):
+    assert {drive.blendshape for drive in map_weights([column], sample_rig().names).drives} == {blendshape}
+
+
 @pytest.mark.parametrize("column", ["EyeOpenLeft", "leftEyeOpen", "eyes_open"])
 def test_a_column_that_says_how_far_an_eye_is_open_widens_no_eye(column, tmp_path):
     blinks = [0.0 if t % 30 < 3 else 1.0 for t in range(90)]
