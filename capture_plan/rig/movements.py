@@ -224,7 +224,7 @@ def _shared_prefix(words: Sequence[Sequence[str]]) -> tuple[str, ...]:
 def _is_cut(words: Sequence[str], prefix: tuple[str, ...]) -> bool:
     """Whether a name opens with the prefix and says something in letters after it."""
     n = len(prefix)
-    return n > 0 and tuple(words[:n]) == prefix and words[n : n + 1] != [] and not words[n].isdigit()
+    return 0 < n < len(words) and tuple(words[:n]) == prefix and not words[n].isdigit()
 
 
 def _bare(words: Sequence[str]) -> str:
