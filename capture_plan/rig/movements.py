@@ -94,6 +94,11 @@ def nearest_of(movement: Movement) -> str | None:
     return base
 
 
+def says(name: str) -> frozenset[str]:
+    """The things that the words of a name say: eye and open of EyeOpenLeft."""
+    return frozenset(thing for word in split_words(name) for thing in _meanings().get(word, ()))
+
+
 def said_of(movement: Movement) -> str:
     """A movement in words for people: "smile (left)"."""
     words = _table("said").get(movement.kind, movement.kind)

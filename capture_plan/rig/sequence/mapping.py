@@ -73,13 +73,15 @@ def map_weights(
     mine: NameMap | None = None,
     skipped: Iterable[tuple[str, str]] = (),
     scale: float = 1.0,
+    read_as: Mapping[str, str] | None = None,
 ) -> WeightMapping:
     """Which of `columns` drives which of the blendshapes `names`; `skipped` were left out by the reader already.
 
     `scale` is what one unit of the columns is worth (0.01 where they are per cent), but for OpenFace's intensities.
+    `read_as` are other names to read columns by, whose values say something else than their names.
     RigError when nothing fits.
     """
-    offers = _offers(columns, names, mine)
+    offers = _offers(columns, names, mine, read_as or {})
     best: dict[str, int] = {}
     for _, blendshape, rank, _ in offers:
         best[blendshape] = min(rank, best.get(blendshape, NO_FIT))
@@ -122,9 +124,12 @@ def drive(
     return x @ s
 
 
-def _offers(columns: Sequence[str], names: Sequence[str], mine: NameMap | None) -> list[tuple[str, str, int, float]]:
+def _offers(
+    columns: Sequence[str], names: Sequence[str], mine: NameMap | None, read_as: Mapping[str, str]
+) -> list[tuple[str, str, int, float]]:
     """(column, blendshape, rank in HOW, share) of everything that each column could drive by its first rank."""
     meant, means = recognise_all(columns, mine=mine), recognise_all(names, mine=mine)
+    meant |= {column: recognise(name) for column, name in read_as.items()}
     offers, parts = [], []
     for column in columns:
         known = meant[column]

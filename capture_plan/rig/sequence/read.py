@@ -30,6 +30,7 @@ from capture_plan.rig.sequence.frames import ChosenFrames, Frames, PosedFrames, 
 from capture_plan.rig.sequence.json_take import read_json
 from capture_plan.rig.sequence.mapping import drive, map_weights
 from capture_plan.rig.sequence.meshes import MeshTake, read_folder
+from capture_plan.rig.sequence.openness import as_blinks
 from capture_plan.rig.sequence.record import Sequence
 from capture_plan.rig.sequence.rigid import HeldFrames, hold, still_vertices, stillness
 from capture_plan.rig.sequence.scale import Verdict, judge
@@ -122,15 +123,19 @@ def drive_rig(path: Path, take: WeightTable, rig: Rig | None, fps: float | None,
     """A rig driven by recorded weights."""
     if rig is None:
         raise RigError(f"{path.name} holds weights, not meshes: give the rig that they drive")
-    notes = [*take.notes]
+    columns, told = take.columns, take.notes
+    notes = [*told]
     mapping = map_weights(take.columns, rig.names, mine=mine, skipped=take.skipped)
     driving = [
         c for c, column in enumerate(take.columns) if column in mapping.columns and not INTENSITY.fullmatch(column)
     ]
     verdict = judge_take(path, take, driving, mine)
     notes += [verdict.note] if verdict.note else []
-    if verdict.full != 1:
-        mapping = map_weights(take.columns, rig.names, mine=mine, skipped=take.skipped, scale=1 / verdict.full)
+    take, read_as = as_blinks(take, verdict.full, rig.names, mine)
+    notes += take.notes[len(told) :]
+    if verdict.full != 1 or take.columns != columns or read_as:
+        scale = 1 / verdict.full
+        mapping = map_weights(take.columns, rig.names, mine=mine, skipped=take.skipped, scale=scale, read_as=read_as)
     weights = drive(mapping, take.columns, rig.names, take.weights)
     rate = frame_rate(fps, take.fps, notes)
     return Sequence(path.stem, rig.neutral, rig.triangles, PosedFrames(rig, weights), rate, rig, mapping, tuple(notes))
