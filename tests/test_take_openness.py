@@ -47,3 +47,10 @@ def test_a_wide_eye_rests_near_0_and_stays_one(tmp_path):
         weights, _ = driven(tmp_path, {"jawOpen": JAW, name: BLINK})
         assert weights["eyeWideLeft"] == pytest.approx(BLINK, abs=1e-4)
         assert weights["eyeBlinkLeft"] == pytest.approx(0)
+
+
+def test_eyes_that_are_shut_for_half_of_a_take_are_open_where_the_face_rests(tmp_path):
+    weights, _ = driven(tmp_path, {"jawOpen": JAW, "EyeOpenLeft": 1 - JAW})
+    assert weights["eyeBlinkLeft"] == pytest.approx(JAW, abs=1e-4)
+    weights, _ = driven(tmp_path, {"jawOpen": JAW, "EyeOpenLeft": JAW})
+    assert weights["eyeWideLeft"] == pytest.approx(JAW, abs=1e-4)

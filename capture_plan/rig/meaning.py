@@ -44,7 +44,7 @@ def _all(rig: Rig) -> dict[str, str | None]:
 
 def _said(meaning: Recognised | None) -> str | None:
     """ARKit's name for a name that says exactly one movement."""
-    one = meaning is not None and len(meaning.arkit) == 1 and meaning.standard not in OF_PARTS
+    one = meaning is not None and len(meaning.arkit) == 1 and meaning.standard not in OF_PARTS and not meaning.part
     return meaning.arkit[0] if meaning and one else None
 
 

@@ -23,7 +23,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from capture_plan.rig.movements import Movement, movement_of, movements_of, nearest_of, said_of
+from capture_plan.rig.movements import SURE, Movement, movement_of, movements_of, nearest_of, said_of
 from capture_plan.rig.name_map import NameMap
 from capture_plan.rig.names import INTENSITY, UNIT, WORD, Side, arkit_name, side_of
 from capture_plan.rig.words import side_words, split_words
@@ -44,6 +44,7 @@ class Recognised:
     """`name` as the standard spells it, the subject's `side`, plain `words`, `confidence` from 0 to 1.
 
     `arkit` are the ARKit blendshapes that do nearly the same, for recorded weights; none where there is none like it.
+    `part` is "upper" or "lower" where the name says one lip of a movement, as the end of Lip_Funneler_LB does.
     """
 
     standard: str
@@ -52,6 +53,7 @@ class Recognised:
     words: str
     confidence: float
     arkit: tuple[str, ...] = ()
+    part: str = ""
 
 
 def recognise(name: str, *, mine: NameMap | None = None) -> Recognised | None:
@@ -195,12 +197,21 @@ def _words(name: str) -> Recognised | None:
 def _in_words(name: str, movement: Movement | None) -> Recognised | None:
     if movement is None:
         return None
-    base = nearest_of(movement)
+    bases, side, part = nearest_of(movement), movement.side, movement.part or ""
     sure = round(WORDS * movement.confidence, 3)
-    if base is None:
-        return Recognised(IN_WORDS, name, movement.side, said_of(movement), sure)
-    words = _data("arkit")[base]["words"]
-    return Recognised(IN_WORDS, name, movement.side, _with(words, movement.side), sure, _sided(base, movement.side))
+    words = " and ".join(_data("arkit")[base]["words"] for base in bases)
+    nearest = _looks(movement) or tuple(name for base in bases for name in _sided(base, side))
+    words = _with(words, side) if bases else said_of(movement)
+    return Recognised(IN_WORDS, name, side, words, sure, nearest, part)
+
+
+def _looks(movement: Movement) -> tuple[str, ...]:
+    """ARKit's blendshapes of eyes that look left or right: out for the one, in for the other."""
+    if movement.kind not in ("gaze left", "gaze right") or movement.confidence < SURE:
+        return ()
+    goes = movement.kind.removeprefix("gaze ")
+    sides: tuple[Side, ...] = (movement.side,) if movement.side else ("left", "right")
+    return tuple(f"eyeLook{'Out' if side == goes else 'In'}{side.capitalize()}" for side in sides)
 
 
 @cache

@@ -1,7 +1,8 @@
 """Columns that say how far an eye is open: 1 at rest, 0 where it is shut. They are no wide eyes.
 
 Data     x[t, c] weights, 1 is full; column c is read as a wide-open eye by a word for open, EyeOpenLeft
-Open     median_t x[t, c] >= AT_REST: a face at rest opens no eye wide for half of a take, but its eyes are open
+Open     median_t x[t, c] >= MOSTLY: no eye is wide for half of a take, but most eyes are open; where they are shut
+         more, x[t, c] >= AT_REST in frames where the rest of the face moves least
 Result   1 - x is the blink where no other column is one for that eye; else the column is left out. Both are said
 """
 
@@ -9,14 +10,15 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from capture_plan.rig.movements import says
 from capture_plan.rig.name_map import NameMap
 from capture_plan.rig.recognise import recognise_all
 from capture_plan.rig.sequence.weights import WeightTable
 
-AT_REST = 0.6  # of a full weight; takes of wide eyes have medians of 0 to 0.3
+MOSTLY, HALF, AT_REST = 0.6, 0.4, 0.75  # of a full weight; wide eyes have medians of 0 to 0.3
+LEAST = 0.05  # of the frames: those in which a face moves least
 WIDE, BLINK = "eyeWide", "eyeBlink"
 
 
@@ -25,14 +27,27 @@ def open_eyes(
 ) -> dict[str, tuple[str, ...]]:
     """ARKit's blinks that 1 less a column would be, for every column that says how far an eye is open."""
     given = {*mine.weights, *mine.names} if mine else set()
-    meant, rest = recognise_all(columns, mine=mine), np.median(x, axis=0)
-    found = {}
-    for column, at_rest in zip(columns, rest.tolist(), strict=True):
-        known = meant[column]
-        wide = known is not None and known.arkit and all(name.startswith(WIDE) for name in known.arkit)
-        if known and wide and column not in given and "open" in says(column) and at_rest >= AT_REST:
-            found[column] = tuple(name.replace(WIDE, BLINK) for name in known.arkit)
-    return found
+    meant = recognise_all(columns, mine=mine)
+    wide = {
+        column: known.arkit
+        for column, known in meant.items()
+        if known and known.arkit and all(name.startswith(WIDE) for name in known.arkit) and "open" in says(column)
+    }
+    moves = [column not in wide and bool(known and known.arkit) for column, known in meant.items()]
+    rests = _is_open(x, np.array(moves, dtype=bool))
+    return {
+        column: tuple(name.replace(WIDE, BLINK) for name in wide[column])
+        for column, open_at_rest in zip(columns, rests.tolist(), strict=True)
+        if open_at_rest and column in wide and column not in given
+    }
+
+
+def _is_open(x: Float[np.ndarray, "t c"], moves: Bool[np.ndarray, " c"]) -> Bool[np.ndarray, " c"]:
+    """Columns that are near 1 at rest; `moves` are those that tell when the face rests."""
+    middle = np.median(x, axis=0)
+    still = np.abs(x[:, moves]).sum(axis=1).argsort(kind="stable")[: max(1, round(LEAST * len(x)))]
+    rest = np.median(x[still], axis=0) if moves.any() else middle
+    return (middle >= MOSTLY) | ((middle >= HALF) & (rest >= AT_REST))
 
 
 def as_blinks(
@@ -52,8 +67,8 @@ def as_blinks(
     x = take.weights.copy()
     for column in turned:
         x[:, take.columns.index(column)] = full - x[:, take.columns.index(column)]
-    return _without(replace(take, weights=x, notes=(*take.notes, *_told(turned, apart))), apart), {
-        column: "blink" if len(blinks) > 1 else blinks[0] for column, blinks in turned.items()
+    return _without(replace(take, weights=x, notes=(*take.notes, *_told([*turned], apart))), apart), {
+        column: "blink" if len(blinks) > 1 else "".join(blinks) for column, blinks in turned.items()
     }
 
 
@@ -65,11 +80,11 @@ def _without(take: WeightTable, apart: Sequence[str]) -> WeightTable:
     return replace(take, columns=tuple(take.columns[c] for c in stay), weights=take.weights[:, stay], skipped=skipped)
 
 
-def _told(turned: Sequence[str] | dict, apart: Sequence[str]) -> list[str]:
+def _told(turned: Sequence[str], apart: Sequence[str]) -> list[str]:
     told = []
     if turned:
         told.append(
-            f"{_listed(list(turned))} near 1 at rest: how far an eye is open, no wide eye; 1 less the value is "
+            f"{_listed(turned)} near 1 at rest: how far an eye is open, no wide eye; 1 less the value is "
             "taken as the blink"
         )
     if apart:
