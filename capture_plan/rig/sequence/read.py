@@ -34,6 +34,7 @@ from capture_plan.rig.sequence.openness import as_blinks
 from capture_plan.rig.sequence.record import Sequence
 from capture_plan.rig.sequence.rigid import HeldFrames, hold, still_vertices, stillness
 from capture_plan.rig.sequence.scale import Verdict, judge
+from capture_plan.rig.sequence.unfiltered import without_raw
 from capture_plan.rig.sequence.usd_take import read_usd_take
 from capture_plan.rig.sequence.weights import WeightTable
 
@@ -123,6 +124,7 @@ def drive_rig(path: Path, take: WeightTable, rig: Rig | None, fps: float | None,
     """A rig driven by recorded weights."""
     if rig is None:
         raise RigError(f"{path.name} holds weights, not meshes: give the rig that they drive")
+    take = without_raw(take, [*mine.weights, *mine.names] if mine else [])
     columns, told = take.columns, take.notes
     notes = [*told]
     mapping = map_weights(take.columns, rig.names, mine=mine, skipped=take.skipped)
