@@ -126,6 +126,14 @@ def test_a_shared_prefix_says_nothing():
     assert movements_of([f"target_{k}" for k in range(50)]) == (None,) * 50
 
 
+@pytest.mark.parametrize(
+    "names", ["Key,Key 1,Key 2", "smile,smile.001,smile.002", "Blink,Blink_L,Blink_R", "viseme,viseme_aa,viseme_oh"]
+)
+def test_a_name_that_is_the_shared_prefix_alone_says_what_it_says_by_itself(names):
+    first, *_ = names = names.split(",")
+    assert movements_of(names)[0] == movement_of(first)
+
+
 def test_the_other_side_is_the_same_movement():
     for table in TOLD.values():
         for name, kind, side in wanted(table):

@@ -47,6 +47,18 @@ def test_a_sentence_that_leaves_the_jaw_out_is_caught(rig):
         assert f"39 mm ({jaw})" in (largest_unsaid(rig, changed(shot, sentence=said), packing.drivers) or "")
 
 
+def test_the_sum_at_one_place_is_the_largest_movement_and_other_millimetres_are_not():
+    deltas = NAMELESS.deltas.copy()
+    deltas[0] = -0.4 * deltas[3]
+    rig = replace(NAMELESS, deltas=deltas)
+    (shot, *_) = packed(rig).expressions
+    names = (rig.names[0], rig.names[3])
+    both = changed(shot, blendshapes=names, sentence=sentence(rig, names))
+    assert " down and back by 23 mm" in both.sentence
+    assert largest_unsaid(rig, both, ()) is None
+    assert largest_unsaid(rig, changed(both, sentence=both.sentence.replace("23", "12")), ()) is not None
+
+
 def test_a_jaw_without_a_name_is_told_with_its_millimetres_wherever_its_skin_is_counted():
     deltas = NAMELESS.deltas * np.float32(1)
     text = sentence(replace(NAMELESS, deltas=deltas), (NAMELESS.names[NAMES.index("jawOpen")],))

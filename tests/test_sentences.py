@@ -95,6 +95,45 @@ def test_mirrored_halves_without_names_are_told_as_one():
     assert told.startswith("both mouth corners up")
 
 
+def replaced(**sums):
+    """The sample without names, and the first blendshapes replaced by weighted sums of its own, by new names."""
+    deltas = RIG.deltas.copy()
+    for k, weights in enumerate(sums.values()):
+        deltas[k] = sum(w * RIG.deltas[RIG.names.index(name)] for name, w in weights.items())
+    return replace(unnamed(), deltas=deltas, names=(*sums, *unnamed().names[len(sums) :]))
+
+
+BROWS = {"browDownLeft": 1, "browDownRight": 1}
+
+
+@pytest.mark.parametrize("share", [-0.5, 0.5, -2])
+def test_what_moves_one_place_is_told_once_as_its_sum(share):
+    rig = replaced(one=BROWS, two={name: share for name in BROWS}, both={name: 1 + share for name in BROWS})
+    (told,) = movements(rig, ("one", "two"))
+    assert told == movements(rig, ("two", "one"))[0] == movements(rig, ("both",))[0]
+    assert movements(rig, ("shape9", "one")) == (*movements(rig, ("shape9",)), *movements(rig, ("one",)))
+
+
+def test_movements_that_undo_each_other_are_no_movement():
+    rig = replaced(one=BROWS, two={name: -1 for name in BROWS})
+    assert movements(rig, ("one", "two")) == ()
+
+
+def test_a_phrase_is_left_out_where_something_moves_its_place_the_other_way():
+    rig = replaced(browDownLeft={"browDownLeft": 1}, browDownRight={"browDownRight": 1}, it=dict.fromkeys(BROWS, -0.3))
+    assert sentence(rig, tuple(BROWS)) == "Pull both eyebrows down."
+    text = sentence(rig, (*BROWS, "it"))
+    assert not re.search(r"Pull| up", text), text
+    assert text.count("brow") == 1
+    assert " down" in text
+
+
+def test_brows_are_told_by_their_motion_where_their_name_says_the_other_way():
+    rig = replaced(brow_smile_2=BROWS)
+    assert " down" in sentence(rig, ("brow_smile_2",))
+    assert not re.search(r"[Rr]aise| up", sentence(rig, ("brow_smile_2",)))
+
+
 def test_mirroring_the_face_exchanges_the_sides_of_a_description():
     flip = np.array([-1, 1, 1])
     mirrored = replace(

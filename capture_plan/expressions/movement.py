@@ -8,6 +8,7 @@ Which    the mean of d over the region's vertices that move at least half as far
          where it has at least half of the largest component; sideways is outwards or inwards where there are two sides,
          unless both go to one side. Lids do not turn eyes outwards: they go apart
 How far  the largest |d| in the region
+Together what several blendshapes move at one place is told once, as the sum of their deltas moves it
 """
 
 from dataclasses import dataclass
@@ -28,6 +29,7 @@ JAW = ("lower lip", "chin", "jaw")
 WHOLLY = 0.7  # of the largest movement goes half of a chin with its bone: 0.76 to 0.97, under a pulled lip to 0.5
 LIDS = ("upper eyelid", "lower eyelid")
 PAIRED = {"mouth corner", "upper eyelid", "lower eyelid", "brow", "cheek", "temple", "ear"}
+OPPOSED = (("up", "down"), ("forward", "back"), ("outwards", "inwards"), ("to your left", "to your right"))
 SIDE = {1: "left", -1: "right"}
 
 
@@ -50,9 +52,8 @@ class Movement:
 
 
 def movements(rig: Rig, names: tuple[str, ...]) -> tuple[str, ...]:
-    """'both brows up by 6 mm' for every blendshape that moves the skin; mirrored halves are told as one."""
-    regions = regions_of(rig)
-    found = [movement for name in names if (movement := _movement(rig, regions, name)) is not None]
+    """'both brows up by 6 mm' for every place that blendshapes move; mirrored halves are told as one."""
+    found = [net for group in _places(rig, names) if (net := _net(rig, group)) is not None]
     told: list[Movement] = []
     for movement in found:
         other = next((m for m in told if _halves(m, movement)), None)
@@ -62,6 +63,69 @@ def movements(rig: Rig, names: tuple[str, ...]) -> tuple[str, ...]:
             far = max(movement.far, other.far)
             told[told.index(other)] = Movement(movement.region, 0, movement.ways, far)
     return tuple(str(movement) for movement in told)
+
+
+def against(rig: Rig, name: str, names: tuple[str, ...]) -> bool:
+    """Whether one of `names` moves the place of blendshape `name` the other way."""
+    mine = _movement(rig, regions_of(rig), name)
+    others = [_movement(rig, regions_of(rig), other) for other in names if other != name]
+    return mine is not None and any(
+        other is not None and _one_place(mine, other) and _opposed(mine, other) for other in others
+    )
+
+
+def goes_against(rig: Rig, name: str, way: str) -> bool:
+    """Whether blendshape `name` moves what it moves most the other way than `way`: up, down, forward, back."""
+    movement = _movement(rig, regions_of(rig), name)
+    return movement is not None and any(
+        way in two and not ({*two} - {way}).isdisjoint(movement.ways) for two in OPPOSED
+    )
+
+
+def _way(movement: Movement, two: tuple[str, str]) -> int:
+    """1 or -1 for the first or second of two opposed ways; 0 where a movement has neither."""
+    return (two[0] in movement.ways) - (two[1] in movement.ways)
+
+
+def _one_place(a: Movement, b: Movement) -> bool:
+    """Whether two movements are seen at one place: of left and right each is its own; a lip that goes up is one with
+    the jaw that takes it down.
+    """
+    jaw = "jaw" in (a.region, b.region) and {a.region, b.region} <= {"jaw", *JAW} and _opposed(a, b)
+    return (a.region == b.region or jaw) and (a.side == b.side or a.side * b.side == 0)
+
+
+def _opposed(a: Movement, b: Movement) -> bool:
+    return any(_way(a, two) * _way(b, two) < 0 for two in OPPOSED)
+
+
+def _places(rig: Rig, names: tuple[str, ...]) -> list[list[tuple[str, Movement]]]:
+    """The blendshapes that move the skin with their movements, in groups that are seen at one place."""
+    groups: list[list[tuple[str, Movement]]] = []
+    for name in names:
+        movement = _movement(rig, regions_of(rig), name)
+        if movement is None:
+            continue
+        near = [group for group in groups if any(_one_place(movement, other) for _, other in group)]
+        merged = [*(one for group in near for one in group), (name, movement)]
+        at = min((groups.index(group) for group in near), default=len(groups))
+        groups = [group for group in groups if group not in near]
+        groups.insert(at, merged)
+    return groups
+
+
+def _net(rig: Rig, group: list[tuple[str, Movement]]) -> Movement | None:
+    """How blendshapes that are seen at one place move it together; None where their sum leaves it still."""
+    first, movement = max(group, key=lambda one: one[1].far)
+    if len(group) == 1:
+        return movement
+    regions = regions_of(rig)
+    names = tuple(dict.fromkeys(each for name, _ in group for each in (name, *_bases(rig, name))))
+    deltas = rig.deltas[[rig.names.index(name) for name in names]].sum(axis=0)
+    region = movement.region
+    _, here = _place(rig, regions, *_moved(rig, first))
+    length = np.where(rig.skin, np.linalg.norm(deltas, axis=1), 0)
+    return _at(regions, region, here, length, deltas) if length[here].max() > STILL_MM else None
 
 
 @lru_cache(maxsize=REMEMBERED)
@@ -77,15 +141,31 @@ def _halves(a: Movement, b: Movement) -> bool:
 
 
 def _movement(rig: Rig, regions: FaceRegions, name: str) -> Movement | None:
-    deltas = rig.deltas[rig.names.index(name)] + _held(rig, name)
-    length = np.where(rig.skin, np.linalg.norm(deltas, axis=1), 0)
+    length, deltas = _moved(rig, name)
     if length.max() <= STILL_MM or not regions.known:
         return None
     region, here = _place(rig, regions, length, deltas)
+    return _at(regions, region, here, length, deltas)
+
+
+def _moved(rig: Rig, name: str) -> tuple[Float[np.ndarray, " v"], Float[np.ndarray, "v 3"]]:
+    """How far the skin goes under a blendshape and what is held besides, and its deltas."""
+    deltas = rig.deltas[[rig.names.index(each) for each in (name, *_bases(rig, name))]].sum(axis=0)
+    return np.where(rig.skin, np.linalg.norm(deltas, axis=1), 0), deltas
+
+
+def _at(
+    regions: FaceRegions,
+    region: str,
+    here: Bool[np.ndarray, " v"],
+    length: Float[np.ndarray, " v"],
+    deltas: Float[np.ndarray, "v 3"],
+) -> Movement:
+    """The movement of a place whose vertices are `here`."""
     left, _, right = (float((length[here & (regions.side == side)] ** 2).sum()) for side in (1, 0, -1))
     side = 0 if min(left, right) >= max(left, right) / 2 else int(np.sign(left - right))
     if side:
-        here &= regions.side == side
+        here = here & (regions.side == side)
     far = length[here].max()
     moved = here & (length >= far / 2)
     two = side == 0 and region in PAIRED
@@ -98,10 +178,9 @@ def _movement(rig: Rig, regions: FaceRegions, name: str) -> Movement | None:
     return Movement(region, side, ways, float(far))
 
 
-def _held(rig: Rig, name: str) -> Float[np.ndarray, "v 3"]:
+def _bases(rig: Rig, name: str) -> tuple[str, ...]:
     """What is held besides: a corrective moves nothing by itself."""
-    bases = [rig.names.index(base) for of, base in driven(rig, rig.names) if of == name]
-    return rig.deltas[bases].sum(axis=0)
+    return tuple(base for of, base in driven(rig, rig.names) if of == name)
 
 
 def _place(

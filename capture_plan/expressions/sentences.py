@@ -4,7 +4,8 @@ Data   phrases   expressions/data/phrases.toml, by ARKit name
 Rule   names that are known become phrases; what stands under `together` is merged, then left and right of one movement,
        from the brow down, the jaw before the lips; sides are the actor's own. The mouth's shape for a sound is asked
        for by the sound (`sounds.py`). What has no known name is described by where it moves most, which way and how
-       far, in millimetres, and so are expressions that would read alike.
+       far, in millimetres, each place once; and so are expressions that would read alike, and what has a known name
+       where something without one moves the same place the other way: nobody is told up and down at once.
 """
 
 import tomllib
@@ -14,12 +15,13 @@ from itertools import pairwise
 from typing import Any
 
 from capture_plan.expressions.lips import stays_open
-from capture_plan.expressions.movement import movements
+from capture_plan.expressions.movement import against, goes_against, movements
 from capture_plan.expressions.sounds import sounds_of
 from capture_plan.rig import Rig
 from capture_plan.rig.meaning import arkit_by_motion, base_name
 
 CLAUSES = 3  # in one breath; more become a second sentence
+BROWS = {"browInnerUp": "up", "browOuterUp": "up", "browDown": "down"}  # a cartoon's smiling brows may go down
 FROM_REST = "From a relaxed face: "  # every expression starts from the neutral, not from the one before
 
 
@@ -87,15 +89,30 @@ def _sounded(rig: Rig, blendshapes: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _known(rig: Rig, blendshapes: tuple[str, ...]) -> tuple[str, ...]:
-    """ARKit's names of those blendshapes that have a phrase."""
-    table, _ = phrases()
-    heard = sounds_of(rig)
-    names = [name for name in blendshapes if name not in heard]
-    return tuple(arkit for name in names if (arkit := arkit_by_motion(rig, name)) and base_name(arkit) in table)
+    """ARKit's names of those blendshapes that are told by a phrase."""
+    unknown = _unknown(rig, blendshapes)
+    return tuple(arkit for name, arkit in _phrased(rig, blendshapes).items() if name not in unknown)
 
 
 def _unknown(rig: Rig, blendshapes: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(name for name in blendshapes if not _known(rig, (name,)) and name not in sounds_of(rig))
+    """Blendshapes that are told by how they move: without a phrase, or with one that such a movement contradicts."""
+    phrased = _phrased(rig, blendshapes)
+    nameless = tuple(name for name in blendshapes if name not in phrased and name not in sounds_of(rig))
+    return tuple(
+        name
+        for name in blendshapes
+        if name in nameless or (nameless and name in phrased and against(rig, name, nameless))
+    )
+
+
+def _phrased(rig: Rig, blendshapes: tuple[str, ...]) -> dict[str, str]:
+    """ARKit's name for every blendshape that has a phrase; none for brows whose motion goes against it."""
+    table, _ = phrases()
+    heard = sounds_of(rig)
+    names = [name for name in blendshapes if name not in heard]
+    found = {name: arkit for name in names if (arkit := arkit_by_motion(rig, name)) and base_name(arkit) in table}
+    ways = {name: BROWS[base_name(arkit)] for name, arkit in found.items() if base_name(arkit) in BROWS}
+    return {name: found[name] for name in found if not (name in ways and goes_against(rig, name, ways[name]))}
 
 
 def spoken(arkit: tuple[str, ...]) -> tuple[str, ...]:

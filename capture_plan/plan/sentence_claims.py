@@ -1,7 +1,8 @@
 """What sentences say against what shapes do, recomputed from the rig without the code that writes sentences.
 
 Largest   of an expression's blendshapes, a corrective's together with what it corrects, the one that moves the skin
-          furthest, and by how far: the sentence has a phrase for its name, or the millimetres of it
+          furthest, and by how far, alone or at its place in the pose: the sentence has a phrase for its name, or the
+          millimetres of it
 Lips      lips that a sentence asks to close are closed in the pose: on the midline, the rim that goes down with the jaw
           and the one that stays above it are at most OPEN_MM further apart than in the neutral
 """
@@ -55,7 +56,8 @@ def largest_unsaid(rig: Rig, expression: Expression, drivers: tuple[tuple[str, s
     }
     name = max(far, key=lambda name: far[name])
     told = [float(mm) for mm in MILLIMETRES.findall(expression.sentence)]
-    if far[name] < SMALL_MM or any(SAID * far[name] <= mm <= far[name] + 1 for mm in told):
+    both = (far[name], _in_pose(rig, name, expression.blendshapes, drivers))
+    if min(both) < SMALL_MM or any(SAID * mine <= mm <= mine + 1 for mine in both for mm in told):
         return None
     if any(phrase in expression.sentence.lower() for phrase in _phrases_for(arkit_by_motion(rig, name))):
         return None
@@ -79,6 +81,14 @@ def _furthest(rig: Rig, names: tuple[str, ...]) -> float:
     """How far the skin goes when these are at full weight, millimetres."""
     moved = rig.deltas[np.isin(rig.names, names)].sum(axis=0)
     return float(np.linalg.norm(moved[rig.skin], axis=1).max())
+
+
+def _in_pose(rig: Rig, name: str, names: tuple[str, ...], drivers: tuple[tuple[str, str], ...]) -> float:
+    """How far the skin goes in the pose where blendshape `name` moves it at least half as far as it does anywhere."""
+    held = {*names, *(base for of, base in drivers if of in names)}
+    length = np.where(rig.skin, rig.displacement[rig.names.index(name)], 0)
+    moved = np.linalg.norm(rig.deltas[np.isin(rig.names, [*held])].sum(axis=0), axis=1)
+    return float(moved[length >= length.max() / 2].max())
 
 
 def _phrases_for(arkit: str | None) -> list[str]:

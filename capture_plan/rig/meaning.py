@@ -4,6 +4,7 @@ Rule   what moves a name says; which side and which way the motion says, where i
        gaze        a name of in or out, or no known name, follows the eye that turns and its way (`gaze.py`)
        sided       Left and Right are exchanged where three quarters of the movement lie on the other side
        direction   jawLeft and jawRight are exchanged where the skin moves the other way
+       jaw         words such as "mouth open" are no jawOpen where the chin stays behind and only lips part
        unclear     the name stands
 The subject's own sides throughout; a rig whose names are the viewer's sides is told by its motion.
 """
@@ -15,12 +16,14 @@ import numpy as np
 from capture_plan.rig.agreement import agreed_meanings
 from capture_plan.rig.gaze import Gaze, gazes
 from capture_plan.rig.pairs import ONE_SIDED, laterality
-from capture_plan.rig.recognise import Recognised
+from capture_plan.rig.recognise import IN_WORDS, Recognised
 from capture_plan.rig.record import Rig
+from capture_plan.rig.regions import face_regions
 
 DIRECTIONS = ("jawLeft", "jawRight", "mouthLeft", "mouthRight")  # where something moves, no side of the face
 OF_PARTS = ("MetaHuman", "VRM", "MB-Lab")  # whose names say a part of a movement, or several at once
 OF_ONE_MIND = 0.5  # of the movement goes that way: jaws moved aside have 0.84 to 0.99, mouths 0.75 to 0.89
+CHIN_ALONG = 0.4  # of the largest motion goes half of a chin under an open jaw: 0.76 to 0.97; under parted lips 0.14
 OTHER = {"Left": "Right", "Right": "Left"}
 REMEMBERED = 8  # rigs of a session
 
@@ -38,14 +41,31 @@ def base_name(arkit: str) -> str:
 @lru_cache(maxsize=REMEMBERED)
 def _all(rig: Rig) -> dict[str, str | None]:
     looks, side = gazes(rig), dict(zip(rig.names, laterality(rig).tolist(), strict=True))
-    said = {name: _said(meaning) for name, meaning in agreed_meanings(rig).items()}
+    meant = agreed_meanings(rig)
+    said = {name: _said(meaning) for name, meaning in meant.items()}
+    opened = [name for name, arkit in said.items() if arkit == "jawOpen" and _in_words(meant[name])]
+    said |= dict.fromkeys(_lips_alone(rig, opened))
     return {name: _confirmed(rig, name, said[name], looks.get(name), side[name]) for name in rig.names}
 
 
 def _said(meaning: Recognised | None) -> str | None:
     """ARKit's name for a name that says exactly one movement."""
-    one = meaning is not None and len(meaning.arkit) == 1 and meaning.standard not in OF_PARTS
+    one = meaning is not None and len(meaning.arkit) == 1 and meaning.standard not in OF_PARTS and not meaning.part
     return meaning.arkit[0] if meaning and one else None
+
+
+def _in_words(meaning: Recognised | None) -> bool:
+    return meaning is not None and meaning.standard == IN_WORDS
+
+
+def _lips_alone(rig: Rig, names: list[str]) -> list[str]:
+    """Of blendshapes that open the mouth by their names those whose chin stays behind."""
+    regions = face_regions(rig) if names else None
+    if regions is None or not regions.known:
+        return []
+    chin = (regions.of_vertex == regions.names.index("chin")) & rig.skin
+    length = {name: np.where(rig.skin, rig.displacement[rig.names.index(name)], 0) for name in names}
+    return [name for name, far in length.items() if chin.any() and np.median(far[chin]) < CHIN_ALONG * far.max()]
 
 
 def _confirmed(rig: Rig, name: str, said: str | None, gaze: Gaze | None, side: float) -> str | None:

@@ -52,12 +52,15 @@ class Movement:
     """What a name says: the `kind` of movement, the half of the face (`side`), a confidence from 0 to 1.
 
     `towards` is where a jaw, mouth, tongue or head moves to, the subject's own left or right; gaze has kinds for that.
+    `nearest` are ARKit's blendshapes where the name says more than its kind; `part` is the lip that it says besides.
     """
 
     kind: Kind
     side: Side | None = None
     confidence: float = PLAIN
     towards: Side | None = None
+    nearest: str | None = None
+    part: Literal["upper", "lower"] | None = None
 
 
 @lru_cache(maxsize=8192)
@@ -76,7 +79,9 @@ def movements_of(names: Sequence[str]) -> tuple[Movement | None, ...]:
     words = [split_words(name) for name in names]
     prefix = _shared_prefix(words)
     short = [tuple(w[len(prefix) :]) if _is_cut(w, prefix) else tuple(w) for w in words]
+    quarters = _quarters(words)
     told = [_beside(movement_of(name), _said(w)) for name, w in zip(names, short, strict=True)]
+    told = [_in_quarter(tuple(w), found, quarters) for w, found in zip(words, told, strict=True)]
     family = _families(short)
     told = [_in_family(w, found, family) for w, found in zip(short, told, strict=True)]
     if sum(_bare(w) in _table("mmd") for w in short) >= MMD_LEAST:
@@ -84,14 +89,19 @@ def movements_of(names: Sequence[str]) -> tuple[Movement | None, ...]:
     return tuple(_winks(words, told))
 
 
-def nearest_of(movement: Movement) -> str | None:
-    """ARKit's blendshape nearest to a movement, without its side; None where none is or the name is not sure."""
-    base = _table("nearest").get(movement.kind)
-    if base is None or movement.confidence < SURE:
-        return None
+def nearest_of(movement: Movement) -> tuple[str, ...]:
+    """ARKit's blendshapes nearest to a movement, without a side; none where none is or the name is not sure."""
+    bases = _table("nearest").get(movement.kind, "") if movement.nearest is None else movement.nearest
+    if movement.confidence < SURE:
+        return ()
     if movement.kind in SIDEWAYS:
-        return f"{base}{movement.towards.capitalize()}" if movement.towards else None
-    return base
+        return (f"{bases}{movement.towards.capitalize()}",) if bases and movement.towards else ()
+    return tuple(bases.split())
+
+
+def says(name: str) -> frozenset[str]:
+    """The things that the words of a name say: eye and open of EyeOpenLeft."""
+    return frozenset(thing for word in split_words(name) for thing in _meanings().get(word, ()))
 
 
 def said_of(movement: Movement) -> str:
@@ -168,7 +178,14 @@ def _said(words: tuple[str, ...]) -> Movement | None:
     }
     sure = (PLAIN if len(used) > 1 else ONE_THING) - UNEXPLAINED * bool(left)
     sure -= STRANGE * any(at > first for at in strange) + STRANGE / 3 * any(at < first for at in strange)
-    return _sided(kind, round(sure, 3), sides, words)
+    return replace(_sided(kind, round(sure, 3), sides, words), nearest=_finer(kind, said))
+
+
+def _finer(kind: Kind, said: set[str]) -> str | None:
+    """ARKit's blendshapes of a name that says more than its kind."""
+    entries = _table("nearest_of").get(kind, {})
+    fits = [needs for needs in entries if said.issuperset(needs.split())]
+    return entries[max(fits, key=lambda needs: len(needs.split()))] if fits else None
 
 
 def _sound(words: tuple[str, ...]) -> Movement | None:
@@ -224,7 +241,29 @@ def _shared_prefix(words: Sequence[Sequence[str]]) -> tuple[str, ...]:
 def _is_cut(words: Sequence[str], prefix: tuple[str, ...]) -> bool:
     """Whether a name opens with the prefix and says something in letters after it."""
     n = len(prefix)
-    return n > 0 and tuple(words[:n]) == prefix and len(words) > n and not words[n].isdigit()
+    return 0 < n < len(words) and tuple(words[:n]) == prefix and not words[n].isdigit()
+
+
+def _quarters(words: Sequence[Sequence[str]]) -> frozenset[tuple[str, ...]]:
+    """Names, as words without their last, of which several ends are there, a lower one among them: LT beside LB."""
+    ends: dict[tuple[str, ...], set[str]] = {}
+    for w in words:
+        if len(w) > 1 and w[-1] in _table("quarters"):
+            ends.setdefault(tuple(w[:-1]), set()).add(w[-1])
+    families = ({"lt", "lb", "rt", "rb"}, {"t", "b"})
+    several = ((rest, family & found) for rest, found in ends.items() for family in families)
+    return frozenset(rest for rest, found in several if len(found) > 1 and any(end.endswith("b") for end in found))
+
+
+def _in_quarter(
+    words: tuple[str, ...], found: Movement | None, quarters: frozenset[tuple[str, ...]]
+) -> Movement | None:
+    """A name that ends in LT, RB, T or B beside its other ends, read with the side and the lip that these say."""
+    if words[:-1] not in quarters or words[-1] not in _table("quarters"):
+        return found
+    end = _table("quarters")[words[-1]].split()
+    told = _said((*words[:-1], *end))
+    return replace(told, part=end[-1]) if told else found
 
 
 def _bare(words: Sequence[str]) -> str:

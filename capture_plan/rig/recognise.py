@@ -2,7 +2,6 @@
 
     recognise("eyeBlink_L")                       ARKit      eyeBlinkLeft  left   "eye closed (left)"
     recognise("au_12_l")                          FACS       AU12          left   "lip corner puller (left)"
-    recognise("Lip_Corner_Puller_L")              FACS       AU12          left   "lip corner puller (left)"
     recognise("CTRL_expressions_mouthFunnelUL")   MetaHuman  mouthFunnelUL left   "mouth funnel (upper left)"
     recognise("Expressions_mouthSmile_max")       MB-Lab     mouthSmile    none   "mouth smile, upper end of its slider"
     recognise("blink_l")                          VRM        blinkLeft     left   "left eye closed"
@@ -24,7 +23,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from capture_plan.rig.movements import Movement, movement_of, movements_of, nearest_of, said_of
+from capture_plan.rig.movements import SURE, Movement, movement_of, movements_of, nearest_of, said_of
 from capture_plan.rig.name_map import NameMap
 from capture_plan.rig.names import INTENSITY, UNIT, WORD, Side, arkit_name, side_of
 from capture_plan.rig.words import side_words, split_words
@@ -37,11 +36,6 @@ CONTROL = re.compile(r"(?:.*[:|.])?CTRL_expressions[_.]")
 ENDS = re.compile(r"(?P<base>[A-Za-z]*[a-z](?:Left|Right)?)(?P<quadrant>[UD]?(?:IN|OUT)?[LRCUDM]?)(?P<phase>Ph\d)?")
 NUMBERED = re.compile(r"\d+\.")  # 13.mouth_leftMouth_smile
 SLIDER = re.compile(r"(?P<prefix>Expressions_)?(?P<base>[A-Za-z]\w*?\d*)_(?P<end>min|max)")
-QUARTER = re.compile(r"(?P<side>[lr]?)(?P<end>[tb])")  # of the lips: left or right, top or bottom
-SIDE_OF: dict[str, Side] = {"l": "left", "r": "right"}
-HALVES = {(28, "t"): "mouthRollUpper", (28, "b"): "mouthRollLower", (17, "t"): "mouthShrugUpper"}
-OUTER = {"outer", "outside", "extern", "external"}
-HEAD_UNITS = 51  # action units from here on are turns of head and eyes
 PLACES = {"U": "upper", "D": "lower", "IN": "inner", "OUT": "outer", "C": "centre", "L": "left", "R": "right"}
 
 
@@ -50,6 +44,7 @@ class Recognised:
     """`name` as the standard spells it, the subject's `side`, plain `words`, `confidence` from 0 to 1.
 
     `arkit` are the ARKit blendshapes that do nearly the same, for recorded weights; none where there is none like it.
+    `part` is "upper" or "lower" where the name says one lip of a movement, as the end of Lip_Funneler_LB does.
     """
 
     standard: str
@@ -58,6 +53,7 @@ class Recognised:
     words: str
     confidence: float
     arkit: tuple[str, ...] = ()
+    part: str = ""
 
 
 def recognise(name: str, *, mine: NameMap | None = None) -> Recognised | None:
@@ -111,29 +107,6 @@ def _facs(name: str) -> Recognised | None:
         return _unit(number, None, SHARED)
     side: Side | None = "left" if word.startswith("l") else "right" if word.startswith("r") else None
     return _unit(number, side, OWN if re.fullmatch(r"AU\d+[LR]?", name) else HOUSE)
-
-
-def _unit_words(name: str) -> Recognised | None:
-    """An action unit by its words: Outer_Brow_Raiser_L, Lip_Funneler_LB (left, bottom); units of one word say too
-    little."""
-    words = split_words(name)
-    corner = QUARTER.fullmatch(words[-1]) if words else None
-    sides: list[Side] = [side_words()[word] for word in words if word in side_words()]
-    bare = tuple(word for word in (words[:-1] if corner else words) if word not in side_words())
-    number = _units_by_words().get(bare)
-    if number is None:
-        return None
-    half: Side | None = SIDE_OF[corner["side"]] if corner and corner["side"] else sides[0] if len(sides) == 1 else None
-    found = _unit(number, half, HOUSE)
-    half_lip = HALVES.get((number, corner["end"])) if corner else None
-    return replace(found, arkit=_sided(half_lip, half)) if half_lip else found
-
-
-@cache
-def _units_by_words() -> dict[tuple[str, ...], int]:
-    """Numbers of the action units by their words, where these are two or more and blendshapes do nearly the same."""
-    units = {split_words(entry["words"]): int(unit[2:]) for unit, entry in _data("facs").items() if entry["arkit"]}
-    return {words: number for words, number in units.items() if len(words) > 1 and number < HEAD_UNITS}
 
 
 def _unit(number: int, side: Side | None, confidence: float) -> Recognised:
@@ -224,14 +197,21 @@ def _words(name: str) -> Recognised | None:
 def _in_words(name: str, movement: Movement | None) -> Recognised | None:
     if movement is None:
         return None
-    base = nearest_of(movement)
-    if base == "browInnerUp" and OUTER & {*split_words(name)}:
-        base = "browOuterUp"
+    bases, side, part = nearest_of(movement), movement.side, movement.part or ""
     sure = round(WORDS * movement.confidence, 3)
-    if base is None:
-        return Recognised(IN_WORDS, name, movement.side, said_of(movement), sure)
-    words = _data("arkit")[base]["words"]
-    return Recognised(IN_WORDS, name, movement.side, _with(words, movement.side), sure, _sided(base, movement.side))
+    words = " and ".join(_data("arkit")[base]["words"] for base in bases)
+    nearest = _looks(movement) or tuple(name for base in bases for name in _sided(base, side))
+    words = _with(words, side) if bases else said_of(movement)
+    return Recognised(IN_WORDS, name, side, words, sure, nearest, part)
+
+
+def _looks(movement: Movement) -> tuple[str, ...]:
+    """ARKit's blendshapes of eyes that look left or right: out for the one, in for the other."""
+    if movement.kind not in ("gaze left", "gaze right") or movement.confidence < SURE:
+        return ()
+    goes = movement.kind.removeprefix("gaze ")
+    sides: tuple[Side, ...] = (movement.side,) if movement.side else ("left", "right")
+    return tuple(f"eyeLook{'Out' if side == goes else 'In'}{side.capitalize()}" for side in sides)
 
 
 @cache
@@ -276,7 +256,6 @@ READERS: tuple[Callable[[str], Recognised | None], ...] = (
     _mblab,
     _faceware,
     _house,
-    _unit_words,
     _words,
 )
 

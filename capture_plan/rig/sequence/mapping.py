@@ -7,6 +7,7 @@ A column drives, of these, the first that the rig has
     4  both halves of what it moves undivided, or the undivided one together with the other half     cheekPuff_L
     5  the ARKit blendshapes nearest to it       AU12_r -> mouthSmileLeft, mouthSmileRight
 A blendshape is driven by the best of these alone: what comes later for the same one is left out.
+Parts      halves, quarters, upper and lower lip of one blendshape drive it by their mean, unless a whole one is there
 Weights    w[t, k] = sum_c s[c, k] x[t, c] with the shares s; OpenFace's intensities, 0 to 5, have the share 1/5
 """
 
@@ -25,6 +26,7 @@ INTENSITY_FULL = 5.0  # OpenFace: AU12_r runs from 0 to 5
 QUADRANTS = ("UL", "UR", "DL", "DR")  # of MetaHuman lips
 HOW = ("by your name map", "same name", "means the same", "half and whole", "nearest")
 NO_FIT = len(HOW)
+PART = 0.0  # stands for the share of a column that is a part of a movement: all parts of it get the same
 EXACT = ("ARKit", "FACS", "MetaHuman", "VRM", "MB-Lab", "yours")  # no two names of these are one movement
 
 
@@ -73,24 +75,26 @@ def map_weights(
     mine: NameMap | None = None,
     skipped: Iterable[tuple[str, str]] = (),
     scale: float = 1.0,
+    read_as: Mapping[str, str] | None = None,
 ) -> WeightMapping:
     """Which of `columns` drives which of the blendshapes `names`; `skipped` were left out by the reader already.
 
     `scale` is what one unit of the columns is worth (0.01 where they are per cent), but for OpenFace's intensities.
+    `read_as` are other names to read columns by, whose values say something else than their names.
     RigError when nothing fits.
     """
-    offers = _offers(columns, names, mine)
+    offers = _offers(columns, names, mine, read_as or {})
     best: dict[str, int] = {}
     for _, blendshape, rank, _ in offers:
         best[blendshape] = min(rank, best.get(blendshape, NO_FIT))
     drives, beaten, taken = [], {}, first_columns(offers, best)
+    parts = Counter(name for _, name, rank, share in offers if share == PART and rank == best[name])
     for column, blendshape, rank, share in offers:
-        first = taken.get(blendshape)
-        if rank > best[blendshape] or (rank > 0 and share == 1 and first != column):
+        if rank > best[blendshape] or (rank > 0 and taken.get(blendshape, column) != column):
             beaten[column] = f"{blendshape} is driven by another column already"
             continue
         worth = 1 / INTENSITY_FULL if INTENSITY.fullmatch(column) else scale
-        drives.append(Drive(column, blendshape, share * worth, HOW[rank]))
+        drives.append(Drive(column, blendshape, (share or 1 / parts[blendshape]) * worth, HOW[rank]))
     driving, driven = {drive.column for drive in drives}, {drive.blendshape for drive in drives}
     if not drives:
         raise RigError(
@@ -103,11 +107,14 @@ def map_weights(
 
 
 def first_columns(offers: Sequence[tuple[str, str, int, float]], best: dict[str, int]) -> dict[str, str]:
-    """The column that drives a blendshape where several could: the one that drives fewest others, then the first."""
+    """The column that alone drives a blendshape where several could: the one that drives fewest others, then the first.
+
+    Where all of them are parts of the movement, none is alone: their mean drives it.
+    """
     targets = Counter(column for column, *_ in offers)
     taken: dict[str, str] = {}
-    for column, blendshape, rank, _ in sorted(offers, key=lambda offer: targets[offer[0]]):
-        if rank == best[blendshape]:
+    for column, blendshape, rank, share in sorted(offers, key=lambda offer: targets[offer[0]]):
+        if rank == best[blendshape] and share != PART:
             taken.setdefault(blendshape, column)
     return taken
 
@@ -122,10 +129,13 @@ def drive(
     return x @ s
 
 
-def _offers(columns: Sequence[str], names: Sequence[str], mine: NameMap | None) -> list[tuple[str, str, int, float]]:
-    """(column, blendshape, rank in HOW, share) of everything that each column could drive by its first rank."""
+def _offers(
+    columns: Sequence[str], names: Sequence[str], mine: NameMap | None, read_as: Mapping[str, str]
+) -> list[tuple[str, str, int, float]]:
+    """(column, blendshape, rank in HOW, share or PART) of everything that each column could drive by its first rank."""
     meant, means = recognise_all(columns, mine=mine), recognise_all(names, mine=mine)
-    offers, parts = [], []
+    meant |= {column: recognise(name) for column, name in read_as.items()}
+    offers = []
     for column in columns:
         known = meant[column]
         if mine is not None and column in mine.weights:
@@ -141,9 +151,8 @@ def _offers(columns: Sequence[str], names: Sequence[str], mine: NameMap | None) 
             first = min((rank for _, rank, _ in ranked), default=NO_FIT)
             for name, rank, part in ranked:
                 if rank == first < NO_FIT:
-                    offers.append((column, name, rank, 0.0 if part else 1.0))
-                    parts += [name] if part else []
-    return [(column, name, rank, share or 1 / max(1, parts.count(name))) for column, name, rank, share in offers]
+                    offers.append((column, name, rank, PART if part else 1.0))
+    return offers
 
 
 def _without_doubles(
@@ -156,7 +165,7 @@ def _without_doubles(
         if meaning is None or meaning.standard in EXACT or not meaning.arkit or one[1] == NO_FIT:
             surest[(one[0],)] = one
             continue
-        key = ("nearest", *meaning.arkit)
+        key = ("nearest", meaning.part, *meaning.arkit)
         if key not in surest or _confidence(means[surest[key][0]]) < meaning.confidence:
             surest[key] = one
     return list(surest.values())
@@ -178,6 +187,7 @@ def _fit(column: Recognised, blendshape: Recognised) -> tuple[int, bool]:
         return NO_FIT, False
     rank = 3 if column.standard == blendshape.standard else 4
     part = column.standard == "MetaHuman" and column.name[-2:] in QUADRANTS
+    part = part or (bool(column.part) and not blendshape.part)
     if set(column.arkit) & set(blendshape.arkit):
         return rank, part or set(column.arkit) < set(blendshape.arkit)
     if any(half in (whole + "Left", whole + "Right") for half in column.arkit for whole in blendshape.arkit):

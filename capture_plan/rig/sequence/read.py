@@ -30,14 +30,14 @@ from capture_plan.rig.sequence.frames import ChosenFrames, Frames, PosedFrames, 
 from capture_plan.rig.sequence.json_take import read_json
 from capture_plan.rig.sequence.mapping import drive, map_weights
 from capture_plan.rig.sequence.meshes import MeshTake, read_folder
+from capture_plan.rig.sequence.openness import as_blinks
 from capture_plan.rig.sequence.record import Sequence
 from capture_plan.rig.sequence.rigid import HeldFrames, hold, still_vertices, stillness
 from capture_plan.rig.sequence.scale import Verdict, judge
+from capture_plan.rig.sequence.unfiltered import without_raw
 from capture_plan.rig.sequence.usd_take import read_usd_take
 from capture_plan.rig.sequence.weights import WeightTable
-from capture_plan.rig.words import split_words
 
-RESTS_OPEN = 0.6  # of its largest value: an eye is open most of a take, and never wide for most of it
 TABLES = {
     **dict.fromkeys((".csv", ".tsv", ".tab", ".txt"), read_csv),
     **dict.fromkeys((".json", ".jsonl", ".ndjson"), read_json),
@@ -124,33 +124,23 @@ def drive_rig(path: Path, take: WeightTable, rig: Rig | None, fps: float | None,
     """A rig driven by recorded weights."""
     if rig is None:
         raise RigError(f"{path.name} holds weights, not meshes: give the rig that they drive")
-    notes = [*take.notes]
-    open_ = openness(take, mine)
-    skipped, columns = (*take.skipped, *open_), [one for one in take.columns if one not in dict(open_)]
-    mapping = map_weights(columns, rig.names, mine=mine, skipped=skipped)
+    take = without_raw(take, [*mine.weights, *mine.names] if mine else [])
+    columns, told = take.columns, take.notes
+    notes = [*told]
+    mapping = map_weights(take.columns, rig.names, mine=mine, skipped=take.skipped)
     driving = [
         c for c, column in enumerate(take.columns) if column in mapping.columns and not INTENSITY.fullmatch(column)
     ]
     verdict = judge_take(path, take, driving, mine)
     notes += [verdict.note] if verdict.note else []
-    if verdict.full != 1:
-        mapping = map_weights(columns, rig.names, mine=mine, skipped=skipped, scale=1 / verdict.full)
+    take, read_as = as_blinks(take, verdict.full, rig.names, mine)
+    notes += take.notes[len(told) :]
+    if verdict.full != 1 or take.columns != columns or read_as:
+        scale = 1 / verdict.full
+        mapping = map_weights(take.columns, rig.names, mine=mine, skipped=take.skipped, scale=scale, read_as=read_as)
     weights = drive(mapping, take.columns, rig.names, take.weights)
     rate = frame_rate(fps, take.fps, notes)
     return Sequence(path.stem, rig.neutral, rig.triangles, PosedFrames(rig, weights), rate, rig, mapping, tuple(notes))
-
-
-def openness(take: WeightTable, mine: NameMap | None) -> list[tuple[str, str]]:
-    """Columns that say how far an eye is open, which rest near their largest value, with why they are left out."""
-    largest = np.maximum(np.abs(take.weights).max(axis=0), 1e-9)
-    rests = np.median(take.weights, axis=0) / largest
-    return [
-        (column, "it says how far the eye is open; write 1 less it as a column for the blink")
-        for column, high in zip(take.columns, rests.tolist(), strict=True)
-        if high > RESTS_OPEN
-        and {"open", "eye"} <= {"eye" if word in ("eyes", "lid") else word for word in split_words(column)}
-        and (mine is None or mine.meaning(column) is None)
-    ]
 
 
 def judge_take(path: Path, take: WeightTable, driving: list[int], mine: NameMap | None) -> Verdict:
