@@ -7,7 +7,7 @@ from msgspec import Struct
 from capture_plan.layout.settings import Method
 
 Side = Literal["left", "right", "middle"]
-Role = Literal["primary", "backup", "repair", "head"]
+Role = Literal["primary", "backup", "head"]
 
 
 class View(Struct, frozen=True, forbid_unknown_fields=True):
@@ -26,7 +26,7 @@ class Landmark(Struct, frozen=True, forbid_unknown_fields=True):
     that give it back; `source_vertex` is the vertex number in the artist's file; `blendshapes` are those that move
     it by at least epsilon of their own maximum; `quality` is the mean weight w of Zell & McDonnell 2022 eq. 1 over
     them (0 best, 2 worst); `visibility` is the share of the hemisphere (or of the cameras) that sees it, 0 to 1;
-    `round` is the index in `Layout.programs` of the program that chose it, none for what a repair or a budget added.
+    `round` is the index in `Layout.programs` of the program that chose it, none where all were chosen as one set.
     `views` has one entry for every known camera.
     """
 
@@ -150,14 +150,14 @@ class MotionFit(Struct, frozen=True, forbid_unknown_fields=True):
 class Layout(Struct, frozen=True, forbid_unknown_fields=True):
     """A set of landmarks, what the programs that chose them proved, and what they are worth.
 
-    `certificate` proves how many landmarks any cover of these candidates needs at least. Under a budget the program is
-    the fewest landmarks of any cover at the spacing, where the budget pays for them; under a budget and for a take,
-    `order` names the landmarks from the most telling to the first to be spared, and `curve_mm` is the predicted error
-    with the first 1, 2, ... of them, millimetres. `uncovered` are blendshapes that no landmark stands for. `head` are
-    the markers that the head's own motion is taken from, `head_pose` what they are worth, where any were asked for.
-    `error_bound` is the least error that any layout of the budget could predict. `references` are other layouts of the
-    same face under the same noise, by name: the paper's single cover, 68 points. `motion` is what a recorded take loses
-    by this layout, where one is known.
+    `certificate` proves how many landmarks any cover of these candidates needs at least. Of `settings.ORDERED` methods
+    the program is the fewest landmarks of any cover at the spacing, where a budget pays for them; `order` names the
+    landmarks from the most telling to the first to be spared, and `curve_mm` is the predicted error with the first
+    1, 2, ... of them, millimetres. `uncovered` are blendshapes that no landmark stands for. `head` are the markers that
+    the head's own motion is taken from, `head_pose` what they are worth, where any were asked for. `error_bound` is the
+    least error that any layout of the budget, or of as many landmarks, could predict. `references` are other layouts of
+    the same face under the same noise, by name: the paper's single cover, 68 points, dots spread evenly. `motion` is
+    what a recorded take loses by this layout, where one is known.
     """
 
     method: Method

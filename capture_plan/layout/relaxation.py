@@ -20,9 +20,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from capture_plan.layout.gains import site_rows, times
 from capture_plan.layout.limits import Limit
 from capture_plan.layout.record import ErrorBound
-from capture_plan.layout.repair import site_rows, times
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.worth import PRIOR_SD, Observation
 

@@ -3,7 +3,7 @@
 Letters    A_m, A   deltas of landmark m and of a place beside it (3 k), D = A - A_m;  B, C, G, sigma, tau as in `worth`
 Lost       error'^2 = error^2 + trace(S^-1 A C G C A^T),   S = sigma^2 I - A C A^T,
            A being the three rows of one landmark or the six of two, so that C' = C + C A^T S^-1 A C
-Measured   the solver knows where the dot sits: landmark m is lost and one at the new place added (see `repair`)
+Measured   the solver knows where the dot sits: landmark m is lost and one at the new place added (see `gains`)
 Unnoticed  the solver takes the dot for one at its place, answers C B^T y / sigma^2 to y = (B + D) w + noise, and
            error'^2 = error^2 - (2 / sigma^2) trace(D C G C A_m^T) + (tau^2 / sigma^4) trace(D D^T A_m C G C A_m^T)
 """
@@ -15,7 +15,7 @@ from jaxtyping import Bool, Float, Int
 from msgspec import Struct
 
 from capture_plan.layout.chart import Chart, in_words
-from capture_plan.layout.repair import error_gains
+from capture_plan.layout.gains import error_gains
 from capture_plan.layout.worth import PRIOR_SD, Observation
 
 GROWTH = 1.1  # the predicted error may grow by a tenth

@@ -12,14 +12,17 @@ Length = Annotated[float, Meta(ge=0)]
 Method = Literal["studio", "adaptive", "trivial", "distance", "cover", "budget", "motion"]
 Weights = Literal["lexicographic", "paper", "count"]
 
-ORDERED = ("budget", "motion")  # methods that choose all landmarks as one set, whose order tells which to spare
+BUDGETED = ("budget", "motion")  # methods that are given the number of landmarks
+BY_ERROR = ("studio", "budget")  # methods that look for the least predicted error
+ORDERED = ("studio", *BUDGETED)  # methods that choose all landmarks as one set, whose order tells which to spare
 
 
 class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Lengths in millimetres, shares from 0 to 1.
 
-    `method`: `studio` is adaptive multi-cover repaired to full rank and to the error of a 68-point layout (where the
-    rig has no face to lay 68 points on, to an error of `noise_mm`); `adaptive`
+    `method`: `studio` is the fewest landmarks found that reach every blendshape, tell all mixes apart and predict no
+    larger error than 68 points do, those of iBUG or as many spread evenly, whichever is better; it ends earlier where
+    another landmark is not worth its while (`layout.studio`). `adaptive`
     is Algorithm 1 of Zell & McDonnell 2022; `trivial` has `rounds` sites for every blendshape next to each other,
     `distance` has them at the spacing; `cover` is their single set cover, at the spacing where that is not 0; `budget`
     has the least predicted error that `budget` landmarks buy; `motion` loses least of a recorded take. `weights`:
@@ -59,9 +62,9 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     head_markers: Annotated[int, Meta(ge=0, le=5)] = 0
 
     def __post_init__(self) -> None:
-        if self.method in ORDERED and self.budget is None and self.number is None:
+        if self.method in BUDGETED and self.budget is None and self.number is None:
             raise ValueError(f"method '{self.method}' needs a budget: the number of landmarks")
-        if self.number and self.method not in ("cover", *ORDERED):
+        if self.number and self.method not in ("cover", *BUDGETED):
             raise ValueError(
                 f"method '{self.method}' settles the number itself: give number with 'cover', 'budget' or 'motion'"
             )

@@ -40,7 +40,7 @@ def landmarks_head(
 ) -> mo.Html:
     """The head with landmarks at these vertices, from the top of the face down."""
     order = layout[np.argsort(-face.rig.neutral[layout, 1], kind="stable")]
-    named = name_landmarks(face, settings, order, [None] * len(order), "budget")
+    named = name_landmarks(face, settings, order, [None] * len(order))
     return show_head(face.rig, head_data(face.rig, (), landmarks=named, shade=shade))
 
 

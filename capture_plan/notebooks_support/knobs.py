@@ -11,7 +11,7 @@ import marimo as mo
 import msgspec
 
 from capture_plan.expressions import PackingSettings
-from capture_plan.layout.settings import ORDERED, LayoutSettings
+from capture_plan.layout.settings import BUDGETED, LayoutSettings
 from capture_plan.plan.settings import Settings
 
 Number = float | int
@@ -179,7 +179,7 @@ def paper_knob() -> Any:
 def landmark_settings(knobs: Any) -> LayoutSettings:
     """What the landmark knobs say."""
     pins = [int(number) for number in re.findall(r"\d+", knobs.value["pins"].replace(".", ""))]
-    budget = knobs.value["budget"] if knobs.value["method"] in ORDERED else None
+    budget = knobs.value["budget"] if knobs.value["method"] in BUDGETED else None
     return msgspec.convert(knobs.value | {"pins": pins, "budget": budget}, LayoutSettings)
 
 

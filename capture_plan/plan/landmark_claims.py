@@ -2,7 +2,9 @@
 
 import numpy as np
 
+from capture_plan.layout.follow import most_of
 from capture_plan.layout.relaxation import bound_from, shares_of
+from capture_plan.layout.settings import BY_ERROR
 from capture_plan.layout.spacing import nearest_two
 from capture_plan.layout.task import Task
 from capture_plan.plan.claims import TOLERANCE, Claim, claim
@@ -37,8 +39,8 @@ def landmark_claims(plan: Plan, task: Task) -> list[Claim]:
             )
         )
     claims += wish_claims(plan, task)
-    if plan.layout.method == "budget":
-        return [*claims, *budget_claims(plan, task)]
+    if plan.layout.method in BY_ERROR:
+        return [*claims, *error_claims(plan, task)]
     return [
         *claims,
         *(
@@ -70,18 +72,19 @@ def wish_claims(plan: Plan, task: Task) -> list[Claim]:
     ]
 
 
-def budget_claims(plan: Plan, task: Task) -> list[Claim]:
-    """The budget is kept, and where it pays for a cover, the layout is one and has no fewer landmarks than any has;
+def error_claims(plan: Plan, task: Task) -> list[Claim]:
+    """A budget is kept, and where it pays for a cover, the layout is one and has no fewer landmarks than any has;
     the shares of the certificate prove the least error."""
-    layout, settings, sites = plan.layout, plan.settings.landmarks, task.sites
-    budget = settings.budget or settings.number or 0
+    layout, sites = plan.layout, task.sites
+    budget = most_of(plan.settings.landmarks, layout.method, len(layout.landmarks))
     held = len(layout.landmarks) <= budget
     found = f"{len(layout.landmarks)} landmarks"
     if layout.programs:
         unseen = set(plan.audit.used) - {plan.audit.used[k] for k in task.reachable}
         held &= set(layout.uncovered) == unseen and layout.programs[0].bound <= len(layout.landmarks)
         found += f", at least {layout.programs[0].bound:g} to see every blendshape under these wishes"
-    claims = [claim(f"the layout keeps its budget of {budget} landmarks", held, found)]
+    what = f"keeps its budget of {budget} landmarks" if layout.method == "budget" else "has a landmark on all it can"
+    claims = [claim(f"the layout {what}", held, found)]
     if not layout.error_bound:
         claims.append(claim("the least error of any layout is stated", holds=False, found="no certificate"))
     else:

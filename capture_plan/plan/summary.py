@@ -1,6 +1,9 @@
 """A plan in a few sentences, for the terminal, the title page and the first screen of a notebook."""
 
+from capture_plan.layout.face import SIXTY_EIGHT
+from capture_plan.layout.follow import EVEN, target_of
 from capture_plan.layout.record import Layout, MotionFit, Worth
+from capture_plan.layout.studio import WORTHWHILE
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
 from capture_plan.rig.face.words import doubts
@@ -16,6 +19,7 @@ def summary(plan: Plan) -> tuple[str, ...]:
         f"{plan.rig.name}: {len(audit.used)} of {audit.blendshapes} blendshapes planned for, "
         f"{audit.skin_vertices:,} skin vertices.",
         f"{worth_words(layout.worth)}{budget_words(plan)}.",
+        *target_words(plan),
         *fewer_words(plan),
         *bound_words(plan),
         *motion_words(plan),
@@ -61,6 +65,28 @@ def bound_words(plan: Plan) -> list[str]:
         f"Proved: no layout of {len(layout.landmarks)} landmarks predicts less than {least:.2f} mm; "
         f"this one is {layout.worth.error_mm / least - 1:.1%} above that."
     ]
+
+
+def target_words(plan: Plan) -> list[str]:
+    """Whether the default reached the error that it had to, and what is said of 68 points that fit this face badly."""
+    layout = plan.layout
+    if layout.method != "studio":
+        return []
+    name, target = target_of(layout.references)
+    told = []
+    if SIXTY_EIGHT in layout.references and name != SIXTY_EIGHT:
+        placed = layout.references[SIXTY_EIGHT].error_mm
+        told.append(
+            f"{SIXTY_EIGHT} would predict {placed:.2f} mm, as many {EVEN} {target:.2f} mm: the points do not fit this "
+            "face and are no target."
+        )
+    if layout.worth.error_mm > target:
+        told.append(
+            f"The {target:.2f} mm of {name} is not reached here: beyond {len(layout.landmarks)} landmarks, another one "
+            f"lowers the error by less than {WORTHWHILE:.0%}. Smaller zones without dots, a closer spacing or a budget "
+            "of your own bring more."
+        )
+    return told
 
 
 def region_words(plan: Plan) -> list[str]:

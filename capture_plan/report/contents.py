@@ -20,7 +20,6 @@ from capture_plan.sheets.style import outline
 ROLE_TEXT = {
     "primary": "",
     "backup": "second view of its blendshapes",
-    "repair": "added to tell blendshapes apart",
     "head": "Holds the head's own motion: the face hardly moves here",
 }
 SIDES = {"left": "on the left", "right": "on the right", "middle": "on the midline"}
@@ -108,10 +107,7 @@ def take_tile(fit: MotionFit) -> list[Tile]:
 
 
 def marker_intro(landmarks: tuple[Landmark, ...]) -> str:
-    repairs = sum(landmark.role == "repair" for landmark in landmarks)
     text = "Choose a row to turn the head to its marker."
-    if repairs:
-        text += f" {count(repairs, 'marker')} were added to tell blendshapes apart."
     if any(landmark.role == "head" for landmark in landmarks):
         text += " Those named H stand where the face hardly moves: the head's own motion is taken from them."
     return text
