@@ -102,7 +102,7 @@ def read_sequence(
 
 def read_take(path: Path) -> WeightTable | MeshTake:
     """The take as its file has it."""
-    suffix = path.suffix.lower()
+    suffix = (Path(path.stem) if path.suffix.lower() == ".gz" else path).suffix.lower()
     if not path.exists():
         raise RigError(f"{path.name} does not exist: give {FORMATS}")
     if path.is_dir():
