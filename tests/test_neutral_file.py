@@ -100,6 +100,15 @@ def test_without_a_word_the_shape_that_most_vertices_of_all_files_share_is_the_n
     assert f"{prefix}5.obj was taken" in rig.note
 
 
+def test_of_numbered_scans_the_first_is_the_neutral_where_it_lies_in_the_middle(tmp_path):
+    noise = np.random.default_rng(0).normal(scale=0.05, size=(6, *FLAT.shape))
+    scans = [FLAT, *(x + n for x, n in zip(SHAPES.values(), noise, strict=False))]
+    rig = read_raw(write(tmp_path / "a", {f"shape_{i}": x for i, x in enumerate(scans)}))
+    assert "shape_0.obj was taken, its number is the first" in rig.note
+    with pytest.raises(RigError, match="called neutral"):
+        read_raw(write(tmp_path / "b", {f"shape_{i}": x for i, x in enumerate(scans[::-1])}))
+
+
 @pytest.mark.parametrize("shapes", [SHAPES, {**SHAPES, "wink": moved(100, 1, 0.1)}])
 def test_the_smallest_blendshape_is_never_taken_for_a_missing_neutral(tmp_path, shapes):
     with pytest.raises(RigError, match="called neutral"):

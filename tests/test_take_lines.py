@@ -1,12 +1,14 @@
 """Takes that are no wide tables: long, between spaces, pairs, messages, packed: the same weights come out of each."""
 
 import gzip
+import json
 from collections.abc import Callable
 
 import pytest
 
 from capture_plan.errors import RigError
 from capture_plan.rig import sample_rig
+from capture_plan.rig.sequence.face_cap import USUAL
 from capture_plan.rig.sequence.messages import seconds
 from tests.test_take_dialects import NAMES, T, driven, read, table, weights
 
@@ -64,6 +66,13 @@ TEXTS = {
             f"{TAG + t // 60:08x}.{int(t % 60 / 60 * 2**32):08x} /avatar/parameters/v2/{n} f {x}" for n, x in row
         )
     ),
+    "a log": framed(lambda t, row: f"2026-05-01 12:00:{t / 60:07.4f} INFO face: " + pairs("{n}={x}", ", ")(row)),
+    "in brackets": framed(lambda t, row: f"[{t / 60:.4f}] " + pairs("{n}={x}", "|")(row)),
+    "Python": framed(lambda t, row: f"{{'time': {t / 60:.4f}, " + pairs("'{n}': {x}", ", ")(row) + "}"),
+    "JSON in a text": framed(lambda t, row: json.dumps({"time": t / 60, **dict(row)})),
+    "OSC as a program prints it": framed(
+        lambda t, row: "\n".join(f"{t / 60:.4f} ('/VMC/Ext/Blend/Val', '{n}', {x})" for n, x in row)
+    ),
     "packed": gzip.compress(table(weights()).encode()),
 }
 
@@ -88,6 +97,33 @@ def test_ifacialmocap_sends_whole_per_cents_and_what_is_no_weight_is_named(tmp_p
 def test_small_per_cents_of_ifacialmocap_stay_per_cents(tmp_path):
     texts = [f"jawOpen-{t % 3}|eyeBlink_L-{t % 2}|{HEAD}" for t in range(T)]
     assert driven(read(tmp_path / "take.txt", "\n".join(texts))).max() == pytest.approx(0.02)
+
+
+def test_face_cap_sends_the_number_of_each_name(tmp_path):
+    rows = [f"{t / 60:.4f} /W {USUAL.index(n)} {x}" for t, n, x in CELLS if n in USUAL]
+    took = driven(read(tmp_path / "take.txt", "\n".join(rows)))
+    assert took[:, [n in USUAL for n in NAMES]] == pytest.approx(weights()[:, [n in USUAL for n in NAMES]])
+
+
+LONG_JSON = {
+    "one object for each": [{"timestamp": t / 60, "blendShapeLocation": n, "value": x} for t, n, x in CELLS],
+    "k and v": [
+        {
+            "timestamp": t / 60,
+            "FaceFound": True,
+            "BlendShapes": [{"k": n, "v": x} for n, x in zip(NAMES, row, strict=True)],
+        }
+        for t, row in enumerate(W)
+    ],
+}
+
+
+@pytest.mark.parametrize("kind", LONG_JSON)
+@pytest.mark.parametrize("comma", ["", ","])
+def test_json_with_an_object_for_each_weight_is_read_with_a_comma_too_much(tmp_path, kind, comma):
+    take = read(tmp_path / "take.json", json.dumps(LONG_JSON[kind])[:-1] + comma + "]")
+    assert driven(take) == pytest.approx(weights())
+    assert take.fps == 60
 
 
 def test_messages_without_a_weight_are_left_out_and_named(tmp_path):

@@ -145,9 +145,12 @@ def by_shape(
         raise RigError(advice)
     path = paths[best]
     own = [word for word in said[path] if word not in common and not PLAIN.fullmatch(word)]
-    if likeness is None or likeness.common[best] < WHOLE or (own and recognise(path.stem)):
+    first = not own and path == paths[0] and bool(re.search(r"\d", path.stem))  # paths are in the order of numbers
+    whole = likeness is not None and likeness.common[best] >= WHOLE
+    if not (whole or first) or (own and recognise(path.stem)):
         raise RigError(advice)
-    return path, f"no file is called neutral: {path.name} was taken, the other shapes are small changes of it"
+    signs = "its number is the first and " * (first and not whole) + "the other shapes are small changes of it"
+    return path, f"no file is called neutral: {path.name} was taken, {signs}"
 
 
 def plainness(said: Sequence[str], common: set[str]) -> tuple[int, int] | None:

@@ -28,6 +28,7 @@ from capture_plan.rig.sequence.clock import Timing, timing_of
 from capture_plan.rig.sequence.columns import kind_of, plain, unit_of, why_not
 from capture_plan.rig.sequence.face_cap import as_table, is_face_cap
 from capture_plan.rig.sequence.frames import evenly
+from capture_plan.rig.sequence.json_take import read_json
 from capture_plan.rig.sequence.json_weights import known
 from capture_plan.rig.sequence.long_table import across_names
 from capture_plan.rig.sequence.messages import as_frames
@@ -45,14 +46,17 @@ FIRST = 12  # lines among which the names are looked for
 SAMPLE = 200  # rows that tell delimiter, decimal sign and which columns are numbers
 BLOCK = 4096  # rows parsed at once
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
-
+JSON = re.compile(r"\s*(?:\{\s*\"|\[\s*[\[{\"])")
 DIGIT = re.compile(r"\d")
 AMOUNT = re.compile(r"[-+\d][-+\d:;.,TZ ]*%?")  # a number, a timecode, a date
 
 
 def read_csv(path: Path) -> WeightTable:
     """The frames of a table of text. RigError that names the row where it is none."""
-    lines = lines_of(*text_of(path))
+    text, notes = text_of(path)
+    if JSON.match(text):
+        return read_json(path)
+    lines = lines_of(text, notes)
     if is_face_cap(lines.texts):
         return weights_of(as_table(lines))
     lines = without_spaces(as_frames(lines))
