@@ -38,6 +38,7 @@ TEXTS = {
     "long, per cent, semicolons": each("seconds;BlendShape;Weight", "{s:.4f};{n};{p:.1f}"),
     "long, no titles, spaces": each("", "{s:.4f} {n} {x}"),
     "long, other columns": each("timestamp_s,index,category_name,score,face", "{s:.4f},7,{n},{x},0"),
+    "long, sure": each("time,name,score,confidence", "{s:.4f},{n},{x},0.9{t}"),
     "long, value first": each("value,name,time", "{x},{n},{s:.4f}"),
     "long, by name": "\n".join(
         ["time,name,value", *(f"{t / 60:.4f},{n},{x}" for t, n, x in sorted(CELLS, key=lambda c: c[1]))]

@@ -13,7 +13,7 @@ They become the lines of a table with the names across (`delimited.py`); columns
 import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from capture_plan.rig.sequence.clock_cells import is_number
 from capture_plan.rig.sequence.columns import kind_of, plain
@@ -30,7 +30,8 @@ AGAIN = 2  # times that each name stands in the file, at least
 VALUE = re.compile(
     r"(?:blendshape|shape|morph|expression)?(?:values?|val|weights?|scores?|intensity|coefficients?|amount)"
 )
-KEPT = ("face", "tracked", "lost", "confidence", "take")
+WHOSE = ("face", "take")  # columns that part frames
+BESIDE = ("tracked", "lost", "confidence")  # columns of which a frame has what its first row says
 TWICE = 0.05  # of the rows may have the time and the name of another
 
 
@@ -57,6 +58,8 @@ def across_names(lines: Lines, delimiters: Sequence[str]) -> Lines:
 
 def cells_of(text: str, delimiter: str) -> list[str]:
     """The cells of a line, without quotes."""
+    if '"' not in text and " " not in text:  # half the time for a million lines
+        return text.strip().split(delimiter)
     return [cell.strip().strip('"').strip() for cell in split(text, delimiter)]
 
 
@@ -105,25 +108,34 @@ def turned(lines: Lines, rows: Sequence[Sequence[str]], found: Columns) -> Lines
     odd = len(rows) - len(body) - bool(found.titles)
     notes = (*lines.notes, *([f"{odd:,} of its lines hold too few cells and are left out"] if odd else []))
     clock = clock_of([row for row, _ in body], found)
-    kept = [c for c, title in enumerate(found.titles) if c != found.value and kind_of(title) in KEPT]
-    if clock is None or len({row[clock] for row, _ in body}) * 2 > len(body):
-        times = [row[clock] if clock is not None else "" for row, _ in body]
-        messages = (
-            Message(n, time, row[found.name], row[found.value]) for (row, n), time in zip(body, times, strict=True)
-        )
-        return across(frames_of(messages), "hold one weight each", notes)
+    if clock is not None and 2 * len({row[clock] for row, _ in body}) <= len(body):
+        return at_times(replace(lines, notes=notes), [row for row, _ in body], found, clock)
+    messages = (
+        Message(n, row[clock] if clock is not None else "", row[found.name], row[found.value]) for row, n in body
+    )
+    return across(frames_of(messages), "hold one weight each", notes)
+
+
+def at_times(lines: Lines, rows: Sequence[Sequence[str]], found: Columns, clock: int) -> Lines:
+    """The table of frames that are rows of one time, and of one face or take where columns tell these."""
+    kinds = {c: kind_of(title) for c, title in enumerate(found.titles) if c not in (found.value, clock)}
+    key = [clock, *(c for c, kind in kinds.items() if kind in WHOSE)]
+    beside = [c for c, kind in kinds.items() if kind in BESIDE]
     frames: dict[tuple[str, ...], dict[str, str]] = {}
-    for row, _ in body:
-        frames.setdefault(tuple(row[c] for c in (clock, *kept)), {}).setdefault(row[found.name], row[found.value])
+    about: dict[tuple[str, ...], list[str]] = {}
+    for row in rows:
+        at = tuple(row[c] for c in key)
+        frames.setdefault(at, {}).setdefault(row[found.name], row[found.value])
+        about.setdefault(at, [row[c] for c in beside])
     names = list(dict.fromkeys(name for cells in frames.values() for name in cells))
-    head = [found.titles[clock] if found.titles else "time", *(found.titles[c] for c in kept)]
-    table = [[*key, *(cells.get(name, "") for name in names)] for key, cells in frames.items()]
+    head = [found.titles[c] for c in (*key, *beside)] if found.titles else ["time"]
+    table = [[*at, *about[at], *(cells.get(name, "") for name in names)] for at, cells in frames.items()]
     texts = tuple(DELIMITER.join(cells) for cells in ([*head, *names], *table))
-    twice = len(body) - sum(map(len, frames.values()))
+    told = f"its lines hold one weight each: they make {len(frames):,} frames of {len(names):,} names"
+    twice = len(rows) - sum(map(len, frames.values()))
     some = "1 of its lines has" if twice == 1 else f"{twice:,} of its lines have"
     again = [f"{some} the time and the name of one before: left out"] if twice else []
-    told = f"its lines hold one weight each: they make {len(frames):,} frames of {len(names):,} names"
-    return Lines(texts, tuple(range(len(texts))), DELIMITER, (*notes, told, *again))
+    return Lines(texts, tuple(range(len(texts))), DELIMITER, (*lines.notes, told, *again))
 
 
 def clock_of(rows: Sequence[Sequence[str]], found: Columns) -> int | None:
