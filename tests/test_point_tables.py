@@ -59,7 +59,9 @@ def test_a_rig_in_tables_reads_the_same_however_it_is_written(
     np.testing.assert_allclose(raw.neutral, GRID, atol=1e-4)
     np.testing.assert_allclose(raw.deltas[0], SMILE - GRID, atol=1e-3)
     np.testing.assert_array_equal(np.unique(raw.triangles), np.arange(20))
+    assert len(raw.triangles) == 2 * len(QUADS)
     assert raw.names == ("smile",)
+    assert "are read as x, y and z" not in raw.note
     assert ("counts vertices from 1" in raw.note) == (start == 1)
 
 
