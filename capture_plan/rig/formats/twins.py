@@ -50,7 +50,7 @@ def one_of_each(raw: RawRig) -> RawRig:
     names = tuple(dict.fromkeys(body.title for body in extra))
     told = f"what repeats the face was left out, although it moves (levels of detail, spare heads): {listed(names)}"
     at = with_strays(raw, np.concatenate([body.at for body in extra]))
-    theirs = moves.any(axis=1) & ~np.delete(moves, at, axis=1).any(axis=1)
+    theirs = np.logical_and(moves.any(axis=1), ~np.delete(moves, at, axis=1).any(axis=1))
     if theirs.all():
         return raw
     without = leave_out(raw, at)
