@@ -1,8 +1,9 @@
 """Whether the place taken for a mouth lies where lips are: asked of the skin around it, and of two signs of its height.
 
 Letters    p  pupil distance;  m  the place, on the midline;  s  skin beside the midline at the height of its lips
-Before     max z of s - z of m, over p: 22 avatars and the sample 0.01 to 0.21, heads whose mouths stand open 0.20; in
-           beaks, muzzles and behind the lips of a mouth that was opened by hand 0.45 to 4
+Before     max z of s - z of m, or of where movements place it if that lies further forward, over p: 22 avatars, the
+           sample and heads whose mouths stand open 0.01 to 0.21, a fox 0.30; beaks, muzzles and the bag behind the
+           lips of a mouth that was opened by hand 0.45 to 4
 Apart      from the height at which blendshapes part skin or are named for the mouth to that of the border of the lips,
            over p, where lips stand open less half of that: the same heads 0.04 at most, beaks and muzzles 0.12 to 0.23
 """
@@ -28,7 +29,8 @@ def against_mouth(
     y = np.append(lips[:, 1], mouth[1])
     low, high = y.min() - BESIDE * p, y.max() + BESIDE * p
     around = skin[(np.abs(skin[:, 0] - mouth[0]) < BESIDE * p) & (skin[:, 1] > low) & (skin[:, 1] < high), 2]
-    before, apart = float(around.max(initial=-np.inf) - mouth[2]), float(abs(mouth[1] - sign[1]))
+    before = float(around.max(initial=-np.inf) - max(mouth[2], sign[2]))
+    apart = float(abs(mouth[1] - sign[1]))
     found = []
     if before > BURIED * p:
         found.append(Sign("the skin around it, which lies before it", f"{before:.0f} mm further forward", -1.0))
