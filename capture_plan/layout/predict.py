@@ -1,0 +1,140 @@
+"""The error to expect of the solve that is used: weights held between 0 and 1, in performances as people give them.
+
+Data       X[t]      skin of frame t, displacement from the neutral, millimetres: mixes of shapes, here deltas or a take
+           B (r k)   what the landmarks answer to the weights; y[t] the landmarks of X[t]
+           n[t]      noise of standard deviation sigma per coordinate; every frame is measured with n and with -n
+Solve      H = B'B + lambda I;  x = argmin 1/2 x'Hx - x'B'y, 0 <= x <= 1 (`bounded`);  beside it x = H^-1 B'y
+Distance   d(x, t) = x'Gx - 2 x'g[t] + s[t], mean square distance of the skin: g[t, k] is the mean of d_k . X[t] over the
+           moving skin, s[t] that of |X[t]|^2
+Estimate   q[t] and u[t], d of the bounded and of the other answer, are means of both measurements:
+           mean q - beta (mean u - E u),  beta = cov(q, u) / var u over the frames,
+           E u = mean_t d(H^-1 B' y[t], t) + sigma^2 tr(G H^-1 B'B H^-1), exact
+
+A weight that rests at 0 loses half its noise there, which no formula for weights of any size (`Observation.error`)
+knows. A simulation of some frames does; u, of which the mean is known, takes away most of what chance adds to it.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from capture_plan.layout.bounded import solve_bounded
+from capture_plan.layout.reconstruct import measurement_noise, normal_matrix, random_mixes
+from capture_plan.layout.record import Prediction
+from capture_plan.layout.shell.recording import Recording
+from capture_plan.layout.shell.takes import Takes
+from capture_plan.layout.worth import Observation
+from capture_plan.rig.sequence.frames import evenly
+
+FRAMES = 100  # each measured twice: some hundredths of a second, and a standard error of about 1 %
+SEED = 20_823  # of frames and noise; no other part of the package measures with it
+USUAL_NOISE_MM = 0.2  # predicted at this noise too, so that plans can be compared
+ACTIVE_SHARE, MEAN_WEIGHT = 0.3, 0.25  # of blendshapes in a frame of somebody who talks, at exponential weights
+MIXES, TALKING = "3 to 8 blendshapes at once", "talking"
+LEAST, MOST = 0.05, 0.95  # shares of the frames between which the spread is given
+EASED = 1e-9  # share of G's mean diagonal, so that dependent blendshapes have one answer
+TINY = np.finfo(float).tiny
+
+
+@dataclass(frozen=True, eq=False)
+class Performance:
+    """Frames as mixes `weights` of j shapes.
+
+    `rows(vertices)` are what the shapes move at landmarks, three rows each; `cross` is their mean product with the
+    deltas over the moving skin; `squares` are s[t]. `beyond_mm` is what the rig cannot show of a take.
+    """
+
+    name: str
+    weights: Float[np.ndarray, "t j"]
+    rows: Callable[[Int[np.ndarray, " m"]], Float[np.ndarray, "r j"]]
+    cross: Float[np.ndarray, "j k"]
+    squares: Float[np.ndarray, " t"]
+    beyond_mm: float | None = None
+
+    def distances(self, G: Float[np.ndarray, "k k"], x: Float[np.ndarray, "t k"]) -> Float[np.ndarray, " t"]:
+        """d(x, t), square millimetres."""
+        # x'Gx - 2 x'g + s
+        return np.maximum(np.sum((x @ G - 2 * self.weights @ self.cross) * x, axis=1) + self.squares, 0)
+
+
+def talking(count: int, *, frames: int, seed: int) -> Float[np.ndarray, "t k"]:
+    """Frames of somebody who talks: each blendshape is active with a chance of 0.3, at an exponential weight."""
+    rng = np.random.default_rng(seed)
+    active = rng.uniform(size=(frames, count)) < ACTIVE_SHARE
+    return np.where(active, np.minimum(rng.exponential(MEAN_WEIGHT, (frames, count)), 1), 0)
+
+
+def of_weights(observation: Observation, name: str, w: Float[np.ndarray, "t k"]) -> Performance:
+    """Frames that are posed by weights of the planned blendshapes."""
+    squares = np.sum((w @ observation.gram) * w, axis=1)
+    return Performance(name, w, observation.response, observation.gram, squares)
+
+
+def of_recording(observation: Observation, one: Recording, *, frames: int = FRAMES) -> Performance:
+    """Frames of a take, evenly over its time and again where it has fewer, with all that it moves: blendshapes that are
+    not planned for, and what no blendshape does."""
+    inside, count = observation.skin[one.at], int(observation.skin.sum())
+    C = one.weights[np.resize(evenly(len(one), frames), frames)].astype(float)
+    S = one.shapes[:, inside].reshape(len(one.shapes), -1).astype(float)
+    D = observation.deltas[:, one.at[inside]].reshape(len(observation.deltas), -1).astype(float)
+
+    def rows(vertices: Int[np.ndarray, " m"]) -> Float[np.ndarray, "r j"]:
+        moved, known = np.zeros((len(vertices), 3, len(one.shapes))), np.isin(vertices, one.at)
+        moved[known] = one.shapes[:, np.searchsorted(one.at, vertices[known])].transpose(1, 2, 0)
+        return moved.reshape(-1, len(one.shapes))
+
+    cross, squares = S @ D.T / count, np.sum((C @ (S @ S.T)) * C, axis=1) / count
+    shown = Performance(one.sequence.name, C, rows, cross, squares)
+    return Performance(one.sequence.name, C, rows, cross, squares, beyond(observation, shown))
+
+
+def beyond(observation: Observation, shown: Performance) -> float:
+    """What the rig cannot show: root mean square distance (mm) that is left when weights from 0 to 1 are solved from
+    the whole moving skin without noise."""
+    G = observation.gram
+    x = solve_bounded(G + EASED * np.trace(G) / len(G) * np.eye(len(G)), shown.weights @ shown.cross)
+    return round(float(np.sqrt(shown.distances(G, x).mean())), 4)
+
+
+def performances(observation: Observation, takes: Takes | None) -> list[Performance]:
+    """Mixes, talking, and every take."""
+    k = len(observation.deltas)
+    made = {MIXES: random_mixes(k, frames=FRAMES, seed=SEED), TALKING: talking(k, frames=FRAMES, seed=SEED)}
+    recordings = [one for person in takes.subjects for one in person.recordings] if takes else []
+    return [
+        *(of_weights(observation, name, w) for name, w in made.items()),
+        *(of_recording(observation, one) for one in recordings),
+    ]
+
+
+def predictions(
+    observation: Observation, vertices: Int[np.ndarray, " m"], given: Sequence[Performance]
+) -> tuple[Prediction, ...]:
+    """The error to expect with landmarks at `vertices`, at the observation's noise and at the usual one."""
+    noises = sorted({observation.noise_mm, USUAL_NOISE_MM})
+    return tuple(predict(observation, vertices, one, noise_mm=noise) for noise in noises for one in given)
+
+
+def predict(
+    observation: Observation, vertices: Int[np.ndarray, " m"], shown: Performance, *, noise_mm: float
+) -> Prediction:
+    """The error of the skin to expect of one performance, its spread over frames, and how well that is known."""
+    G, B, y = observation.gram, observation.response(vertices), shown.weights @ shown.rows(vertices).T
+    H, n = normal_matrix(B, noise_mm), noise_mm * measurement_noise(vertices, frames=len(y), seed=SEED)
+    A = np.linalg.solve(H, B.T)  # H^-1 B'
+    bounded = np.split(solve_bounded(H, np.concatenate([y + n, y - n]) @ B), 2)
+    every = np.stack([shown.distances(G, x) for x in bounded])
+    q, u = every.mean(axis=0), np.mean([shown.distances(G, both @ A.T) for both in (y + n, y - n)], axis=0)
+    # E u = mean_t d(A y[t], t) + sigma^2 tr(G A A')
+    mean_u = shown.distances(G, y @ A.T).mean() + noise_mm**2 * np.sum((G @ A) * A)
+    beta = np.sum((q - q.mean()) * (u - u.mean())) / max(np.sum(np.square(u - u.mean())), TINY)
+    error = np.sqrt(max(q.mean() - beta * (u.mean() - mean_u), 0.0))
+    sure = np.std(q - beta * u) / np.sqrt(len(q)) / max(2 * error, TINY)
+    low, high = np.sqrt(np.quantile(every, [LEAST, MOST]))
+    return Prediction(shown.name, noise_mm, *_rounded(error, low, high, sure), beyond_mm=shown.beyond_mm)
+
+
+def _rounded(*lengths: float) -> list[float]:
+    return [round(float(length), 4) for length in lengths]
