@@ -134,9 +134,7 @@ def points_of(face: Face) -> dict[str, Int[np.ndarray, "68"]]:
     return {} if face.points68 is None else {SIXTY_EIGHT: face.points68}
 
 
-def reference(
-    observation: Observation, vertices: Int[np.ndarray, " m"], given: Sequence[Performance]
-) -> Reference:
+def reference(observation: Observation, vertices: Int[np.ndarray, " m"], given: Sequence[Performance]) -> Reference:
     """Another layout, what it is worth, and the error to expect of some performances."""
     worth = observation.worth(vertices)
     expected = predictions(observation, vertices, given)

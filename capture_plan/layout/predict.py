@@ -4,8 +4,8 @@ Data       X[t]      skin of frame t, displacement from the neutral, millimetres
            B (r k)   what the landmarks answer to the weights; y[t] the landmarks of X[t]
            n[t]      noise of standard deviation sigma per coordinate; every frame is measured with n and with -n
 Solve      H = B'B + lambda I;  x = argmin 1/2 x'Hx - x'B'y, 0 <= x <= 1 (`bounded`);  beside it x = H^-1 B'y
-Distance   d(x, t) = x'Gx - 2 x'g[t] + s[t], mean square distance of the skin: g[t, k] is the mean of d_k . X[t] over the
-           moving skin, s[t] that of |X[t]|^2
+Distance   d(x, t) = x'Gx - 2 x'g[t] + s[t], mean square distance of the skin: g[t, k] is the mean of d_k . X[t] over
+           the moving skin, s[t] that of |X[t]|^2
 Estimate   q[t] and u[t], d of the bounded and of the other answer, are means of both measurements:
            mean q - beta (mean u - E u),  beta = cov(q, u) / var u over the frames,
            E u = mean_t d(H^-1 B' y[t], t) + sigma^2 tr(G H^-1 B'B H^-1), exact

@@ -70,8 +70,8 @@ class Bound(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class ErrorBound(Struct, frozen=True, forbid_unknown_fields=True):
-    """No layout has an upper estimate (`Worth.error_mm`) below `error_mm`, millimetres. The certificate: shares of sites, each named by its first
-    vertex, at which `relaxation.bound_from` gives this bound."""
+    """No layout has an upper estimate (`Worth.error_mm`) below `error_mm`, millimetres. The certificate: shares of
+    sites, each named by its first vertex, at which `relaxation.bound_from` gives this bound."""
 
     error_mm: float
     vertices: tuple[int, ...]
@@ -177,10 +177,10 @@ class Layout(Struct, frozen=True, forbid_unknown_fields=True):
     `order` names the landmarks from the most telling to the first to be spared, and `curve_mm` is the upper estimate
     with the first 1, 2, ... of them, millimetres. `uncovered` are blendshapes that no landmark stands for. `head` are
     the markers that the head's own motion is taken from, `head_pose` what they are worth, where any were asked for.
-    `error_bound` is the least upper estimate that any layout of the budget could have. `references` are other layouts of the
-    same face under the same noise, by name: the paper's single cover, 68 points. `motion` is what a recorded take loses
-    by this layout, where one is known. `predictions` are the errors to expect of weights solved between 0 and 1, for
-    made-up performances and for every take.
+    `error_bound` is the least upper estimate that any layout of the budget could have. `references` are other layouts
+    of the same face under the same noise, by name: the paper's single cover, 68 points. `motion` is what a recorded
+    take loses by this layout, where one is known. `predictions` are the errors to expect of weights solved between 0
+    and 1, for made-up performances and for every take.
     """
 
     method: Method

@@ -1,4 +1,4 @@
-"""Repair: add sites until every blendshape mix can be told apart and the predicted error is small enough.
+"""Repair: add sites until every blendshape mix can be told apart and the upper estimate of the error is small enough.
 
 With P = D C (three rows a vertex, D its deltas), adding a site whose rows of D are A gives
 

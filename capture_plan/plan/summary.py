@@ -1,6 +1,7 @@
 """A plan in a few sentences, for the terminal, the title page and the first screen of a notebook."""
 
-from capture_plan.layout.record import Layout, MotionFit, Worth
+from capture_plan.layout.record import Layout, MotionFit, Prediction, Worth
+from capture_plan.plan.predicted import error_words, prediction_words
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
 from capture_plan.rig.face.words import doubts
@@ -15,7 +16,8 @@ def summary(plan: Plan) -> tuple[str, ...]:
     lines = [
         f"{plan.rig.name}: {len(audit.used)} of {audit.blendshapes} blendshapes planned for, "
         f"{audit.skin_vertices:,} skin vertices.",
-        f"{worth_words(layout.worth)}{budget_words(plan)}.",
+        f"{worth_words(layout.worth, layout.predictions)}{budget_words(plan)}.",
+        *prediction_words(layout.predictions),
         *fewer_words(plan),
         *bound_words(plan),
         *motion_words(plan),
@@ -24,7 +26,7 @@ def summary(plan: Plan) -> tuple[str, ...]:
         *view_words(plan),
         f"Proved: to see every blendshape at all takes at least {layout.certificate.landmarks} landmarks.",
         *(
-            f"For comparison, {name}: {worth_words(worth)}{lost_words(layout.motion, name)}."
+            f"For comparison, {name}: {worth_words(worth, worth.predictions)}{lost_words(layout.motion, name)}."
             for name, worth in layout.references.items()
         ),
         f"{len(packing.expressions)} expressions, {proof_words(packing.proven_optimal, packing.bound)}; "
@@ -58,7 +60,7 @@ def bound_words(plan: Plan) -> list[str]:
         return []
     least = layout.error_bound.error_mm
     return [
-        f"Proved: no layout of {len(layout.landmarks)} landmarks predicts less than {least:.2f} mm; "
+        f"Proved: no layout of {len(layout.landmarks)} landmarks has an upper estimate below {least:.2f} mm; "
         f"this one is {layout.worth.error_mm / least - 1:.1%} above that."
     ]
 
@@ -90,7 +92,8 @@ def take_summary(layout: Layout, rig: Rig) -> tuple[str, ...]:
         f"{rig.name}: {worth.landmarks} markers on {int(rig.skin.sum()):,} skin vertices.",
         *(fit_words(layout.motion) if layout.motion else ()),
         f"With {len(rig.names)} frames of it in place of blendshapes, the markers have rank {worth.rank} of "
-        f"{worth.full_rank} and a predicted error of {worth.error_mm:.2f} mm under {worth.noise_mm:g} mm of noise.",
+        f"{worth.full_rank}, {error_words(worth, layout.predictions)}.",
+        *prediction_words(layout.predictions),
     )
 
 
@@ -154,16 +157,14 @@ def fewer_words(plan: Plan) -> list[str]:
     """What a quarter, a half and three quarters of the landmarks would leave, where they have an order."""
     curve = plan.layout.curve_mm
     counts = quarters(len(curve))
-    steps = ", ".join(f"the first {m} leave {curve[m - 1]:.2f} mm" for m in counts)
-    return [f"In the order of plan.json, {steps} of predicted error."] if steps else []
+    steps = ", ".join(f"{curve[m - 1]:.2f} mm with the first {m}" for m in counts)
+    return [f"Upper estimate in the order of plan.json: {steps}."] if steps else []
 
 
-def worth_words(worth: Worth) -> str:
-    """'34 landmarks, rank 51 of 51, predicted error 0.21 mm under 0.2 mm of noise'."""
-    return (
-        f"{worth.landmarks} landmarks, rank {worth.rank} of {worth.full_rank}, "
-        f"predicted error {worth.error_mm:.2f} mm under {worth.noise_mm:g} mm of noise"
-    )
+def worth_words(worth: Worth, predictions: tuple[Prediction, ...]) -> str:
+    """'34 landmarks, rank 51 of 51, predicted error 0.14 mm, upper estimate 0.18 mm under 0.2 mm of noise'."""
+    rank = f"rank {worth.rank} of {worth.full_rank}"
+    return f"{worth.landmarks} landmarks, {rank}, {error_words(worth, predictions)}"
 
 
 def proof_words(proven: bool, bound: int) -> str:
