@@ -112,7 +112,7 @@ def test_it_is_said_plainly_who_wins(ours, says):
 def test_it_is_said_how_far_from_the_best_ours_can_be():
     mine = row(least_upper(0.2), 0.1)
     made = Comparison("rig", 3, 0.2, 0.5, (2,), (0.16,), 3, 9, (0.2,), {MIXES: 1}, (mine, row("random", 0.5)), ())
-    assert any("less than 0.160 mm" in line and "at most 25.0%" in line for line in verdicts(made))
+    assert any("below 0.160 mm" in line and "at most 25.0%" in line for line in verdicts(made))
 
 
 def test_layouts_are_given_by_the_artists_vertex_numbers(tmp_path):

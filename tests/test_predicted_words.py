@@ -53,7 +53,7 @@ def test_where_nothing_was_predicted_the_upper_estimate_has_its_own_name(predict
 
 
 def test_rows_of_tables_keep_both_errors_apart():
-    row = compare_row("mine", WORTH, own=True, error_mm=MIXES.error_mm, share=1)
+    row = compare_row("mine", WORTH, own=True, error_mm=MIXES.error_mm, share=1.0)
     assert (row["error"], row["upper"]) == ("0.312 mm", "0.410 mm")
     assert predicted_row(TAKE)["beyond"] == "0.800 mm"
     assert predicted_row(MIXES)["beyond"] == ""

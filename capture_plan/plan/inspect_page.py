@@ -2,9 +2,10 @@
 
 from capture_plan.layout.alternatives import Alternative
 from capture_plan.layout.observe import CONFUSABLE_DEG, WEAK, Mix, Reason, Separator
+from capture_plan.layout.predict import MIXES
 from capture_plan.layout.robust import GROWTH, REACH_MM, Loss, Tolerance
 from capture_plan.plan.inspect import Inspection, MarkerReport, TakeReport
-from capture_plan.plan.predicted import error_words, prediction_words
+from capture_plan.plan.predicted import SOLVE, error_words, prediction_words
 from capture_plan.plan.summary import fit_words
 
 PAIRS = 8  # the worst pairs of lost markers that are named
@@ -23,7 +24,10 @@ def inspection_text(found: Inspection) -> str:
         ("How far a dot may sit from its place", tolerance_lines(found)),
         ("If a marker falls off", loss_lines(found)),
         ("If two markers fall off", pair_lines(found)),
-        ("Mishaps played through, error of the skin", trial_lines(found)),
+        (
+            f"Mishaps played through: error of the skin, {MIXES}, {SOLVE}",
+            trial_lines(found),
+        ),
         ("Other layouts as good as this one", other_lines(found)),
         ("Beside the layouts that studios use", alike_lines(found)),
     )
@@ -170,11 +174,7 @@ def pair_lines(found: Inspection) -> list[str]:
 
 
 def trial_lines(found: Inspection) -> list[str]:
-    return [
-        f"{trial.what}: predicted {trial.predicted_mm:.2f} mm, simulated {trial.simulated_mm:.2f} mm, "
-        f"1 in 20 above {trial.worst_mm:.2f} mm"
-        for trial in found.trials
-    ]
+    return [f"{trial.what}: {trial.error_mm:.2f} mm, 1 in 20 above {trial.worst_mm:.2f} mm" for trial in found.trials]
 
 
 def other_lines(found: Inspection) -> list[str]:
