@@ -1,6 +1,6 @@
 """The error to expect of the solve that is used: weights held between 0 and 1, in performances as people give them.
 
-Data       X[t]      skin of frame t, displacement from the neutral, millimetres: mixes c[t] of deltas or a take's shapes
+Data       X[t]      skin of frame t, displacement from the neutral, millimetres: mixes c[t] of deltas or shapes
            M         mean of c c' over all that the performance can be, of which the frames are some
            B (r k)   what the landmarks answer to the weights; y[t] = R c[t] the landmarks of X[t]
            n[t]      noise of standard deviation sigma per coordinate; every frame is measured with n and with -n
@@ -98,11 +98,11 @@ def of_weights(
 
 
 def of_recording(observation: Observation, one: Recording, *, frames: int = FRAMES) -> Performance:
-    """Frames of a take, evenly over its time and several times where it has fewer, with all that it moves: blendshapes that are
-    not planned for, and what no blendshape does."""
+    """Frames of a take, evenly over its time and several times where it has fewer, with all that it moves: blendshapes
+    that are not planned for, and what no blendshape does."""
     inside, count = observation.skin[one.at], int(observation.skin.sum())
     every = one.weights.astype(float)
-    C = every[np.linspace(0, len(one) - 1, frames).round().astype(int)]
+    C = every[np.arange(frames) * len(one) // frames]
     S = one.shapes[:, inside].reshape(len(one.shapes), -1).astype(float)
     D = observation.deltas[:, one.at[inside]].reshape(len(observation.deltas), -1).astype(float)
 
