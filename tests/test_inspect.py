@@ -27,7 +27,7 @@ def test_the_inspection_agrees_with_the_plan(plan, found):
     assert found.worth == plan.layout.worth
     assert found.blind == plan.layout.uncovered
     assert [marker.name for marker in found.markers] == [landmark.name for landmark in plan.layout.landmarks]
-    assert found.trials[0].predicted_mm == pytest.approx(plan.layout.worth.error_mm, abs=1e-4)
+    assert found.trials[0].error_mm == pytest.approx(plan.layout.predictions[0].error_mm, rel=0.1)
 
 
 def test_what_only_one_landmark_sees_is_lost_with_it(found):

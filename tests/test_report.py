@@ -16,7 +16,7 @@ from capture_plan.errors import PlanError
 from capture_plan.expressions.record import Expression, Packing
 from capture_plan.expressions.session import session
 from capture_plan.expressions.session_settings import SessionSettings
-from capture_plan.layout.record import Bound, Landmark, Layout, Program, Reference, Worth
+from capture_plan.layout.record import Bound, Landmark, Layout, Prediction, Program, Reference, Worth
 from capture_plan.plan.files import plan_bytes
 from capture_plan.plan.record import Plan, RigReference, sealed
 from capture_plan.plan.settings import Settings
@@ -28,6 +28,7 @@ from capture_plan.report.proofs import minimum_proof, packing_proof, proofs
 from capture_plan.rig import Rig, sample_rig
 from capture_plan.rig.audit import Audit, Finding
 
+OTHER = Prediction("talking", 0.2, 0.62, 0.5, 0.8, 0.01)
 HOSTILE = (
     "</script><script>window.harmed=1</script>",
     '<img src=x onerror="window.harmed=2">',
@@ -53,7 +54,7 @@ def small_plan(rig: Rig) -> Plan:
         Expression("E01", names[:1], (1.0,), 0.5, 0.5, f"Open the jaw wide, {rig.names[JAW_OPEN]}."),
         Expression("E02", names[1:], (1.0, 1.0, 1.0), 0.5, 1.0, "Smile with both corners."),
     )
-    worth = Worth(4, 4, 4, 12.0, 0.2, 0.31)
+    worth = Worth(4, 4, 4, 12.0, 0.2, 0.41)
     findings = (Finding("static", ("tongueOut",), f"{rig.names[SMILE_LEFT]} stands still", "Leave it out.", True),)
     packing = Packing("minimum", expressions, 2, 2, 2, True, True, names[:2], (), (), (), (), ())
     return Plan(
@@ -68,7 +69,8 @@ def small_plan(rig: Rig) -> Plan:
             certificate=Bound(names[:3], (1.0, 1.0, 1.0), 3),
             uncovered=(),
             worth=worth,
-            references={HOSTILE[1]: Reference(68, 4, 4, 3.0, 0.2, 0.62, ())},
+            references={HOSTILE[1]: Reference(68, 4, 4, 3.0, 0.2, 0.72, (), (OTHER,))},
+            predictions=(Prediction(HOSTILE[0], 0.2, 0.31, 0.2, 0.4, 0.01, 0.1),),
         ),
         packing=packing,
         session=session(rig, names, packing, SessionSettings()),
@@ -229,10 +231,11 @@ def test_the_largest_error_fills_the_bar_of_the_comparison(plan):
     rows = compare(plan)
     assert [row["share"] for row in rows] == [0.5, 1.0]
     assert [row["own"] for row in rows] == [True, False]
-    assert rows[0]["error"] == "0.310 mm"
+    assert (rows[0]["error"], rows[0]["upper"]) == ("0.310 mm", "0.410 mm")
 
 
 def test_the_predicted_error_stands_with_its_unit_and_the_noise(plan):
     error = tiles(plan)[-1]
     assert (error.figure, error.unit) == ("0.31", "mm")
     assert "0.2 mm of noise" in error.note
+    assert "between 0 and 1" in error.note

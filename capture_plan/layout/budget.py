@@ -1,4 +1,4 @@
-"""The best landmarks that a budget buys: least predicted error, every wish kept, every blendshape on some landmark.
+"""The best landmarks that a budget buys: least upper estimate, every wish kept, every blendshape on some landmark.
 
 Data       s           sites, a[s] = 1 or 2 landmarks each; A_s the rows of the deltas at its members
            c[k, s]     site s is a candidate for blendshape k
@@ -33,7 +33,7 @@ def spend_budget(
     spacing: Spacing | None,
     limits: tuple[Limit, ...] = (),
 ) -> Int[np.ndarray, " m"]:
-    """Sites of at most `budget` landmarks with the least predicted error found, the most telling first.
+    """Sites of at most `budget` landmarks with the least upper estimate of the error found, the most telling first.
 
     `cover` holds sites at the spacing and within the limits that reach every blendshape of `covers`: where the budget
     pays for them, limits are kept, every blendshape keeps a landmark, and the error is at most that of the cover filled

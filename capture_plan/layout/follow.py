@@ -4,7 +4,7 @@ The planner writes a layout through here, and the check takes the decisions out 
 again: nothing in a plan can then say what its decisions do not mean on this rig.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from operator import itemgetter
 
@@ -18,6 +18,7 @@ from capture_plan.layout.by_motion import fit_of
 from capture_plan.layout.face import SIXTY_EIGHT, Face
 from capture_plan.layout.head import pose_error
 from capture_plan.layout.naming import name_head_markers, name_landmarks
+from capture_plan.layout.predict import Performance, performances, predictions
 from capture_plan.layout.record import Bound, ErrorBound, HeadPose, Layout, MotionFit, Program, Reference, Worth
 from capture_plan.layout.rounds import RESOLUTION, costs, to_cover
 from capture_plan.layout.settings import ORDERED, LayoutSettings, Method
@@ -79,6 +80,7 @@ def follow(task: Task, decided: Decided, takes: Takes | None = None) -> Layout:
     landmarks = name_landmarks(face, settings, order, round_of)
     told = sites.members(chosen) if decided.method in ORDERED else order[:0]
     name_at = {m.vertex: m.name for m in landmarks}
+    given = performances(observation, takes)
     covered = sites.covers(settings.epsilon)[:, chosen].any(axis=1)
     return Layout(
         method=decided.method,
@@ -87,13 +89,14 @@ def follow(task: Task, decided: Decided, takes: Takes | None = None) -> Layout:
         certificate=decided.certificate,
         uncovered=tuple(face.used[k] for k in np.flatnonzero(~covered)),
         worth=observation.worth(order),
-        references={name: reference(observation, at) for name, at in decided.known.items()},
+        references={name: reference(observation, at, given) for name, at in decided.known.items()},
         head=name_head_markers(face, settings, decided.head),
         head_pose=head_pose(face, decided.head, settings.noise_mm) if len(decided.head) else None,
         order=tuple(name_at[vertex] for vertex in told.tolist()),
         curve_mm=tuple(np.round(error_against_budget(observation, told), 4).tolist()),
         error_bound=decided.error_bound,
         motion=motion_fit(face, takes, order, told, decided.known) if takes else None,
+        predictions=predictions(observation, order, given),
     )
 
 
@@ -151,10 +154,11 @@ def most_of(settings: LayoutSettings, method: Method, landmarks: int) -> int:
     return (settings.budget or settings.number or landmarks) if method == "budget" else landmarks
 
 
-def reference(observation: Observation, vertices: Int[np.ndarray, " m"]) -> Reference:
-    """Another layout, and what it is worth."""
+def reference(observation: Observation, vertices: Int[np.ndarray, " m"], given: Sequence[Performance]) -> Reference:
+    """Another layout, what it is worth, and the error to expect of some performances."""
     worth = observation.worth(vertices)
-    return Reference(**structs.asdict(worth), vertices=tuple(vertices.tolist()))
+    expected = predictions(observation, vertices, given)
+    return Reference(**structs.asdict(worth), vertices=tuple(vertices.tolist()), predictions=expected)
 
 
 def head_pose(face: Face, head: Int[np.ndarray, " h"], noise_mm: float) -> HeadPose:

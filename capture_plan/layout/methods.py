@@ -4,7 +4,7 @@ cover              one exact program
 trivial, distance  the same with several sites for every blendshape: next to each other, at the spacing
 adaptive           cover, take away what is chosen, cover again what is crowded (`multicover`)
 studio             the fewest landmarks that tell as much as they should (`studio`); within a budget, if one binds
-budget             the least predicted error that so many landmarks buy (`budget`)
+budget             the least upper estimate that so many landmarks buy (`budget`)
 motion             the least error of a recorded take (`by_motion`)
 """
 

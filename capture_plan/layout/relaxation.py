@@ -90,8 +90,8 @@ def error_bound(
     limits: tuple[Limit, ...] = (),
     former: ErrorBound | None = None,
 ) -> ErrorBound:
-    """What no layout of at most `budget` landmarks on these sites predicts less than; `former` is a certificate of a
-    problem close to this one, from whose shares the search starts."""
+    """The upper estimate that no layout of at most `budget` landmarks on these sites is below; `former` is a
+    certificate of a problem close to this one, from whose shares the search starts."""
     relaxed = relax(observation, sites, budget, limits)
     start = np.ones(len(sites.size)) if former is None else shares_of(sites, former)
     lam = brief(relaxed, best_shares(relaxed, relaxed.scaled(start)))

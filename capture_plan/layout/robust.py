@@ -18,7 +18,7 @@ from capture_plan.layout.chart import Chart, in_words
 from capture_plan.layout.gains import error_gains
 from capture_plan.layout.worth import PRIOR_SD, Observation
 
-GROWTH = 1.1  # the predicted error may grow by a tenth
+GROWTH = 1.1  # the upper estimate may grow by a tenth
 REACH_MM, STEP_MM, DIRECTIONS = 15.0, 0.5, 16  # places that are tried around a landmark
 DOT_MM = 4.0  # a substitute stands clear of the spot: dots are 3 to 4 mm wide
 
@@ -45,7 +45,7 @@ class Tolerance(Struct, frozen=True):
 
 
 class Substitute(Struct, frozen=True):
-    """The nearest other place that loses no blendshape and keeps the predicted error within `GROWTH`."""
+    """The nearest other place that loses no blendshape and keeps the upper estimate within `GROWTH`."""
 
     vertex: int
     distance_mm: float
@@ -93,7 +93,7 @@ def unnoticed_error(
     A_m: Float[np.ndarray, "3 k"],
     A: Float[np.ndarray, "p 3 k"],
 ) -> Float[np.ndarray, " p"]:
-    """Predicted error with the dot at each place while the solver takes it for one at its own, millimetres."""
+    """Upper estimate with the dot at each place while the solver takes it for one at its own, millimetres."""
     sigma, tau = observation.noise_mm, PRIOR_SD
     D = A - A_m
     ACGC = A_m @ C @ observation.gram @ C
@@ -109,7 +109,7 @@ def measured_error(
     A_m: Float[np.ndarray, "3 k"],
     A: Float[np.ndarray, "p 3 k"],
 ) -> Float[np.ndarray, " p"]:
-    """Predicted error with the dot at each place when the solver is told, millimetres."""
+    """Upper estimate of the error with the dot at each place when the solver is told, millimetres."""
     AC = A_m @ C
     # C' = C + C A^T S^-1 A C
     without = C + AC.T @ np.linalg.solve(observation.noise_mm**2 * np.eye(3) - AC @ A_m.T, AC)

@@ -25,13 +25,13 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     another landmark is not worth its while (`layout.studio`). `adaptive`
     is Algorithm 1 of Zell & McDonnell 2022; `trivial` has `rounds` sites for every blendshape next to each other,
     `distance` has them at the spacing; `cover` is their single set cover, at the spacing where that is not 0; `budget`
-    has the least predicted error that `budget` landmarks buy; `motion` loses least of a recorded take. `weights`:
-    fewest landmarks first and then the best places (`lexicographic`), the paper's own sum (`paper`), or the number
-    alone (`count`).
+    has the least upper estimate that `budget` landmarks buy; `motion` loses least of a recorded take. `weights`: fewest
+    landmarks first and then the best places (`lexicographic`), the paper's own sum (`paper`), or the number alone
+    (`count`).
     `epsilon`: a vertex can stand for a blendshape that moves it by this share of the blendshape's largest movement;
     0.3 to 0.7 is the working range. `alpha`: weight of visibility against displacement. `rounds`: landmarks that a
     blendshape gets at most from the multi-cover. `spacing_mm`: least distance along the skin between landmarks.
-    `noise_mm`: standard deviation of a measured landmark coordinate, for the predicted error.
+    `noise_mm`: standard deviation of a measured landmark coordinate, for the upper estimate and the predicted error.
     `min_visibility`: vertices that are seen from less than this share of their hemisphere are no candidates; 0 leaves
     visibility out. `budget`: most landmarks there may be; `number`: exactly so many.
     Wishes, by vertex number in the artist's file: `pins` carry a landmark whatever else is decided, `forbidden` carry

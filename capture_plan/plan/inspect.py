@@ -27,7 +27,8 @@ from capture_plan.layout.observe import (
     sights,
     weakest_mixes,
 )
-from capture_plan.layout.record import MotionFit, Worth
+from capture_plan.layout.predict import performances, predictions
+from capture_plan.layout.record import MotionFit, Prediction, Worth
 from capture_plan.layout.robust import REACH_MM, Loss, Substitute, Tolerance, losses, substitutes, tolerances
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.shell.takes import Takes
@@ -78,6 +79,7 @@ class Inspection(Struct, frozen=True):
     rig: str
     epsilon: float
     worth: Worth
+    predictions: tuple[Prediction, ...]
     singular_values_mm: tuple[float, ...]
     weakest: tuple[Mix, ...]
     blendshapes: tuple[Sight, ...]
@@ -110,6 +112,7 @@ def inspect_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> Inspection:
         rig=rig.name,
         epsilon=settings.epsilon,
         worth=observation.worth(vertices),
+        predictions=predictions(observation, vertices, performances(observation, takes)),
         singular_values_mm=tuple(np.linalg.svd(observation.response(vertices), compute_uv=False).tolist()),
         weakest=weakest_mixes(observation, vertices, face.used, count=MIXES),
         blendshapes=seen,

@@ -93,7 +93,7 @@ def error_claims(plan: Plan, task: Task) -> list[Claim]:
         said = layout.error_bound.error_mm
         claims.append(
             claim(
-                f"no layout of {budget} landmarks predicts less than {said:.3f} mm",
+                f"no layout of {budget} landmarks has an upper estimate below {said:.3f} mm",
                 (shares >= 0).all() and abs(proved - said) < TOLERANCE and said <= layout.worth.error_mm + TOLERANCE,
                 f"the shares prove {proved:.3f} mm, this layout has {layout.worth.error_mm:.3f} mm",
             )
@@ -125,7 +125,7 @@ def bound_claims(plan: Plan, task: Task) -> list[Claim]:
 
 
 def worth_claims(plan: Plan, task: Task) -> list[Claim]:
-    """Rank, condition and predicted error of the landmarks."""
+    """Rank, condition and upper estimate of the error."""
     said = plan.layout.worth
     found = task.observation.worth(np.array([m.vertex for m in plan.layout.landmarks]))
     return [
@@ -135,7 +135,7 @@ def worth_claims(plan: Plan, task: Task) -> list[Claim]:
             f"{found.rank} of {found.full_rank}",
         ),
         claim(
-            f"predicted error {said.error_mm:.3f} mm under {said.noise_mm:g} mm of noise",
+            f"upper estimate of the error {said.error_mm:.3f} mm under {said.noise_mm:g} mm of noise",
             abs(found.error_mm - said.error_mm) < TOLERANCE and np.isclose(found.condition, said.condition, rtol=1e-2),
             f"{found.error_mm:.3f} mm, condition {found.condition:.0f}",
         ),

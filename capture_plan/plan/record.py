@@ -11,7 +11,7 @@ from capture_plan.layout.record import Layout
 from capture_plan.plan.settings import Settings
 from capture_plan.rig.audit import Audit
 
-FORMAT_VERSION = 3
+FORMAT_VERSION = 4
 SAMPLE = "sample"
 DECIDING = ("capture-plan", "numpy", "scipy", "embreex", "ortools")  # packages that a plan's numbers depend on
 

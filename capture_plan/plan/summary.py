@@ -2,8 +2,9 @@
 
 from capture_plan.layout.face import SIXTY_EIGHT
 from capture_plan.layout.follow import EVEN, target_of
-from capture_plan.layout.record import Layout, MotionFit, Worth
+from capture_plan.layout.record import Layout, MotionFit, Prediction, Worth
 from capture_plan.layout.studio import WORTHWHILE
+from capture_plan.plan.predicted import error_words, prediction_words
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
 from capture_plan.rig.face.words import doubts
@@ -18,7 +19,8 @@ def summary(plan: Plan) -> tuple[str, ...]:
     lines = [
         f"{plan.rig.name}: {len(audit.used)} of {audit.blendshapes} blendshapes planned for, "
         f"{audit.skin_vertices:,} skin vertices.",
-        f"{worth_words(layout.worth)}{budget_words(plan)}.",
+        f"{worth_words(layout.worth, layout.predictions)}{budget_words(plan)}.",
+        *prediction_words(layout.predictions),
         *target_words(plan),
         *fewer_words(plan),
         *bound_words(plan),
@@ -28,7 +30,7 @@ def summary(plan: Plan) -> tuple[str, ...]:
         *view_words(plan),
         f"Proved: to see every blendshape at all takes at least {layout.certificate.landmarks} landmarks.",
         *(
-            f"For comparison, {name}: {worth_words(worth)}{lost_words(layout.motion, name)}."
+            f"For comparison, {name}: {worth_words(worth, worth.predictions)}{lost_words(layout.motion, name)}."
             for name, worth in layout.references.items()
         ),
         f"{len(packing.expressions)} expressions, {proof_words(packing.proven_optimal, packing.bound)}; "
@@ -62,7 +64,7 @@ def bound_words(plan: Plan) -> list[str]:
         return []
     least = layout.error_bound.error_mm
     return [
-        f"Proved: no layout of {len(layout.landmarks)} landmarks predicts less than {least:.2f} mm; "
+        f"Proved: no layout of {len(layout.landmarks)} landmarks has an upper estimate below {least:.2f} mm; "
         f"this one is {layout.worth.error_mm / least - 1:.1%} above that."
     ]
 
@@ -77,14 +79,14 @@ def target_words(plan: Plan) -> list[str]:
     if SIXTY_EIGHT in layout.references and name != SIXTY_EIGHT:
         placed = layout.references[SIXTY_EIGHT].error_mm
         told.append(
-            f"{SIXTY_EIGHT} would predict {placed:.2f} mm, as many {EVEN} {target:.2f} mm: the points do not fit this "
-            "face and are no target."
+            f"{SIXTY_EIGHT} have an upper estimate of {placed:.2f} mm, as many {EVEN} of {target:.2f} mm: the points do "
+            "not fit this face and are no target."
         )
     if layout.worth.error_mm > target:
         told.append(
-            f"The {target:.2f} mm of {name} is not reached here: beyond {len(layout.landmarks)} landmarks, another one "
-            f"lowers the error by less than {WORTHWHILE:.0%}. Smaller zones without dots, a closer spacing or a budget "
-            "of your own bring more."
+            f"The upper estimate of {name}, {target:.2f} mm, is not reached here: beyond {len(layout.landmarks)} "
+            f"landmarks, another one lowers it by less than {WORTHWHILE:.0%}. Smaller zones without dots, a closer "
+            "spacing or a budget of your own bring more."
         )
     return told
 
@@ -116,7 +118,8 @@ def take_summary(layout: Layout, rig: Rig) -> tuple[str, ...]:
         f"{rig.name}: {worth.landmarks} markers on {int(rig.skin.sum()):,} skin vertices.",
         *(fit_words(layout.motion) if layout.motion else ()),
         f"With {len(rig.names)} frames of it in place of blendshapes, the markers have rank {worth.rank} of "
-        f"{worth.full_rank} and a predicted error of {worth.error_mm:.2f} mm under {worth.noise_mm:g} mm of noise.",
+        f"{worth.full_rank}, {error_words(worth, layout.predictions)}.",
+        *prediction_words(layout.predictions),
     )
 
 
@@ -180,16 +183,14 @@ def fewer_words(plan: Plan) -> list[str]:
     """What a quarter, a half and three quarters of the landmarks would leave, where they have an order."""
     curve = plan.layout.curve_mm
     counts = quarters(len(curve))
-    steps = ", ".join(f"the first {m} leave {curve[m - 1]:.2f} mm" for m in counts)
-    return [f"In the order of plan.json, {steps} of predicted error."] if steps else []
+    steps = ", ".join(f"{curve[m - 1]:.2f} mm with the first {m}" for m in counts)
+    return [f"Upper estimate in the order of plan.json: {steps}."] if steps else []
 
 
-def worth_words(worth: Worth) -> str:
-    """'34 landmarks, rank 51 of 51, predicted error 0.21 mm under 0.2 mm of noise'."""
-    return (
-        f"{worth.landmarks} landmarks, rank {worth.rank} of {worth.full_rank}, "
-        f"predicted error {worth.error_mm:.2f} mm under {worth.noise_mm:g} mm of noise"
-    )
+def worth_words(worth: Worth, predictions: tuple[Prediction, ...]) -> str:
+    """'34 landmarks, rank 51 of 51, predicted error 0.14 mm, upper estimate 0.18 mm under 0.2 mm of noise'."""
+    rank = f"rank {worth.rank} of {worth.full_rank}"
+    return f"{worth.landmarks} landmarks, {rank}, {error_words(worth, predictions)}"
 
 
 def proof_words(proven: bool, bound: int) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 from capture_plan.layout.record import Layout, MotionFit
 from capture_plan.layout.spacing import nearest_two
 from capture_plan.mesh import surface_graph
+from capture_plan.plan.predicted import error_words
 from capture_plan.progress import track
 from capture_plan.rig import Rig
 from capture_plan.rig.anchors import Anchors
@@ -51,8 +52,8 @@ def rig_words(layout: Layout, rig: Rig) -> str:
     worth = layout.worth
     bare = f" · {len(layout.uncovered)} blendshapes have no marker" if layout.uncovered else ""
     return (
-        f"{worth.landmarks} markers · rank {worth.rank} of {worth.full_rank} · predicted error "
-        f"{worth.error_mm:.2f} mm at {worth.noise_mm:g} mm noise{bare}{nearest_words(layout, rig)}"
+        f"{worth.landmarks} markers · rank {worth.rank} of {worth.full_rank} · {error_words(worth, layout.predictions)}"
+        f"{bare}{nearest_words(layout, rig)}"
     )
 
 
