@@ -79,8 +79,8 @@ def target_words(plan: Plan) -> list[str]:
     if SIXTY_EIGHT in layout.references and name != SIXTY_EIGHT:
         placed = layout.references[SIXTY_EIGHT].error_mm
         told.append(
-            f"{SIXTY_EIGHT} have an upper estimate of {placed:.2f} mm, as many {EVEN} of {target:.2f} mm: the points do "
-            "not fit this face and are no target."
+            f"{SIXTY_EIGHT} have an upper estimate of {placed:.2f} mm, as many {EVEN} {target:.2f} mm: the points do not "
+            "fit this face and are no target."
         )
     if layout.worth.error_mm > target:
         told.append(
