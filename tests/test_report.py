@@ -23,7 +23,7 @@ from capture_plan.plan.settings import Settings
 from capture_plan.report import viewer_html, write_html
 from capture_plan.report.contents import chart, compare, stop_line, tiles
 from capture_plan.report.head import material, packed_head
-from capture_plan.report.page import script_json
+from capture_plan.report.page import page_html, script_json
 from capture_plan.report.proofs import minimum_proof, packing_proof, proofs
 from capture_plan.rig import Rig, sample_rig
 from capture_plan.rig.audit import Audit, Finding
@@ -236,3 +236,11 @@ def test_the_predicted_error_stands_with_its_unit_and_the_noise(plan):
     error = tiles(plan)[-1]
     assert (error.figure, error.unit) == ("0.31", "mm")
     assert "0.2 mm of noise" in error.note
+
+
+def test_the_page_of_a_draft_says_so_and_why_and_that_of_a_sound_plan_does_not(rig, plan, page):
+    assert "DRAFT:" not in page.read_text()
+    text = page_html(msgspec.structs.replace(plan, draft=("<b>a label</b> was wrong",)), rig)
+    assert "<title>DRAFT: " in text
+    assert '<div class="draft" aria-hidden="true"><b>DRAFT</b></div>' in text
+    assert "&lt;b&gt;a label&lt;/b&gt; was wrong</p>" in text

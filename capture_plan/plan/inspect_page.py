@@ -15,6 +15,7 @@ TELLS_APART = 0.8  # a pair's angle shrinks to this share without the marker: wo
 def inspection_text(found: Inspection) -> str:
     """The whole page."""
     sections = (
+        *((("DRAFT: this plan does not hold", found.draft),) if found.draft else ()),
         ("What the markers see", overview(found)),
         *((("What the markers leave of the take", take_lines(found.take, found)),) if found.take else ()),
         ("Weak and confusable blendshapes", sight_lines(found)),

@@ -11,7 +11,7 @@ from capture_plan.layout.record import Layout
 from capture_plan.plan.settings import Settings
 from capture_plan.rig.audit import Audit
 
-FORMAT_VERSION = 3
+FORMAT_VERSION = 4
 SAMPLE = "sample"
 DECIDING = ("capture-plan", "numpy", "scipy", "embreex", "ortools")  # packages that a plan's numbers depend on
 
@@ -37,6 +37,7 @@ class RigReference(Struct, frozen=True, forbid_unknown_fields=True):
 class Plan(Struct, frozen=True, forbid_unknown_fields=True):
     """What `plan.json` holds: the same input, settings and versions give it byte for byte.
 
+    `draft` says what did not hold of the plan when something was made of it all the same; empty where all holds.
     `seal` is a digest of all else: it tells a plan that was changed by hand, and is no signature.
     """
 
@@ -48,6 +49,7 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True):
     packing: Packing
     session: Session
     versions: dict[str, str]
+    draft: tuple[str, ...] = ()
     seal: str = ""
 
 

@@ -41,6 +41,7 @@ def contents(plan: Plan, shot_list: Session) -> dict[str, Any]:
     layout, packing, audit = plan.layout, plan.packing, plan.audit
     return {
         "title": plan.rig.name,
+        "draft": plan.draft,
         "lead": f"{count(len(layout.landmarks), 'marker')} and {count(len(packing.expressions), 'expression')} "
         f"for {count(len(audit.used), 'blendshape')}.",
         "tiles": tiles(plan),

@@ -81,7 +81,7 @@ def draw_sheets(plan: Plan, rig: Rig, *, sheet: str, dpi: int) -> Booklet:
         raise PlanError(
             f"the plan was made for rig {plan.rig.fingerprint}, this is {rig.fingerprint}: plan again or give that rig"
         )
-    book = Booklet(paper(sheet), f"{rig.name}: markers and expressions", rig.names)
+    book = Booklet(paper(sheet), f"{rig.name}: markers and expressions", rig.names, draft="; ".join(plan.draft))
     head, fit = make_head(rig), plan.layout.motion
     words = (rig_words(plan.layout, rig), take_words(fit)) if fit else (rig_words(plan.layout, rig),)
     markers = MarkerPages(book, face_of(rig, head, plan.layout), words, READS, dpi)
