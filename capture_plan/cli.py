@@ -121,8 +121,13 @@ def plan(
     spacing_mm: Annotated[float | None, typer.Option(help="Least distance on the skin, millimetres [8].")] = None,
     noise_mm: Annotated[float | None, typer.Option(help="Noise of a measured landmark, millimetres [0.2].")] = None,
     number: Annotated[int | None, typer.Option(help="Exactly so many landmarks (cover, budget, motion).")] = None,
-    pin: Annotated[list[int] | None, typer.Option(help="Vertex that carries a landmark; several allowed.")] = None,
-    forbid: Annotated[list[int] | None, typer.Option(help="Vertex that carries none; several allowed.")] = None,
+    pin: Annotated[
+        list[str] | None, typer.Option(help="Dot (M12) or vertex (1225) that carries a landmark; several allowed.")
+    ] = None,
+    forbid: Annotated[list[str] | None, typer.Option(help="Dot or vertex that carries none; several allowed.")] = None,
+    dots_of: Annotated[
+        Path | None, typer.Option(metavar="PLAN", help="Plan that names the dots [the one that FILE holds now].")
+    ] = None,
     keep_out: Annotated[
         list[str] | None,
         typer.Option(help="Zone without landmarks and its margin in millimetres: 'wet lip=3', a file, or 'none'."),
@@ -158,15 +163,18 @@ def plan(
     """Plan a session for RIG: landmarks and expressions, with what was proved and what error to expect."""
     from capture_plan.plan.files import read_settings, refer_to, settings_seen_from, write_plan
     from capture_plan.plan.make import make_plan
+    from capture_plan.plan.named import NamedDots
     from capture_plan.plan.settings import Settings
     from capture_plan.plan.summary import summary
     from capture_plan.progress import listen
 
+    dots = NamedDots(dots_of or output, given=dots_of is not None)
     chosen = override(
-        read_settings(settings) if settings else Settings(),
+        read_settings(settings, dots.vertices) if settings else Settings(),
         {"method": method or ("budget" if budget is not None else None), "budget": budget, "weights": weights}
         | {"epsilon": epsilon, "symmetric": symmetric, "spacing_mm": spacing_mm, "noise_mm": noise_mm}
-        | {"number": number, "pins": pin, "forbidden": forbid, "keep_out": zones(keep_out), "caps": counts(cap)}
+        | {"number": number, "keep_out": zones(keep_out), "caps": counts(cap)}
+        | {"pins": pin and dots.vertices(pin, "--pin"), "forbidden": forbid and dots.vertices(forbid, "--forbid")}
         | {"min_views": min_views, "dot_mm": dot_mm, "head_markers": head_markers},
         {"method": expressions, "mu": mu, "paired": paired, "limit": limit, "rules": rules, "most_things": most_things},
         {"cameras": cameras, "target": target, "sequences": sequence}
@@ -174,6 +182,7 @@ def plan(
         {"minutes": minutes},
     )
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
+    dots.must_be_of(found)
     reference = refer_to(found, rig, output, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     settled = settings_seen_from(output.parent, chosen)
     heard: list[str] = []
@@ -537,10 +546,18 @@ def zones(given: list[str] | None) -> dict[str, float] | None:
 
 
 def counts(given: list[str] | None) -> dict[str, int] | None:
-    """'nose=4' as a region with its cap."""
-    if given is None:
-        return None
-    return {one.rpartition("=")[0]: int(number_of(one.rpartition("=")[2], one)) for one in given}
+    """'nose=4' as a region with its cap.
+
+    Raises:
+        PlanError: the number is not whole.
+    """
+    from capture_plan.errors import PlanError
+
+    found = {one.rpartition("=")[0]: number_of(one.rpartition("=")[2], one) for one in given or ()}
+    for name, number in found.items():
+        if not number.is_integer():
+            raise PlanError(f"'{name}={number:g}' needs a whole number behind the equals sign, as in 'nose=4'")
+    return None if given is None else {name: int(number) for name, number in found.items()}
 
 
 def names_of(text: str) -> list[str]:

@@ -4,14 +4,17 @@ The knobs of one stage are one element whose `value` maps the fields of its sett
 recomputes that stage and what comes after it, and nothing else. Every knob starts at the setting's own default.
 """
 
-import re
 from typing import Any
 
 import marimo as mo
 import msgspec
 
 from capture_plan.expressions import PackingSettings
+from capture_plan.layout.design import design_layout
+from capture_plan.layout.dots import dots_of, is_vertex, vertices_of, words_in
+from capture_plan.layout.face import Face
 from capture_plan.layout.settings import ORDERED, LayoutSettings
+from capture_plan.layout.shell.takes import Takes
 from capture_plan.plan.settings import Settings
 
 Number = float | int
@@ -70,8 +73,8 @@ def landmark_knobs(*, take: bool = False) -> Any:
             "Landmarks that there may be, where the method is a budget or a motion.",
         ),
         pins=(
-            mo.ui.text("", placeholder="1225, 2081", label="Pinned vertices", debounce=True, full_width=True),
-            "Vertices of the rig's file that carry a landmark; a marker of the head says its number.",
+            mo.ui.text("", placeholder="M12, 1225", label="Pinned", debounce=True, full_width=True),
+            "Dots that stay, as they are called while nothing is pinned, or vertices of the rig's file.",
         ),
         head_markers=(
             mo.ui.dropdown({"None": 0, "3": 3, "4": 4, "5": 5}, "None", label="Head markers", full_width=True),
@@ -176,11 +179,20 @@ def paper_knob() -> Any:
     return mo.ui.dropdown({"A4": "a4", "US Letter": "letter"}, "A4", label="Paper")
 
 
-def landmark_settings(knobs: Any) -> LayoutSettings:
-    """What the landmark knobs say."""
-    pins = [int(number) for number in re.findall(r"\d+", knobs.value["pins"].replace(".", ""))]
+def landmark_settings(knobs: Any, face: Face | None = None, takes: Takes | None = None) -> LayoutSettings:
+    """What the landmark knobs say; a pinned dot is the one that the layout of the other knobs calls so, which is made
+    on the face (and for takes) where one is named.
+
+    Raises:
+        PlanError: what is pinned is neither a dot nor the whole number of a vertex.
+    """
+    words = words_in(knobs.value["pins"])
     budget = knobs.value["budget"] if knobs.value["method"] in ORDERED else None
-    return msgspec.convert(knobs.value | {"pins": pins, "budget": budget}, LayoutSettings)
+    free = msgspec.convert(knobs.value | {"pins": (), "budget": budget}, LayoutSettings)
+    by_name = face is not None and not all(map(is_vertex, words))
+    dots = dots_of(design_layout(face, free, takes=takes)) if face and by_name else {}
+    pins = vertices_of(words, dots, what="Pinned", whose="the layout without pins")
+    return msgspec.structs.replace(free, pins=pins)
 
 
 def packing_settings(knobs: Any) -> PackingSettings:
@@ -188,10 +200,12 @@ def packing_settings(knobs: Any) -> PackingSettings:
     return msgspec.convert(knobs.value, PackingSettings)
 
 
-def session_settings(landmarks: Any, expressions: Any, cameras: Any, *, sequences: tuple[str, ...] = ()) -> Settings:
-    """What all knobs of a session say, and its takes."""
+def session_settings(
+    landmarks: LayoutSettings, expressions: Any, cameras: Any, *, sequences: tuple[str, ...] = ()
+) -> Settings:
+    """What all knobs of a session say, those of landmarks read already, and its takes."""
     return Settings(
-        landmarks=landmark_settings(landmarks),
+        landmarks=landmarks,
         expressions=packing_settings(expressions),
         cameras=cameras.value,
         sequences=sequences,
