@@ -118,7 +118,7 @@ def plan(
     weights: Annotated[Weights | None, typer.Option(help="What a good landmark is [lexicographic].")] = None,
     epsilon: Annotated[float | None, typer.Option(help="Share of a blendshape's largest movement [0.5].")] = None,
     symmetric: Annotated[bool | None, typer.Option(help="Mirror every landmark [yes].")] = None,
-    spacing_mm: Annotated[float | None, typer.Option(help="Least distance on the skin, millimetres [8].")] = None,
+    spacing_mm: Annotated[float | None, typer.Option(help="Least distance of two landmarks, millimetres [8].")] = None,
     noise_mm: Annotated[float | None, typer.Option(help="Noise of a measured landmark, millimetres [0.2].")] = None,
     number: Annotated[int | None, typer.Option(help="Exactly so many landmarks (cover, budget, motion).")] = None,
     pin: Annotated[
@@ -202,7 +202,7 @@ def markers(
     output: Folder = Path("markers"),
     faces: Annotated[int, typer.Option(help="Triangles that a denser scan is made coarser to.")] = 50_000,
     symmetric: Annotated[bool, typer.Option(help="Mirror every marker.")] = True,
-    spacing_mm: Annotated[float, typer.Option(help="Least distance on the skin, millimetres.")] = 8.0,
+    spacing_mm: Annotated[float, typer.Option(help="Least distance, straight and along the skin, millimetres.")] = 8.0,
     paper: Paper = "a4",
     dpi: Dpi = 300,
     unit_mm: UnitMm = None,
@@ -246,13 +246,14 @@ def check(
     from capture_plan.plan.check import check_plan
     from capture_plan.plan.check_page import as_rows, check_lines
     from capture_plan.plan.files import read_plan, rig_of
+    from capture_plan.plan.summary import near_words
     from capture_plan.plan.unchecked import unchecked
 
     made = read_plan(plan)
     claims = check_plan(made, rig_of(made, plan, rig_path=rig), folder=plan.parent)
     if json:
         print(msgspec.json.format(msgspec.json.encode(as_rows(claims))).decode())
-    say(check_lines(claims, unchecked(made, claims), every=every))
+    say([*check_lines(claims, unchecked(made, claims), every=every), *near_words(made)])
     if not all(claim.holds for claim in claims):
         raise typer.Exit(1)
 

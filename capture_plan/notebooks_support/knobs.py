@@ -29,7 +29,7 @@ def landmark_knobs(*, take: bool = False) -> Any:
         method=(
             _choice(
                 {
-                    "studio": "Studio: told apart and accurate",
+                    "studio": "Studio: full rank and accurate",
                     "adaptive": "Adaptive: several per blendshape",
                     "cover": "Cover: one per blendshape",
                     "budget": "Budget: least error for so many",
@@ -58,7 +58,7 @@ def landmark_knobs(*, take: bool = False) -> Any:
         ),
         spacing_mm=(
             slider(0.0, 20.0, 1.0, start.spacing_mm, "Spacing, mm"),
-            "Least distance between two landmarks along the skin.",
+            "Least distance between two landmarks, straight and along the skin.",
         ),
         noise_mm=(
             slider(0.05, 1.0, 0.05, start.noise_mm, "Noise, mm"),
@@ -97,7 +97,7 @@ def cover_knobs() -> Any:
         ),
         spacing_mm=(
             slider(0.0, 20.0, 1.0, start.spacing_mm, "Spacing, mm"),
-            "Least distance along the skin where landmarks are kept apart.",
+            "Least distance, straight and along the skin, where landmarks are kept apart.",
         ),
     )
 
@@ -124,7 +124,7 @@ def knob_panel(epsilon: Any, budget: Any, noise: Any, spacing: Any) -> mo.Html:
         (epsilon, "A landmark stands for a blendshape that moves it by this share of the largest movement."),
         (budget, "How many markers the crew applies: the budget of every method."),
         (noise, "How far a measured landmark is off, as a standard deviation."),
-        (spacing, "Least distance between two landmarks of ours along the skin."),
+        (spacing, "Least distance between two landmarks of ours, straight and along the skin."),
     )
 
 

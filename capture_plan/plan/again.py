@@ -17,7 +17,7 @@ from capture_plan.layout.shell.takes import Takes
 from capture_plan.layout.task import Task
 from capture_plan.plan.collide import collide
 from capture_plan.plan.places import read_rules_of, read_target
-from capture_plan.plan.record import Plan
+from capture_plan.plan.record import Plan, with_meetings
 from capture_plan.rig import Rig
 from capture_plan.rig.audit import Audit
 
@@ -32,7 +32,7 @@ def made_again(
     found on the rig where they are not given."""
     rig = task.face.rig
     packing = packing_again(plan, rig, folder, apart)
-    return replace(
+    again = replace(
         plan,
         rig=replace(plan.rig, name=rig.name, fingerprint=rig.fingerprint, vertices=len(rig.neutral)),
         audit=report,
@@ -40,6 +40,7 @@ def made_again(
         packing=packing,
         session=session(rig, plan.audit.used, packing, plan.settings.session),
     )
+    return with_meetings(again, rig)
 
 
 def packing_again(plan: Plan, rig: Rig, folder: Path, apart: Pairs | None = None) -> Packing:

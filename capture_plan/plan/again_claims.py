@@ -12,6 +12,7 @@ PARTS = {
     "layout": "markers, their names, places and figures are those of the rig",
     "packing": "expressions, their sentences and figures are those of the rig",
     "session": "the session is that of these expressions",
+    "meetings": "dots that come near each other when the face moves are those of the rig",
 }
 
 

@@ -1,5 +1,7 @@
 """A plan in a few sentences, for the terminal, the title page and the first screen of a notebook."""
 
+from capture_plan.expressions.record import Packing
+from capture_plan.layout.meeting import meeting_words
 from capture_plan.layout.record import Layout, MotionFit, Worth
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
@@ -16,19 +18,20 @@ def summary(plan: Plan) -> tuple[str, ...]:
         f"{plan.rig.name}: {len(audit.used)} of {audit.blendshapes} blendshapes planned for, "
         f"{audit.skin_vertices:,} skin vertices.",
         f"{worth_words(layout.worth)}{budget_words(plan)}.",
+        *unidentified_words(plan),
         *fewer_words(plan),
         *bound_words(plan),
         *motion_words(plan),
         *region_words(plan),
         *head_words(plan),
+        *near_words(plan),
         *view_words(plan),
         f"Proved: to see every blendshape at all takes at least {layout.certificate.landmarks} landmarks.",
         *(
             f"For comparison, {name}: {worth_words(worth)}{lost_words(layout.motion, name)}."
             for name, worth in layout.references.items()
         ),
-        f"{len(packing.expressions)} expressions, {proof_words(packing.proven_optimal, packing.bound)}; "
-        f"the first 5 cover {first_share(plan, 5):.0%} of the importance.",
+        f"{expression_words(packing)}; the first 5 cover {first_share(plan, 5):.0%} of the importance.",
         f"The session takes about {plan.session.minutes:.0f} minutes. {plan.session.stop}".strip(),
     ]
     lines += [f"{heading}, planned apart: {names}." for heading, names, _ in apart_lines(audit.apart)]
@@ -76,6 +79,12 @@ def region_words(plan: Plan) -> list[str]:
         "Eyes, mouth or axes of this face are not certain, so that places go without the names of regions, and zones "
         "without dots lie where eyes and mouth are assumed: look at `capture-plan audit RIG -o audit.png` first.",
     ]
+
+
+def near_words(plan: Plan) -> list[str]:
+    """Which dots come too near to each other in which expression."""
+    words = meeting_words(plan.meetings, plan.settings.landmarks.dot_mm)
+    return [f"{words}."] if words else []
 
 
 def motion_words(plan: Plan) -> list[str]:
@@ -166,9 +175,41 @@ def worth_words(worth: Worth) -> str:
     )
 
 
-def proof_words(proven: bool, bound: int) -> str:
-    """What may be said of their number."""
-    return "proved the fewest" if proven else f"not proved the fewest (at least {bound})"
+def expression_words(packing: Packing) -> str:
+    """'18 expressions, proved the fewest'; of a list that is cut short '10 of 18 expressions; 18 proved the fewest'."""
+    shown, proof = len(packing.expressions), proof_words(packing)
+    if shown == packing.objective:
+        return f"{shown} expressions, {proof}"
+    return f"{shown} of {packing.objective} expressions; {packing.objective} {proof}"
+
+
+def number_words(packing: Packing) -> str:
+    """What stands beside the number of expressions: 'proved the fewest', or of a cut list 'of 18; 18 proved …'."""
+    cut = len(packing.expressions) < packing.objective
+    return f"of {packing.objective}; {packing.objective} {proof_words(packing)}" if cut else proof_words(packing)
+
+
+def proof_words(packing: Packing) -> str:
+    """What may be said of the number of the whole list."""
+    proven = packing.proven_optimal and packing.bound == packing.objective
+    return "proved the fewest" if proven else f"not proved the fewest (at least {packing.bound})"
+
+
+def unidentified_words(plan: Plan) -> list[str]:
+    """How many mixes of blendshapes are not told apart, and why: by these markers, or on this rig by any."""
+    worth, used = plan.layout.worth, len(plan.audit.used)
+    lines = []
+    if worth.rank < worth.full_rank:
+        lines.append(
+            f"Not told apart by these landmarks: {worth.full_rank - worth.rank} of {worth.full_rank} mixes of "
+            "blendshapes, which move other skin only; `capture-plan inspect` names them."
+        )
+    if worth.full_rank < used:
+        lines.append(
+            f"Not told apart by any landmarks: {used - worth.full_rank} of {used} mixes, which move no skin of this "
+            "rig (`capture-plan audit` names blendshapes that others make up)."
+        )
+    return lines
 
 
 def first_share(plan: Plan, count: int) -> float:
@@ -183,7 +224,7 @@ def expression_lines(plan: Plan, former: Plan) -> tuple[str, ...]:
     names = sum(len(shot.blendshapes) for shot in packing.expressions)
     kept = "" if packing.kept is None else f"; {packing.kept} of {names} blendshapes stay where they were"
     return (
-        f"{len(packing.expressions)} expressions, {proof_words(packing.proven_optimal, packing.bound)}{kept}.",
+        f"{expression_words(packing)}{kept}.",
         *(
             f"{'  ' if shot.blendshapes in before else '* '}{shot.name} {', '.join(shot.blendshapes)}"
             for shot in packing.expressions
