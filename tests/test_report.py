@@ -191,7 +191,7 @@ def test_a_place_that_cannot_be_written_is_named_and_left_alone(plan, rig, tmp_p
 
 
 def test_only_what_was_proved_is_called_proved(plan):
-    assert packing_proof(plan) == "Proved: fewer than 2 is impossible"
+    assert packing_proof(plan) == "Proved: fewer than 2 cannot show every blendshape"
     assert minimum_proof(plan) == "Proved: fewer than 3 cannot show every blendshape even once"
     open_packing = msgspec.structs.replace(plan.packing, proven_optimal=False, order_proven=False, bound=1)
     open_program = msgspec.structs.replace(plan.layout.programs[0], proven_optimal=False)
@@ -203,7 +203,8 @@ def test_only_what_was_proved_is_called_proved(plan):
 
 def test_a_gap_is_told_as_a_bound(plan):
     packing = msgspec.structs.replace(plan.packing, objective=9, bound=7, proven_optimal=False)
-    assert packing_proof(msgspec.structs.replace(plan, packing=packing)) == "Proved: at least 7 are needed"
+    said = packing_proof(msgspec.structs.replace(plan, packing=packing))
+    assert said.endswith("Proved: at least 7 are needed to show every blendshape")
 
 
 def with_covered(plan, *covered):
