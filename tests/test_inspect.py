@@ -68,3 +68,9 @@ def test_the_command_prints_a_page_for_people_and_json_for_programs(plan, found,
     inspect(path)
     said = capsys.readouterr()
     assert (said.out, said.err) == ("", inspection_text(found) + "\n")
+
+
+def test_an_inspection_of_a_draft_begins_with_what_does_not_hold(found):
+    assert "DRAFT" not in inspection_text(found)
+    lines = inspection_text(msgspec.structs.replace(found, draft=("a label was wrong",))).splitlines()
+    assert lines[:2] == ["DRAFT: this plan does not hold", "  a label was wrong"]

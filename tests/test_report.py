@@ -23,7 +23,7 @@ from capture_plan.plan.settings import Settings
 from capture_plan.report import viewer_html, write_html
 from capture_plan.report.contents import chart, compare, stop_line, tiles
 from capture_plan.report.head import material, packed_head
-from capture_plan.report.page import script_json
+from capture_plan.report.page import page_html, script_json
 from capture_plan.report.proofs import minimum_proof, packing_proof, proofs
 from capture_plan.rig import Rig, sample_rig
 from capture_plan.rig.audit import Audit, Finding
@@ -193,7 +193,7 @@ def test_a_place_that_cannot_be_written_is_named_and_left_alone(plan, rig, tmp_p
 
 
 def test_only_what_was_proved_is_called_proved(plan):
-    assert packing_proof(plan) == "Proved: fewer than 2 is impossible"
+    assert packing_proof(plan) == "Proved: fewer than 2 cannot show every blendshape"
     assert minimum_proof(plan) == "Proved: fewer than 3 cannot show every blendshape even once"
     open_packing = msgspec.structs.replace(plan.packing, proven_optimal=False, order_proven=False, bound=1)
     open_program = msgspec.structs.replace(plan.layout.programs[0], proven_optimal=False)
@@ -205,7 +205,8 @@ def test_only_what_was_proved_is_called_proved(plan):
 
 def test_a_gap_is_told_as_a_bound(plan):
     packing = msgspec.structs.replace(plan.packing, objective=9, bound=7, proven_optimal=False)
-    assert packing_proof(msgspec.structs.replace(plan, packing=packing)) == "Proved: at least 7 are needed"
+    said = packing_proof(msgspec.structs.replace(plan, packing=packing))
+    assert said.endswith("Proved: at least 7 are needed to show every blendshape")
 
 
 def with_covered(plan, *covered):
@@ -239,3 +240,11 @@ def test_the_predicted_error_stands_with_its_unit_and_the_noise(plan):
     assert (error.figure, error.unit) == ("0.31", "mm")
     assert "0.2 mm of noise" in error.note
     assert "between 0 and 1" in error.note
+
+
+def test_the_page_of_a_draft_says_so_and_why_and_that_of_a_sound_plan_does_not(rig, plan, page):
+    assert "DRAFT:" not in page.read_text()
+    text = page_html(msgspec.structs.replace(plan, draft=("<b>a label</b> was wrong",)), rig)
+    assert "<title>DRAFT: " in text
+    assert '<div class="draft" aria-hidden="true"><b>DRAFT</b></div>' in text
+    assert "&lt;b&gt;a label&lt;/b&gt; was wrong</p>" in text

@@ -30,15 +30,16 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     (`count`).
     `epsilon`: a vertex can stand for a blendshape that moves it by this share of the blendshape's largest movement;
     0.3 to 0.7 is the working range. `alpha`: weight of visibility against displacement. `rounds`: landmarks that a
-    blendshape gets at most from the multi-cover. `spacing_mm`: least distance along the skin between landmarks.
+    blendshape gets at most from the multi-cover. `spacing_mm`: least distance between landmarks, straight and so along
+    the skin too.
     `noise_mm`: standard deviation of a measured landmark coordinate, for the upper estimate and the predicted error.
     `min_visibility`: vertices that are seen from less than this share of their hemisphere are no candidates; 0 leaves
     visibility out. `budget`: most landmarks there may be; `number`: exactly so many.
     Wishes, by vertex number in the artist's file: `pins` carry a landmark whatever else is decided, `forbidden` carry
-    none. `keep_out`: zones without landmarks and the margin around each, by name (`rig.zones`) or as a file that paints
-    one. `caps`: most landmarks in a region, by its name ("nose"). `min_views`: cameras that have to see a landmark in
-    every expression, where cameras are known (2 where they triangulate); one of them never smaller than 3 pixels; 0
-    leaves cameras out of it. `dot_mm`: diameter of a marker.
+    none. `keep_out`: zones without dots and the margin around each, to the dot's edge, by name (`rig.zones`) or as a
+    file that paints one. `caps`: most landmarks in a region, by its name ("nose"). `min_views`: cameras that have to
+    see a landmark in every expression, where cameras are known (2 where they triangulate); one of them never smaller
+    than 3 pixels; 0 leaves cameras out of it. `dot_mm`: diameter of a marker.
     `head_markers`: 3 to 5 further markers where the face hardly moves, from which the motion of the head is taken.
     """
 

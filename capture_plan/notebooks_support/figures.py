@@ -10,7 +10,7 @@ from capture_plan.layout.face import Face
 from capture_plan.layout.record import Layout, Prediction
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.plan.predicted import FRAMES_WITHIN, SOLVE
-from capture_plan.plan.summary import proof_words
+from capture_plan.plan.summary import number_words
 from capture_plan.report.contents import KINDS, compare_row, error_tile, headline, marker_rows, predicted_row, take_tile
 from capture_plan.report.words import count, millimetres, percent
 from capture_plan.rig.audit import Audit
@@ -163,7 +163,7 @@ def packing_view(packing: Packing) -> mo.Html:
     return mo.vstack(
         [
             show_tiles(
-                ("Expressions", str(len(shots)), proof_words(packing.proven_optimal, packing.bound)),
+                ("Expressions", str(len(shots)), number_words(packing)),
                 (
                     "First five show",
                     percent(shots[min(5, len(shots)) - 1].covered),

@@ -73,7 +73,7 @@ class Inspection(Struct, frozen=True):
     """What `capture-plan inspect` says; indices of landmarks count from 0 in the order of `markers`.
 
     `blind_of_68` are blendshapes that no point of the 68-point reference sees at the plan's epsilon; none where the rig
-    has no face to lay 68 points on. `take` is there where the plan has one.
+    has no face to lay 68 points on. `take` is there where the plan has one. `draft` is what does not hold of the plan.
     """
 
     rig: str
@@ -93,6 +93,7 @@ class Inspection(Struct, frozen=True):
     others: tuple[Alternative, ...]
     alike: tuple[Similarity, ...]
     take: TakeReport | None
+    draft: tuple[str, ...] = ()
 
 
 def inspect_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> Inspection:
@@ -126,6 +127,7 @@ def inspect_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> Inspection:
         others=alternatives(face, settings, plan.layout, count=ALTERNATIVES, takes=takes),
         alike=similarities(rig, vertices) if face.points68 is not None else (),
         take=take_report(plan, takes),
+        draft=plan.draft,
     )
 
 

@@ -17,6 +17,7 @@ TELLS_APART = 0.8  # a pair's angle shrinks to this share without the marker: wo
 def inspection_text(found: Inspection) -> str:
     """The whole page."""
     sections = (
+        *((("DRAFT: this plan does not hold", found.draft),) if found.draft else ()),
         ("What the markers see", overview(found)),
         *((("What the markers leave of the take", take_lines(found.take, found)),) if found.take else ()),
         ("Weak and confusable blendshapes", sight_lines(found)),
@@ -41,13 +42,25 @@ def overview(found: Inspection) -> list[str]:
         f"{error_words(worth, found.predictions)}.",
         *prediction_words(found.predictions),
         f"Singular values from {values[0]:.1f} mm down to {values[-1]:.2f} mm of marker movement at weight 1.",
-        *(f"Weak mix: {mix_words(mix)}." for mix in found.weakest),
+        *mix_lines(found),
         f"Blind at epsilon {found.epsilon:g}: {', '.join(found.blind) or 'to no blendshape'}.",
     ]
     if found.blind_of_68 is None:
         return [*lines, "The 68-point reference could not be laid onto this rig."]
     blind = ", ".join(found.blind_of_68) or "to no blendshape"
     return [*lines, f"68 points (iBUG) are blind at epsilon {found.epsilon:g}: {blind}."]
+
+
+def mix_lines(found: Inspection) -> list[str]:
+    """The mixes that these markers do not tell apart, and why, then those that they hardly do."""
+    lost = found.worth.full_rank - found.worth.rank
+    unseen, weak = found.weakest[:lost], found.weakest[lost:]
+    more = [f"Not told apart: {lost - len(unseen)} mixes more."] if lost > len(unseen) else []
+    return [
+        *(f"Not told apart, no marker stands where it moves: {mix_words(mix)}." for mix in unseen),
+        *more,
+        *(f"Weak mix: {mix_words(mix)}." for mix in weak),
+    ]
 
 
 def take_lines(take: TakeReport, found: Inspection) -> list[str]:

@@ -5,7 +5,7 @@ import numpy as np
 from capture_plan.layout.follow import most_of
 from capture_plan.layout.relaxation import bound_from, shares_of
 from capture_plan.layout.settings import BY_ERROR
-from capture_plan.layout.spacing import nearest_two
+from capture_plan.layout.spacing import nearest_straight, nearest_two
 from capture_plan.layout.task import Task
 from capture_plan.plan.claims import TOLERANCE, Claim, claim
 from capture_plan.plan.record import Plan
@@ -28,14 +28,15 @@ def landmark_claims(plan: Plan, task: Task) -> list[Claim]:
     if settings.symmetric:
         alone = set(vertices.tolist()) - set(face.mirror[vertices].tolist())
         claims.append(claim("the layout is symmetric", not alone, f"{len(alone)} landmarks without a mirror image"))
+        claims.append(mirrored_claim(plan, task))
     if settings.spacing_mm and settings.method != "trivial":
         dots = np.array([m.vertex for m in plan.layout.markers])
-        nearest = nearest_two(face.graph, dots)
+        along, straight = nearest_two(face.graph, dots), nearest_straight(face.rig.neutral, dots)
         claims.append(
             claim(
-                f"markers stand at least {settings.spacing_mm:g} mm apart on the skin",
-                nearest >= settings.spacing_mm - 1e-6,
-                f"nearest two {nearest:.1f} mm apart",
+                f"markers stand at least {settings.spacing_mm:g} mm apart, straight and along the skin",
+                min(along, straight) >= settings.spacing_mm - 1e-6,
+                f"nearest two {straight:.1f} mm straight, {along:.1f} mm along the skin",
             )
         )
     claims += wish_claims(plan, task)
@@ -52,6 +53,24 @@ def landmark_claims(plan: Plan, task: Task) -> list[Claim]:
             for number, program in enumerate(plan.layout.programs)
         ),
     ]
+
+
+def mirrored_claim(plan: Plan, task: Task) -> Claim:
+    """Landmarks that mirror each other are called so: other side, same region, same number of it."""
+    at = {m.vertex: m for m in plan.layout.landmarks}
+    pairs = [(m, at[n]) for m in at.values() if (n := int(task.face.mirror[m.vertex])) in at and n != m.vertex]
+    other = {"left": "right", "right": "left", "middle": "middle"}
+    unlike = [
+        f"{a.name} {a.label}, {b.name} {b.label}"
+        for a, b in pairs
+        if a.vertex < b.vertex and (b.side != other[a.side] or a.region != b.region or b.label != _other_side(a.label))
+    ]
+    return claim("mirrored landmarks have mirrored names", not unlike, "; ".join(unlike) or f"{len(pairs) // 2} pairs")
+
+
+def _other_side(label: str) -> str:
+    side, _, rest = label.partition(" ")
+    return f"{ {'left': 'right', 'right': 'left'}.get(side, side) } {rest}".strip()
 
 
 def wish_claims(plan: Plan, task: Task) -> list[Claim]:

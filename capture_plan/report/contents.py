@@ -9,7 +9,7 @@ from capture_plan.expressions.session import ENOUGH, Session
 from capture_plan.layout.record import Landmark, MotionFit, Prediction, View, Worth
 from capture_plan.plan.predicted import ANY_WEIGHTS, FRAMES_WITHIN, SOLVE, at_noise, beyond_words, known_to, within
 from capture_plan.plan.record import Plan
-from capture_plan.plan.summary import fit_words
+from capture_plan.plan.summary import fit_words, unidentified_words
 from capture_plan.report.proofs import minimum_proof, packing_proof, proofs
 from capture_plan.report.shots import session_intro
 from capture_plan.report.words import count, millimetres, percent
@@ -41,6 +41,7 @@ def contents(plan: Plan, shot_list: Session) -> dict[str, Any]:
     layout, packing, audit = plan.layout, plan.packing, plan.audit
     return {
         "title": plan.rig.name,
+        "draft": plan.draft,
         "lead": f"{count(len(layout.landmarks), 'marker')} and {count(len(packing.expressions), 'expression')} "
         f"for {count(len(audit.used), 'blendshape')}.",
         "tiles": tiles(plan),
@@ -78,7 +79,10 @@ def tiles(plan: Plan) -> list[Tile]:
     layout, packing, worth = plan.layout, plan.packing, plan.layout.worth
     sides = [landmark.side for landmark in layout.landmarks]
     covered = packing.expressions[-1].covered if packing.expressions else 0.0
-    solved = "all that this rig can tell apart" if worth.rank == worth.full_rank else "the others stay unknown"
+    solved = (
+        "blendshape mixes: all that this rig can tell apart" if worth.rank == worth.full_rank else "blendshape mixes."
+    )
+    apart = "Told apart" if worth.rank == worth.full_rank else "Rank"
     return [
         Tile(
             "Markers",
@@ -94,7 +98,7 @@ def tiles(plan: Plan) -> list[Tile]:
             f"show {percent(covered)} of the importance of all blendshapes",
             packing_proof(plan),
         ),
-        Tile("Told apart", str(worth.rank), f"of {worth.full_rank}", f"blendshape mixes: {solved}"),
+        Tile(apart, str(worth.rank), f"of {worth.full_rank}", " ".join([solved, *unidentified_words(plan)])),
         error_tile(worth, layout.predictions),
         *(take_tile(layout.motion) if layout.motion else ()),
     ]

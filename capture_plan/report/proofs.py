@@ -13,10 +13,11 @@ def minimum_proof(plan: Plan) -> str:
 def packing_proof(plan: Plan) -> str:
     """What is proved about the number of expressions; empty where nothing is."""
     packing = plan.packing
-    whole = " for the whole list" if packing.left_out else ""
+    cut = len(packing.expressions) < packing.objective
+    shown = f"{len(packing.expressions)} of {packing.objective} are shown. " if cut else ""
     if packing.proven_optimal and packing.bound == packing.objective:
-        return f"Proved: fewer than {packing.bound} is impossible{whole}"
-    return f"Proved: at least {packing.bound} are needed{whole}" if packing.bound > 1 else ""
+        return f"{shown}Proved: fewer than {packing.bound} cannot show every blendshape"
+    return f"{shown}Proved: at least {packing.bound} are needed to show every blendshape" if packing.bound > 1 else ""
 
 
 def proofs(plan: Plan) -> list[str]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from capture_plan.layout.record import Layout, MotionFit
-from capture_plan.layout.spacing import nearest_two
+from capture_plan.layout.spacing import nearest_straight, nearest_two
 from capture_plan.mesh import surface_graph
 from capture_plan.plan.predicted import error_words
 from capture_plan.progress import track
@@ -41,10 +41,15 @@ def face_of(rig: Rig, head: Head, layout: Layout) -> Face:
 
 
 def nearest_words(layout: Layout, rig: Rig) -> str:
-    """' · nearest two 8.1 mm along the skin', as `check` measures it."""
+    """' · nearest two 8.1 mm straight, 9.4 mm along the skin', as `check` measures them."""
     graph = surface_graph(rig.neutral, rig.triangles[rig.skin[rig.triangles].all(axis=1)])
-    nearest = nearest_two(graph, np.array([m.vertex for m in layout.markers], dtype=int))
-    return f" · nearest two {nearest:.1f} mm along the skin" if np.isfinite(nearest) else ""
+    at = np.array([m.vertex for m in layout.markers], dtype=int)
+    straight, along = nearest_straight(rig.neutral, at), nearest_two(graph, at)
+    if not np.isfinite(straight):
+        return ""
+    return f" · nearest two {straight:.1f} mm straight" + (
+        f", {along:.1f} mm along the skin" if np.isfinite(along) else ""
+    )
 
 
 def rig_words(layout: Layout, rig: Rig) -> str:
