@@ -54,6 +54,7 @@ class Export(StrEnum):
     csv = "csv"
     json = "json"
     meshes = "meshes"
+    verify = "verify"
 
 
 @app.command()
@@ -328,12 +329,13 @@ def export(
     rig: OtherRig = None,
 ) -> None:
     """Write PLAN for people and programs: an HTML page that needs no network, tables and slate, the plan with its
-    schema, and a mesh for every expression with keyframes and examples for rigging."""
-    from capture_plan.exports import write_expression_meshes, write_schema, write_slate, write_tables
+    schema, and a mesh for every expression with keyframes and examples for rigging. Only where asked for with
+    --only verify: plan, rig and a checker of one file that imports nothing of ours."""
+    from capture_plan.exports import write_expression_meshes, write_schema, write_slate, write_tables, write_verifier
     from capture_plan.plan.files import read_plan, rig_of, write_plan
     from capture_plan.report import write_html
 
-    made, wanted = read_plan(plan), only or list(Export)
+    made, wanted = read_plan(plan), only or [kind for kind in Export if kind != Export.verify]
     written: list[Path] = []
     if Export.html in wanted:
         written.append(write_html(made, rig_of(made, plan, rig_path=rig), output / "plan.html"))
@@ -344,6 +346,8 @@ def export(
     if Export.meshes in wanted:
         found = rig_of(made, plan, rig_path=rig)
         written += write_expression_meshes(found, made.audit.used, made.packing, output / "expressions")
+    if Export.verify in wanted:
+        written += write_verifier(made, rig_of(made, plan, rig_path=rig), output, plan_folder=plan.parent)
     say_written(written)
 
 
