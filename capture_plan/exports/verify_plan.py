@@ -19,13 +19,14 @@ import hashlib
 import heapq
 import json
 import sys
-from itertools import combinations
+from itertools import combinations, pairwise
 from math import ceil
 from pathlib import Path
 
 import numpy as np
 
 STILL, RANK, PRIOR_SD = 0.01, 1e-4, 0.2  # share of motion; share of singular values; standard deviation of weights
+FORMATS = (3, 4)
 SAME = 2e-4  # the plan rounds to four decimals
 
 
@@ -71,10 +72,6 @@ class Face:
         kept = may & may[image] & (image[image] == v) & ((image == v) | (apart & (x[:, 0] < x[image, 0])))
         return np.stack([v[kept], image[kept]], axis=1)
 
-    def site_at(self, vertices):
-        """Numbers of the sites that these vertices belong to."""
-        return np.flatnonzero(np.isin(self.sites, vertices).any(axis=1))
-
     def covariance(self, vertices):
         """C = (B' B / sigma^2 + I / tau^2)^-1, B the three rows of deltas of every landmark."""
         B = self.deltas[:, vertices].astype(float).reshape(len(self.used), -1).T
@@ -96,7 +93,7 @@ def skin_graph(x, triangles):
             around.setdefault(i, {})[j] = around.setdefault(j, {})[i] = max(float(np.linalg.norm(x[i] - x[j])), 1e-9)
             across.setdefault((min(i, j), max(i, j)), []).append(k)
     for (i, j), apexes in across.items():
-        for k, n in zip(apexes, apexes[1:], strict=False):
+        for k, n in pairwise(apexes):
             e, p, q = x[j] - x[i], x[k] - x[i], x[n] - x[i]
             length = float(np.linalg.norm(e)) or 1.0
             # unfolded into the plane of the edge: apexes at (s, h) and (t, -g)
@@ -134,6 +131,7 @@ def check_rig(face):
         digest.update(np.ascontiguousarray(rig[key].astype(kind)).tobytes())
     own = digest.hexdigest()[:16]
     yield "the plan is for this rig", plan["rig"]["fingerprint"] == own, f"fingerprint {own}"
+    yield "the plan is of a format known here", plan["format"] in FORMATS, str(plan["format"])
     same = plan["audit"] == json.loads(str(rig["audit"])) and plan["audit"]["used"] == face.used
     yield "the audit is that of the rig", same, f"{len(face.used)} blendshapes planned for"
     image, bad = face.sites[:, 1], 0
@@ -201,30 +199,33 @@ def check_cover(face):
     found = f"prices add up to {y.sum():.3f}, over the limit at {over} of {int(face.open.sum())} sites"
     yield f"proved: no fewer than {bound['landmarks']} landmarks see every blendshape", holds, found
     reachable = pair_covers[:, face.open].any(axis=1)
-    enough = least <= len(v) or bool((set(none) & {n for n, r in zip(face.used, reachable, strict=True) if r}))
+    enough = least <= len(v) or bool(set(none) & {n for n, r in zip(face.used, reachable, strict=True) if r})
     yield "the layout has at least as many as are proved to be needed", enough, f"{len(v)} landmarks"
 
 
 def check_programs(face):
-    """What every program chose covers its blendshapes at the stated cost."""
-    layout, counts = face.plan["layout"], face.plan["layout"]["method"] in ("budget", "motion")
+    """What every program chose covers its blendshapes at the stated cost; whether none is cheaper, no one can see."""
+    layout, counts, alpha = (
+        face.plan["layout"],
+        face.plan["layout"]["method"] in ("budget", "motion"),
+        face.want["alpha"],
+    )
     chosen = {m["vertex"]: m["round"] for m in layout["landmarks"]}
     for number, program in enumerate(layout["programs"]):
-        rows = [face.used.index(name) for name in program["blendshapes"]]
-        at = face.site_at(program["vertices"])
-        reach, seen = face.reach[rows][:, face.sites[at]].max(axis=2), face.rig["visibility"][face.sites[at]].min(axis=1)
+        rows, v = [face.used.index(name) for name in program["blendshapes"]], program["vertices"]
+        at = np.flatnonzero(np.isin(face.sites, v).any(axis=1))
+        pairs, size = face.sites[at], face.size[at]
+        reach, seen = face.reach[rows][:, pairs].max(axis=2), face.rig["visibility"][pairs].min(axis=1)
         covers = reach >= face.want["epsilon"]
         # w = 2 - (1 - alpha) r - alpha l (Zell & McDonnell 2022, eq. 1)
-        w = np.where(covers, 2 - (1 - face.want["alpha"]) * reach - face.want["alpha"] * seen, 0).sum(axis=0)
-        kind = "count" if counts else face.want["weights"]
-        mean = np.where(covers.any(axis=0), w / np.maximum(covers.sum(axis=0), 1), 2.0)
-        cost = {"count": face.size[at], "paper": w, "lexicographic": face.size[at] * mean}[kind]
-        cost = np.rint(cost / 1e-4).sum() * 1e-4
-        holds = bool(covers.any(axis=1).all()) and abs(cost - program["objective"]) < SAME
-        holds &= int(face.size[at].sum()) == program["landmarks"] == len(set(program["vertices"]))
-        holds &= program["bound"] <= program["objective"] + SAME
+        w = np.where(covers, 2 - (1 - alpha) * reach - alpha * seen, 0).sum(axis=0)
+        mean = np.where(covers.any(axis=0), w / np.maximum(covers.sum(axis=0), 1), 2)
+        kinds = {"count": size, "paper": w, "lexicographic": size * mean}
+        cost = float(np.rint(kinds["count" if counts else face.want["weights"]] / 1e-4).sum() * 1e-4)
+        holds = covers.any(axis=1).all() and abs(cost - program["objective"]) < SAME
+        holds &= size.sum() == program["landmarks"] == len(set(v)) and program["bound"] <= cost + SAME
         holds &= program["proven_optimal"] == (program["bound"] >= program["objective"])
-        holds &= counts or all(chosen.get(v) == number for v in program["vertices"])
+        holds &= counts or all(chosen.get(vertex) == number for vertex in v)
         found = f"{covers.any(axis=1).sum()} of {len(rows)} blendshapes, cost {cost:.4f}"
         yield f"program {number + 1} covers its blendshapes at its cost", holds, found
 
@@ -248,72 +249,77 @@ def check_distances(face):
 
 def check_worth(face):
     """Rank, condition and predicted error of the layout, of its first landmarks and of other layouts."""
-    layout = face.plan["layout"]
+    layout, k = face.plan["layout"], len(face.used)
     strength = np.sqrt(np.clip(np.linalg.eigvalsh(face.G)[::-1], 0, None))
     full = max(1, int((strength > RANK * strength[0]).sum()))
-    own = {"the layout": ([m["vertex"] for m in layout["landmarks"]], layout["worth"])}
-    for name, (v, said) in (own | {name: (one["vertices"], one) for name, one in layout["references"].items()}).items():
-        sigma = np.linalg.svd(face.deltas[:, v].astype(float).reshape(len(face.used), -1), compute_uv=False)
+    at, order = {m["name"]: m["vertex"] for m in layout["landmarks"]}, layout["order"]
+    others = {name: (one["vertices"], one) for name, one in layout["references"].items()}
+    for name, (v, said) in {"the layout": ([*at.values()], layout["worth"]), **others}.items():
+        sigma = np.linalg.svd(face.deltas[:, v].astype(float).reshape(k, -1), compute_uv=False)
         rank, error = max(1, int((sigma > RANK * sigma[0]).sum())), face.error(v)
         holds = (said["rank"], said["full_rank"], said["landmarks"]) == (rank, full, len(v))
         holds &= said["noise_mm"] == face.want["noise_mm"] and abs(said["error_mm"] - error) < SAME
         holds &= abs(said["condition"] - sigma[0] / sigma[rank - 1]) <= 0.01 * said["condition"]
-        yield (
-            f"{name}: rank {said['rank']} of {said['full_rank']}, predicted error {said['error_mm']:.3f} mm",
-            holds,
-            f"{len(v)} landmarks, rank {rank} of {full}, {error:.4f} mm",
-        )
-        if name != "the layout" and len(v) == len(face.rig["points68"]) and "68" in name:
+        what = f"{name}: rank {said['rank']} of {said['full_rank']}, predicted error {said['error_mm']:.3f} mm"
+        yield what, holds, f"{len(v)} landmarks, rank {rank} of {full}, {error:.4f} mm"
+        if name.startswith("68"):
             yield f"{name} stand where they belong", v == face.rig["points68"].tolist(), f"{len(v)} points"
-        elif name != "the layout":
+        elif name in others:
             missed = face.covers[:, face.sites].any(axis=(1, 2)) & ~face.covers[:, v].any(axis=1)
             yield f"{name} covers every blendshape", not missed.any(), f"{int(missed.sum())} missed"
-    at, order = {m["name"]: m["vertex"] for m in layout["landmarks"]}, layout["order"]
-    if order or layout["method"] in ("budget", "motion"):
-        off = [abs(face.error([at[n] for n in order[: i + 1]]) - mm) for i, mm in enumerate(layout["curve_mm"])]
-        holds = sorted(order) == sorted(at) and len(off) == len(at) and max(off) < SAME
-        yield "the curve is the error of the first landmarks in their order", holds, f"{max(off):.5f} mm off at most"
+    ordered = layout["method"] in ("budget", "motion")
+    off = [abs(face.error([at[n] for n in order[: i + 1]]) - mm) for i, mm in enumerate(layout["curve_mm"])]
+    holds = (sorted(order), len(off)) == (sorted(at) if ordered else [], len(at) * ordered) and max(
+        off, default=0
+    ) < SAME
+    yield (
+        "the curve is the error of the first landmarks in their order",
+        holds,
+        f"{max(off, default=0):.5f} mm off at most",
+    )
 
 
 def check_error_bound(face):
-    """Shares of sites prove that no layout of the budget predicts less (convexity: f(mu) >= f(lam) + g (lam - mu))."""
-    layout, said = face.plan["layout"], face.plan["layout"]["error_bound"]
+    """No layout of the budget predicts less, f(mu) >= f(lam) + g (lam - mu) being true of a convex f at any shares."""
+    layout, said, sigma = face.plan["layout"], face.plan["layout"]["error_bound"], face.want["noise_mm"]
+    budget = face.want["budget"] or face.want["number"] or len(layout["landmarks"])
+    yield "the layout keeps its budget", len(layout["landmarks"]) <= budget, f"{len(layout['landmarks'])} of {budget}"
     if layout["method"] != "budget":
+        yield "a bound of the error is stated for budgets alone", said is None, layout["method"]
         return
-    budget = face.want["budget"] or face.want["number"]
-    yield f"the layout keeps its budget of {budget}", len(layout["landmarks"]) <= budget, str(len(layout["landmarks"]))
-    share = dict(zip(said["vertices"], said["shares"], strict=True))
-    lam = np.array([share.get(v, 0.0) for v in face.sites[:, 0].tolist()])
-    at, sigma2 = np.flatnonzero(lam), face.want["noise_mm"] ** 2
-    A = face.deltas.astype(float).transpose(1, 2, 0)  # (v 3 k)
-    H = np.eye(len(face.used)) / PRIOR_SD**2
-    for s in at:
-        rows = A[np.unique(face.sites[s])].reshape(-1, len(face.used))
-        H += lam[s] * rows.T @ rows / sigma2
-    C = np.linalg.inv(H)
-    w, Q = np.linalg.eigh(face.G)
-    per_vertex = ((A @ (C @ (Q * np.sqrt(np.clip(w, 0, None))))) ** 2).sum(axis=(1, 2)) / sigma2
-    g = np.where(face.size == 2, per_vertex[face.sites].sum(axis=1), per_vertex[face.sites[:, 0]])
+    share, k = dict(zip(said["vertices"], said["shares"], strict=True)), len(face.used)
+    lam, A = (
+        np.array([share.get(v, 0.0) for v in face.sites[:, 0].tolist()]),
+        face.deltas.astype(float).transpose(1, 2, 0),
+    )
+    # f = trace(G C) with C = (sum_s lam_s A_s' A_s / sigma^2 + I / tau^2)^-1, g_s = trace(A_s C G C A_s') / sigma^2
+    H = np.eye(k) / PRIOR_SD**2
+    for s in np.flatnonzero(lam):
+        rows = A[np.unique(face.sites[s])].reshape(-1, k)
+        H += lam[s] * rows.T @ rows / sigma**2
+    C, (w, Q) = np.linalg.inv(H), np.linalg.eigh(face.G)
+    each = ((A @ (C @ (Q * np.sqrt(np.clip(w, 0, None))))) ** 2).sum(axis=(1, 2)) / sigma**2
+    g = np.where(face.size == 2, each[face.sites].sum(axis=1), each[face.sites[:, 0]])
     held = face.open & np.isin(face.sites, face.pins).any(axis=1)
-    left, best = budget - face.size[held].sum(), g[held].sum()
-    free = np.flatnonzero(face.open & ~held)
-    for s in free[np.argsort(-g[free] / face.size[free], kind="stable")]:
-        part = min(1.0, max(0.0, left / face.size[s]))
-        left, best = left - face.size[s], best + part * g[s]
-    squared = float((face.G * C).sum() + g @ lam - best)
-    unseen = PRIOR_SD**2 * float(np.clip(w[::-1][3 * budget :], 0, None).sum())  # M landmarks answer to 3 M mixes
-    bound = np.sqrt(max(squared, unseen, 0.0))
-    holds = bool((lam >= 0).all()) and abs(bound - said["error_mm"]) < SAME and bound <= layout["worth"]["error_mm"] + SAME
-    yield f"proved: no layout of {budget} landmarks predicts less than {said['error_mm']:.3f} mm", holds, f"{bound:.4f} mm"
+    left, most, free = budget - face.size[held].sum(), g[held].sum(), np.flatnonzero(face.open & ~held)
+    for s in free[np.argsort(-g[free] / face.size[free], kind="stable")]:  # the mu that lowers the bound most
+        most += min(1.0, max(0.0, left / face.size[s])) * g[s]
+        left -= face.size[s]
+    unseen = PRIOR_SD**2 * np.clip(w[::-1][3 * budget :], 0, None).sum()  # M landmarks answer to 3 M mixes
+    bound = float(np.sqrt(max((face.G * C).sum() + g @ lam - most, unseen, 0)))
+    holds = (lam >= 0).all() and abs(bound - said["error_mm"]) < SAME and bound <= layout["worth"]["error_mm"] + SAME
+    what = f"proved: no layout of {budget} landmarks predicts less than {said['error_mm']:.3f} mm"
+    yield what, holds, f"the shares prove {bound:.4f} mm"
 
 
 def check_head_pose(face):
     """Errors of a rigid fit to the head markers."""
-    layout, said = face.plan["layout"], face.plan["layout"]["head_pose"]
-    yield "as many head markers as asked for", len(layout["head"]) == face.want["head_markers"], str(len(layout["head"]))
-    if not layout["head"]:
+    head, said, noise = face.plan["layout"]["head"], face.plan["layout"]["head_pose"], face.want["noise_mm"]
+    holds = len(head) == face.want["head_markers"] and bool(head) == (said is not None)
+    yield "as many head markers as asked for", holds, str(len(head))
+    if not head:
         return
-    x, noise = face.x[[m["vertex"] for m in layout["head"]]], face.want["noise_mm"]
+    x = face.x[[m["vertex"] for m in head]]
     r, d = x - x.mean(axis=0), face.x[face.moving] - x.mean(axis=0)
     # cov of the rotation = sigma^2 J^-1, J = sum |r|^2 I - r r'; of the shift sigma^2 / m I
     J = np.linalg.inv((r**2).sum() * np.eye(3) - r.T @ r)
@@ -323,8 +329,43 @@ def check_head_pose(face):
     yield "the head's pose is as exact as stated", off < SAME, f"{own[0]:.3f} degrees, {own[1]:.3f} mm, {own[2]:.3f} mm"
 
 
+class Scans:
+    """What follows from the rig and the settings for expressions."""
+
+    def __init__(self, face):
+        rig, want = face.rig, face.plan["settings"]["expressions"]
+        edits, self.packing = want["edits"], face.plan["packing"]
+        self.rules = {kind: [tuple(pair) for pair in rig[kind].tolist()] for kind in RULES}
+        self.names = [name for name in face.used if name not in edits["dropped"]]
+        largest = face.moved.max(axis=1, keepdims=True)
+        on = (face.moved >= want["mu"] * largest) & (face.moved > 0) & (largest > 1e-3)
+        self.active = dict(zip(face.used, on, strict=True))
+        for corrective, base in self.rules["drivers"]:  # who performs a corrective performs what it corrects
+            self.active[corrective] = self.active[corrective] | on[face.used.index(base)]
+        partners = self.rules["pairs"] + self.rules["local"]
+        self.partners = joined(self.names, partners)  # may share skin: their side tells them apart
+        barred = (*self.rules["exclusive"], *self.rules["colliding"], *edits["apart"])
+        self.barred = {frozenset(pair) for pair in barred}
+        self.number = {name: where for name, where in edits["locked"].items() if isinstance(where, int)}
+        beside = [[name, *where] for name, where in edits["locked"].items() if not isinstance(where, int)]
+        same = [[n for n in self.number if self.number[n] == where] for where in set(self.number.values())]
+        self.together = [p for p in partners if p not in self.rules["relaxed"]] + edits["together"] + beside + same
+        self.item = joined(self.names, self.together)  # what is performed as one
+        self.most = int(rig["most_things"])  # movements that one expression asks for at most, 0 for any
+        self.lists = [*(shot["blendshapes"] for shot in self.packing["expressions"]), *self.packing["unscanned"]]
+
+    def movements(self, names):
+        """How many separate movements: left and right partners are one."""
+        return len({id(group) for group in joined(names, self.rules["pairs"]).values()})
+
+    def conflict(self, a, b):
+        """Whether two blendshapes cannot be in one expression."""
+        numbers = {self.number.get(a), self.number.get(b)} - {None}
+        return bool((self.active[a] & self.active[b]).any()) or frozenset((a, b)) in self.barred or len(numbers) > 1
+
+
 def joined(names, links):
-    """Names in groups: whoever is linked, directly or by others."""
+    """{name: its group}: whoever is linked, directly or by others."""
     group = {name: {name} for name in names}
     for link in links:
         merged = set().union(*(group[name] for name in link if name in group))
@@ -333,81 +374,64 @@ def joined(names, links):
 
 
 def check_expressions(face):
-    """Every blendshape once, none disturbed by another; no list is shorter than what the clique or a count proves."""
-    rig, packing, want = face.rig, face.plan["packing"], face.plan["settings"]["expressions"]
-    edits, shots = want["edits"], packing["expressions"]
-    largest = face.moved.max(axis=1, keepdims=True)
-    on = (face.moved >= want["mu"] * largest) & (face.moved > 0) & (largest > 1e-3)
-    active = dict(zip(face.used, on, strict=True))
-    rules = {kind: [tuple(pair) for pair in rig[kind].tolist()] for kind in RULES}
-    for corrective, base in rules["drivers"]:  # who performs a corrective performs what it corrects
-        active[corrective] = active[corrective] | on[face.used.index(base)]
-    wrong = [kind for kind in RULES if [tuple(pair) for pair in packing[kind]] != rules[kind]]
+    """Every blendshape in one expression, and none disturbed by another."""
+    scans, packing, shots = Scans(face), face.plan["packing"], face.plan["packing"]["expressions"]
+    wrong = [kind for kind in RULES if [tuple(pair) for pair in packing[kind]] != scans.rules[kind]]
     yield "partners, rules and correctives are those of the rig", not wrong, f"other: {', '.join(wrong) or 'none'}"
-    names = [name for name in face.used if name not in edits["dropped"]]
-    lists = [*(shot["blendshapes"] for shot in shots), *packing["unscanned"]]
-    listed = [name for one in lists for name in one]
-    holds = sorted(listed) == sorted(names) and sorted(packing["left_out"]) == sorted(sum(packing["unscanned"], []))
-    yield "every blendshape is in one expression, or listed as left out", holds, f"{len(listed)} of {len(names)}"
-    partners = joined(names, rules["pairs"] + rules["local"])
-    apart = {frozenset(p) for p in (*rules["exclusive"], *rules["colliding"], *map(tuple, edits["apart"]))}
+    listed, last = [name for one in scans.lists for name in one], [n for one in packing["unscanned"] for n in one]
+    holds = sorted(listed) == sorted(scans.names) and sorted(packing["left_out"]) == sorted(last)
+    holds &= len(shots) <= (face.plan["settings"]["expressions"]["limit"] or len(shots))
+    yield "every blendshape is in one expression, or listed as left out", holds, f"{len(listed)} of {len(scans.names)}"
     clash = []
-    for number, one in enumerate(lists, start=1):
+    for number, one in enumerate(scans.lists, start=1):
         for a, b in combinations(one, 2):
-            shared = 0 if b in partners[a] else int((active[a] & active[b]).sum())
-            clash += [f"E{number:02d}: {a} and {b} share {shared} vertices"] if shared else []
-            clash += [f"E{number:02d}: {a} and {b} cannot be performed at once"] if frozenset((a, b)) in apart else []
-    found = "; ".join(clash[:3]) or f"{len(lists)} expressions"
+            shared = 0 if b in scans.partners[a] else int((scans.active[a] & scans.active[b]).sum())
+            barred = "cannot be performed at once" if frozenset((a, b)) in scans.barred else ""
+            told = f"share {shared} vertices" if shared else barred
+            clash += [f"E{number:02d}: {a} and {b} {told}"] if told else []
+    found = "; ".join(clash[:3]) or f"{len(scans.lists)} expressions"
     yield "no two blendshapes of an expression share skin or exclude each other", not clash, found
-    locked = {name: where for name, where in edits["locked"].items() if isinstance(where, int)}
-    asked = [*edits["together"], *([n, *w] for n, w in edits["locked"].items() if not isinstance(w, int))]
-    asked += [[n for n, w in locked.items() if w == number] for number in set(locked.values())]
-    kept = [pair for pair in rules["pairs"] + rules["local"] if pair not in rules["relaxed"]]
-    place = {name: number for number, one in enumerate(lists, start=1) for name in one}
-    split = [f"{' and '.join(g)}" for g in [*kept, *asked] if len({place.get(name) for name in g}) > 1]
-    split += [f"{n} from E{w:02d}" for n, w in locked.items() if place.get(n) != w and place.get(n, 0) <= len(shots)]
+    place = {name: number for number, one in enumerate(scans.lists, start=1) for name in one}
+    split = [" and ".join(group) for group in scans.together if len({place.get(name) for name in group}) > 1]
+    split += [n for n, e in scans.number.items() if place.get(n) != e and place.get(n, 0) <= len(shots)]
     yield "partners and the artist's edits are kept", not split, "; ".join(split) or "all"
-    item = joined(names, [*kept, *asked])
-    # clique: in every two of its items some blendshapes share skin or exclude each other
-    fit = []
-    for a, b in combinations(packing["clique"], 2):
-        meets = any(
-            (active[i] & active[j]).any() or frozenset((i, j)) in apart or locked.get(i, n) != locked.get(j, n)
-            for i in item[a]
-            for j in item[b]
-            for n in [locked.get(i, locked.get(j))]
-        )
-        fit += [] if meets and item[a] is not item[b] else [f"{a} and {b}"]
-    most = int(rig["most_things"])  # movements that one expression asks for at most, 0 for any
-    things = sum(len({id(g) for g in joined(list(one), rules["pairs"]).values()}) for one in unique(item))
-    counted, J = (ceil(things / most) if most else 0), len(lists)
-    least = max(len(packing["clique"]), counted)
-    holds = not fit and packing["bound"] == least <= packing["objective"] == J and things == packing["things"]
-    found = f"a clique of {len(packing['clique'])}, {things} movements; fit together: {'; '.join(fit) or 'none'}"
-    yield f"proved: no list has fewer than {packing['bound']} expressions", holds, found
-    holds = packing["proven_optimal"] == (least == J) and least <= packing["solver_bound"] <= J
-    words = "proved" if packing["proven_optimal"] else "not proved"
-    yield f"{packing['objective']} expressions, {words} the fewest", holds, f"{J} expressions, at least {least} proved"
-    many = [s["name"] for s in shots if most and len({id(g) for g in joined(s["blendshapes"], rules["pairs"]).values()}) > most]
-    yield "no expression asks for too many movements", not many and (packing["most_things"] or 0) == most, str(most)
-    share, covered, off = dict(zip(face.used, rig["importance"].tolist(), strict=True)), 0.0, 0.0
+    many = [f"{number}" for number, one in enumerate(scans.lists, start=1) if scans.movements(one) > (scans.most or 99)]
+    holds = not many and (packing["most_things"] or 0) == scans.most
+    yield (
+        "no expression asks for too many movements",
+        holds,
+        f"at most {scans.most}; more in: {', '.join(many) or 'none'}",
+    )
+    share, covered, off = dict(zip(face.used, face.rig["importance"].tolist(), strict=True)), 0.0, 0.0
     for number, shot in enumerate(shots, start=1):
         gain = sum(share[name] for name in shot["blendshapes"])
         covered += gain
-        bases = dict.fromkeys(b for name in shot["blendshapes"] for c, b in rules["drivers"] if c == name)
-        same = shot["name"] == f"E{number:02d}" and shot["drivers"] == [*bases]
-        same &= shot["weights"] == [1.0] * len(shot["blendshapes"])
+        held = dict.fromkeys(base for name in shot["blendshapes"] for of, base in scans.rules["drivers"] if of == name)
+        same = (shot["name"], shot["drivers"]) == (f"E{number:02d}", [*held]) and {*shot["weights"]} == {1.0}
+        same &= len(shot["weights"]) == len(shot["blendshapes"])
         off = max(off, abs(gain - shot["gain"]), abs(min(covered, 1) - shot["covered"]), 0.0 if same else np.inf)
     yield "names, weights and importance of the expressions add up", off < SAME, f"{off:.6f} off at most"
 
 
+def check_fewest(face):
+    """No list is shorter than a clique of what cannot be together in pairs, or than movements counted."""
+    scans, packing, J = Scans(face), face.plan["packing"], len(Scans(face).lists)
+    fit = []
+    for a, b in combinations(packing["clique"], 2):
+        one, other = scans.item[a], scans.item[b]
+        apart = one is not other and any(scans.conflict(i, j) for i in one for j in other)
+        fit += [] if apart else [f"{a} and {b}"]
+    things = sum(scans.movements(one) for one in {id(one): one for one in scans.item.values()}.values())
+    least = max(len(packing["clique"]), ceil(things / scans.most) if scans.most else 0)
+    holds = not fit and packing["bound"] == least <= J == packing["objective"] and things == packing["things"]
+    found = f"a clique of {len(packing['clique'])}, {things} movements; fit together: {'; '.join(fit[:3]) or 'none'}"
+    yield f"proved: no list has fewer than {packing['bound']} expressions", holds, found
+    holds = packing["proven_optimal"] == (least == J) and least <= packing["solver_bound"] <= J
+    words = "proved" if packing["proven_optimal"] else "not proved"
+    yield f"{packing['objective']} expressions, {words} the fewest", holds, f"{J} expressions, at least {least} proved"
+
+
 RULES = ("pairs", "local", "relaxed", "exclusive", "colliding", "drivers")
-
-
-def unique(groups):
-    """Every group of `joined` once."""
-    return list({id(group): group for group in groups.values()}.values())
-
 
 # The thin shell: K d = forces, K = -kS L + kB L M^-1 L (Botsch & Sorkine 2008; Le et al. 2013), kS = 1, kB = 10 in mm
 
@@ -439,49 +463,38 @@ def added(row, col, value, n):
     return at // n, at % n, np.bincount(place.ravel(), value)
 
 
-def bend(K, n, held, given):
-    """W (n h): how far each vertex goes when one of the vertices `given` does; `held` ones stay. None if a piece floats.
+def dense(K, n, a, b):
+    """Rows a, columns b of K."""
+    (row, col, value), i, j = K, np.full(n, -1), np.full(n, -1)
+    i[a], j[b] = np.arange(len(a)), np.arange(len(b))
+    some, block = (i[row] >= 0) & (j[col] >= 0), np.zeros((len(a), len(b)))
+    block[i[row[some]], j[col[some]]] = value[some]
+    return block
 
-    K_UU W_U = -K_UG. Vertices by their distance in the graph of K make it block tridiagonal: Gauss, block by block.
+
+def bend(K, n, held, given):
+    """W (n h): how far each vertex goes when one of the vertices `given` does and `held` ones stay: K_UU W_U = -K_UG.
+
+    Vertices by their distance from these make K block tridiagonal: Gauss, block by block. None where a piece floats.
     """
-    row, col, value = K
-    still = held.copy()
-    still[given] = True
-    level, number = np.where(still, -1, n), 0
-    front = np.unique(col[still[row] & ~still[col]])
-    while len(front):
-        level[front] = number
-        number += 1
-        front = np.unique(col[(level[row] == number - 1) & (level[col] == n)])
-    if (level == n).any():
+    done, layers = held.copy(), []
+    done[given] = True
+    while len(front := np.unique(K[1][done[K[0]] & ~done[K[1]]])):
+        layers.append(front)
+        done[front] = True
+    if not done.all():
         return None
-    order = np.argsort(level, kind="stable")
-    start = np.searchsorted(level[order], np.arange(number + 1))
-    at = np.zeros(n, dtype=int)
-    at[order] = np.arange(n) - start[np.maximum(level[order], 0)]
-    size = np.diff(start)
-    W, rights, downs, solved = np.zeros((n, len(given))), [], [], None
-    W[given, np.arange(len(given))] = 1
-    for i in range(number):
-        mine = level[row] == i
-        to = mine & (level[col] == i)
-        S, B = np.zeros((size[i], size[i])), np.zeros((size[i], len(given)))
-        S[at[row[to]], at[col[to]]] = value[to]
-        out = mine & (level[col] == -1)
-        np.add.at(B, at[row[out]], -value[out][:, None] * W[col[out]])
-        if solved is not None:
-            S, B = S - downs[-1].T @ solved[:, : size[i]], B - downs[-1].T @ solved[:, size[i] :]
-        up = mine & (level[col] == i + 1)
-        down = np.zeros((size[i], size[i + 1] if i + 1 < number else 0))
-        down[at[row[up]], at[col[up]]] = value[up]
-        solved = np.linalg.solve(S, np.hstack([down, B]))
-        downs.append(down)
-        rights.append(solved)
-    for i in reversed(range(number)):
-        mine, wide = order[start[i] : start[i + 1]], downs[i].shape[1]
-        W[mine] = rights[i][:, wide:]
-        if wide:
-            W[mine] -= rights[i][:, :wide] @ W[order[start[i + 1] : start[i + 2]]]
+    W, solved = np.zeros((n, len(given))), []
+    W[given] = np.eye(len(given))
+    for mine, before, after in zip(layers, [[], *layers], [*layers[1:], []], strict=False):
+        S, right = dense(K, n, mine, mine), np.hstack([dense(K, n, mine, after), -dense(K, n, mine, given)])
+        if solved:
+            up = dense(K, n, mine, before) @ solved[-1]
+            S -= up[:, : len(mine)]
+            right[:, len(after) :] -= up[:, len(mine) :]
+        solved.append(np.linalg.solve(S, right))
+    for mine, after, answer in reversed(list(zip(layers, [*layers[1:], []], solved, strict=True))):
+        W[mine] = answer[:, len(after) :] - answer[:, : len(after)] @ W[after] if len(after) else answer
     return W
 
 
@@ -558,6 +571,7 @@ CHECKS = (
     check_error_bound,
     check_head_pose,
     check_expressions,
+    check_fewest,
     check_motion,
 )
 
@@ -573,7 +587,7 @@ def verify(plan, rig):
         try:
             lines += [(what, bool(holds), found) for what, holds, found in check(face)]
         except Exception as error:
-            lines.append((f"{check.__doc__.split('.')[0]}: the plan can be read", False, repr(error)))
+            lines.append((f"{check.__name__}: the plan can be read", False, repr(error)))
     return lines
 
 
