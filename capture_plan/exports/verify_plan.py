@@ -8,9 +8,10 @@ Given in rig.npz, taken as true: the mesh (millimetres, y up, the face looks alo
   blendshapes, which vertices are skin, which blendshapes are planned for and the audit that says why; how well each
   vertex is seen; vertices shut by keep-outs and limits; the mirror map (tested below); left/right partners, correctives
   (`drivers`) and what no face does at once; how much each blendshape matters; 68 points; recorded motion.
-Not looked at: sentences, session times, regions and words of labels but for their side, cameras' views, hard pairs,
-  overlap warnings, what was split from its partner and why, the order of expressions, blendshapes that a take never
-  shows, which blendshapes a later program is about, versions and the seal. `capture-plan check` looks at these too.
+Not looked at: sentences, session times, regions, roles and words of labels but for their side, cameras' views, hard
+  pairs, overlap warnings, the order of expressions, blendshapes that a take does not show and notes on it, which
+  blendshapes a later program is about, whether a program's choice is the cheapest, settings that show nowhere else,
+  versions and the seal. `capture-plan check` looks at these too.
 
 Letters  v vertices, k blendshapes, s sites (one vertex, or a vertex and its mirror image), m markers
 """
@@ -26,7 +27,7 @@ from pathlib import Path
 import numpy as np
 
 STILL, RANK, PRIOR_SD = 0.01, 1e-4, 0.2  # share of motion; share of singular values; standard deviation of weights
-FORMATS = (3, 4)
+FORMATS, ORDERED = (3, 4), ("budget", "motion")
 SAME = 2e-4  # the plan rounds to four decimals
 
 
@@ -76,6 +77,10 @@ class Face:
         """C = (B' B / sigma^2 + I / tau^2)^-1, B the three rows of deltas of every landmark."""
         B = self.deltas[:, vertices].astype(float).reshape(len(self.used), -1).T
         return np.linalg.inv(B.T @ B / self.want["noise_mm"] ** 2 + np.eye(len(self.used)) / PRIOR_SD**2)
+
+    def quality(self, reach, seen):
+        """w = 2 - (1 - alpha) r - alpha l (Zell & McDonnell 2022, eq. 1): 0 best, 2 worst."""
+        return 2 - (1 - self.want["alpha"]) * reach - self.want["alpha"] * seen
 
     def error(self, vertices):
         """sqrt(trace(G C)), millimetres."""
@@ -130,7 +135,8 @@ def check_rig(face):
     for key, kind in (("neutral", "<f4"), ("triangles", "<i4"), ("deltas", "<f4"), ("skin", bool)):
         digest.update(np.ascontiguousarray(rig[key].astype(kind)).tobytes())
     own = digest.hexdigest()[:16]
-    yield "the plan is for this rig", plan["rig"]["fingerprint"] == own, f"fingerprint {own}"
+    same = (plan["rig"]["fingerprint"], plan["rig"]["vertices"]) == (own, len(face.x))
+    yield "the plan is for this rig", same, f"fingerprint {own}, {len(face.x):,} vertices"
     yield "the plan is of a format known here", plan["format"] in FORMATS, str(plan["format"])
     same = plan["audit"] == json.loads(str(rig["audit"])) and plan["audit"]["used"] == face.used
     yield "the audit is that of the rig", same, f"{len(face.used)} blendshapes planned for"
@@ -152,7 +158,8 @@ def check_places(face):
             v, corners = m["vertex"], rig["triangles"][m["triangle"]]
             place = np.array(m["barycentric"]) @ face.x[corners]
             holds = m["name"] == f"{letter}{number:02d}" and 0 <= v < len(face.x) and bool(face.skin[v])
-            holds &= m["triangle"] >= 0 and m["source_vertex"] == rig["source_index"][v]
+            holds &= abs(m["visibility"] - rig["visibility"][v]) < 1e-4 and m["triangle"] >= 0
+            holds &= m["source_vertex"] == rig["source_index"][v]
             holds &= max(np.abs(face.x[v] - m["position"]).max(), np.abs(place - m["position"]).max()) < 1e-3
             wrong += [] if holds else [m["name"]]
             x = face.x[v, 0] - float(rig["midline_mm"])
@@ -179,9 +186,11 @@ def check_cover(face):
     """Every blendshape has a landmark; no layout has fewer than the prices prove."""
     layout, eps = face.plan["layout"], face.want["epsilon"]
     wrong = []
-    for m in layout["landmarks"]:
-        own = [name for name, covers in zip(face.used, face.covers[:, m["vertex"]], strict=True) if covers]
-        wrong += [] if own == m["blendshapes"] else [m["name"]]
+    for m in (*layout["landmarks"], *layout["head"]):
+        on, reach = face.covers[:, m["vertex"]], face.reach[:, m["vertex"]]
+        holds = [name for name, covers in zip(face.used, on, strict=True) if covers] == m["blendshapes"]
+        quality = face.quality(reach, face.rig["visibility"][m["vertex"]])[on].mean() if on.any() else 2.0
+        wrong += [] if holds and abs(quality - m["quality"]) < SAME else [m["name"]]
     said = f"every landmark moves by {eps:g} or more of what it stands for"
     yield said, not wrong, f"wrong: {', '.join(wrong) or 'none'}"
     v = [m["vertex"] for m in layout["landmarks"]]
@@ -205,27 +214,27 @@ def check_cover(face):
 
 def check_programs(face):
     """What every program chose covers its blendshapes at the stated cost; whether none is cheaper, no one can see."""
-    layout, counts, alpha = (
-        face.plan["layout"],
-        face.plan["layout"]["method"] in ("budget", "motion"),
-        face.want["alpha"],
+    layout, counts = face.plan["layout"], face.plan["layout"]["method"] in ORDERED
+    chosen, added = (
+        {m["vertex"]: m["round"] for m in layout["landmarks"]},
+        {None} if layout["method"] != "cover" else set(),
     )
-    chosen = {m["vertex"]: m["round"] for m in layout["landmarks"]}
+    holds = {*chosen.values()} <= {*range(len(layout["programs"]) * (not counts))} | added
+    yield "every landmark was chosen by a program or added after them", holds, f"{len(layout['programs'])} programs"
     for number, program in enumerate(layout["programs"]):
         rows, v = [face.used.index(name) for name in program["blendshapes"]], program["vertices"]
         at = np.flatnonzero(np.isin(face.sites, v).any(axis=1))
         pairs, size = face.sites[at], face.size[at]
         reach, seen = face.reach[rows][:, pairs].max(axis=2), face.rig["visibility"][pairs].min(axis=1)
         covers = reach >= face.want["epsilon"]
-        # w = 2 - (1 - alpha) r - alpha l (Zell & McDonnell 2022, eq. 1)
-        w = np.where(covers, 2 - (1 - alpha) * reach - alpha * seen, 0).sum(axis=0)
+        w = np.where(covers, face.quality(reach, seen), 0).sum(axis=0)
         mean = np.where(covers.any(axis=0), w / np.maximum(covers.sum(axis=0), 1), 2)
         kinds = {"count": size, "paper": w, "lexicographic": size * mean}
         cost = float(np.rint(kinds["count" if counts else face.want["weights"]] / 1e-4).sum() * 1e-4)
         holds = covers.any(axis=1).all() and abs(cost - program["objective"]) < SAME
-        holds &= size.sum() == program["landmarks"] == len(set(v)) and program["bound"] <= cost + SAME
+        holds &= size.sum() == program["landmarks"] == len(v) == len(set(v)) and program["bound"] <= cost + SAME
         holds &= program["proven_optimal"] == (program["bound"] >= program["objective"])
-        holds &= counts or all(chosen.get(vertex) == number for vertex in v)
+        holds &= counts or sorted(v) == sorted(vertex for vertex in chosen if chosen[vertex] == number)
         found = f"{covers.any(axis=1).sum()} of {len(rows)} blendshapes, cost {cost:.4f}"
         yield f"program {number + 1} covers its blendshapes at its cost", holds, found
 
@@ -254,6 +263,8 @@ def check_worth(face):
     full = max(1, int((strength > RANK * strength[0]).sum()))
     at, order = {m["name"]: m["vertex"] for m in layout["landmarks"]}, layout["order"]
     others = {name: (one["vertices"], one) for name, one in layout["references"].items()}
+    wanted = 1 + (len(face.rig["points68"]) > 0)
+    yield "other layouts stand beside it", len(others) == wanted, ", ".join(others)
     for name, (v, said) in {"the layout": ([*at.values()], layout["worth"]), **others}.items():
         sigma = np.linalg.svd(face.deltas[:, v].astype(float).reshape(k, -1), compute_uv=False)
         rank, error = max(1, int((sigma > RANK * sigma[0]).sum())), face.error(v)
@@ -267,7 +278,7 @@ def check_worth(face):
         elif name in others:
             missed = face.covers[:, face.sites].any(axis=(1, 2)) & ~face.covers[:, v].any(axis=1)
             yield f"{name} covers every blendshape", not missed.any(), f"{int(missed.sum())} missed"
-    ordered = layout["method"] in ("budget", "motion")
+    ordered = layout["method"] in ORDERED
     off = [abs(face.error([at[n] for n in order[: i + 1]]) - mm) for i, mm in enumerate(layout["curve_mm"])]
     holds = (sorted(order), len(off)) == (sorted(at) if ordered else [], len(at) * ordered) and max(
         off, default=0
@@ -534,7 +545,8 @@ def check_motion(face):
         X, C = rig[f"take{q}_shapes"].astype(float), rig[f"take{q}_weights"].astype(float)
         for c in C:
             np.maximum(furthest, np.linalg.norm(np.tensordot(c, X, 1), axis=1), out=furthest)
-    frames, fixed = sum(len(rig[f"take{q}_weights"]) for q in range(len(rig["take_person"]))), rig["shell_fixed"]
+    lengths = [len(rig[f"take{q}_weights"]) for q in range(len(rig["take_person"]))]
+    frames, fixed = sum(lengths), rig["shell_fixed"]
     holds = (said["frames"], said["boundary"], said["stretching"], said["bending"]) == (frames, fixed.sum(), 1, 10)
     holds &= said["vertices"] == int((rig["shell_importance"] > 0).sum()) and bool((furthest[fixed] < 0.5).all())
     found = f"{frames} frames, {len(fixed)} vertices, held at {fixed.sum()} that stay still"
@@ -547,12 +559,15 @@ def check_motion(face):
     if len(each) > 1 or said["subjects"]:
         told = [one["rmse_mm"] for one in said["subjects"]]
         names = [n for one in said["subjects"] for n in one["sequences"]]
-        holds = len(told) == len(each) and names == rig["take_name"].tolist()
+        own = [int(sum(n for q, n in enumerate(lengths) if rig["take_person"][q] == p)) for p in range(len(each))]
+        holds = [one["frames"] for one in said["subjects"]] == own and names == rig["take_name"].tolist()
         holds &= all(abs(a - b) < SAME for a, b in zip(told, each, strict=False))
         yield f"the takes are of {len(told)} people", holds, ", ".join(f"{mm:.4f} mm" for mm in each)
+    yield "other layouts are held against the takes", {*said["references_mm"]} == {*layout["references"]}, "by name"
     for name, mm in said["references_mm"].items():
         found = take_errors(face, layout["references"][name]["vertices"])[0]
         yield f"{name} would lose {mm:.3f} mm", abs(found - mm) < SAME, f"{found:.4f} mm"
+    yield "an order comes with its curve", bool(said["curve_mm"]) == bool(layout["order"]), layout["method"]
     if said["curve_mm"]:
         some = sorted({max(1, len(v) * part // 4) for part in (1, 2, 3, 4)})
         off = max(abs(take_errors(face, v[:m])[0] - said["curve_mm"][m - 1]) for m in some)
