@@ -338,7 +338,7 @@ def export(
     made, wanted = read_plan(plan), only or [kind for kind in Export if kind != Export.verify]
     written: list[Path] = []
     if Export.html in wanted:
-        written.append(write_html(made, rig_of(made, plan, rig_path=rig), output / "plan.html"))
+        written.append(write_html(made, rig_of(made, plan, rig_path=rig), output / "plan.html", folder=plan.parent))
     if Export.csv in wanted:
         written += [*write_tables(made, output), write_slate(made.session, output / "slate.csv")]
     if Export.json in wanted:
