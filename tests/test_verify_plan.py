@@ -28,7 +28,7 @@ LEFT = (
     r"layout\.programs\.#\.blendshapes.*",
     r"layout\.motion\.(missing|notes|rank|tail_mm|curve_mm)(\..*)?",
 )
-CHANGES = 60  # of each plan, another few for each kind
+CHANGES = 40  # of each plan
 KINDS = ("default", "budget", "cameras", "edited", "motion of two people")
 
 
