@@ -56,6 +56,7 @@ class Export(StrEnum):
     csv = "csv"
     json = "json"
     meshes = "meshes"
+    verify = "verify"
 
 
 @app.command()
@@ -348,24 +349,28 @@ def export(
     force: Force = False,
 ) -> None:
     """Write PLAN for people and programs: an HTML page that needs no network, tables and slate, the plan with its
-    schema, and a mesh for every expression with keyframes and examples for rigging."""
-    from capture_plan.exports import write_expression_meshes, write_schema, write_slate, write_tables
+    schema, and a mesh for every expression with keyframes and examples for rigging. Only where asked for with
+    --only verify: plan, rig and a checker of one file that imports nothing of ours."""
+    from capture_plan.exports import write_expression_meshes, write_schema, write_slate, write_tables, write_verifier
     from capture_plan.plan.files import write_plan
     from capture_plan.plan.gate import as_far_as_it_goes
     from capture_plan.report import write_html
 
     made, found = open_plan(plan, rig, force=force)
-    wanted, draft = only or list(Export), "-DRAFT" if made.draft else ""
+    wanted = only or [kind for kind in Export if kind != Export.verify]
+    draft = "-DRAFT" if made.draft else ""
     written: list[Path] = []
     with as_far_as_it_goes(made):
         if Export.html in wanted:
-            written.append(write_html(made, found, output / "plan.html"))
+            written.append(write_html(made, found, output / "plan.html", folder=plan.parent))
         if Export.csv in wanted:
             written += [*write_tables(made, output), write_slate(made.session, output / f"slate{draft}.csv")]
         if Export.json in wanted:
             written += [write_plan(made, output / "plan.json"), write_schema(output / "plan.schema.json")]
         if Export.meshes in wanted:
             written += write_expression_meshes(found, made.audit.used, made.packing, output / f"expressions{draft}")
+        if Export.verify in wanted:
+            written += write_verifier(made, found, output, plan_folder=plan.parent)
     say_written(written)
 
 

@@ -1,4 +1,4 @@
-"""What a plan has proved, in words; nothing is called proved, shortest or optimal that is not."""
+"""What a plan has proved, in words; nothing is called proved without a certificate that anybody can check."""
 
 from capture_plan.plan.record import Plan
 from capture_plan.report.words import count
@@ -32,7 +32,8 @@ def landmark_proofs(plan: Plan) -> list[str]:
         said.append(f"{minimum}.{check if certificate.blendshapes else ''}")
     chose = any(m.round is not None for m in layout.landmarks)
     if chose and layout.programs and all(program.proven_optimal for program in layout.programs):
-        said.append(f"{count(len(layout.programs), 'program')} chose markers, each solved to proven optimality.")
+        chose_them = f"{count(len(layout.programs), 'program')} chose markers"
+        said.append(f"{chose_them}; that no cheaper choice exists is the solver's word, which nobody can check here.")
     return said
 
 
