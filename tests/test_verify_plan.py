@@ -284,7 +284,7 @@ LIES = [
     ("default", longer_clique, "fit together: "),
     ("default", dropped_landmark, "has its mirror twin"),
     ("budget", dropped_landmark, "has its mirror twin"),
-    ("default", wider_spacing, "at least 11 mm apart along the skin: M"),
+    ("default", wider_spacing, "at least 11 mm apart, straight and along the skin: M"),
     ("default", two_exchanged, "share skin or exclude each other: E0"),
     ("default", all_in_one, "share skin or exclude each other: E01"),
     ("default", smaller_error, "the layout: rank 51 of 51, predicted error 0.144 mm"),

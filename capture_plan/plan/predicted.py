@@ -26,6 +26,13 @@ def error_words(worth: Worth, predictions: tuple[Prediction, ...]) -> str:
     return ", ".join([*told, f"upper estimate {worth.error_mm:.2f} mm"]) + f" under {worth.noise_mm:g} mm of noise"
 
 
+def headline_words(worth: Worth, predictions: tuple[Prediction, ...]) -> str:
+    """'predicted error 0.14 mm under 0.2 mm of noise', where there is room for one figure only."""
+    found = at_noise(predictions, worth.noise_mm)
+    figure = f"predicted error {found[0].error_mm:.2f} mm" if found else f"upper estimate {worth.error_mm:.2f} mm"
+    return f"{figure} under {worth.noise_mm:g} mm of noise"
+
+
 def prediction_words(predictions: tuple[Prediction, ...]) -> list[str]:
     """Every prediction with its spread and standard error, a sentence for each noise; what the rig cannot show."""
     noises = dict.fromkeys(one.noise_mm for one in predictions)
