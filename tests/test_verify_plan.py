@@ -30,7 +30,7 @@ LEFT = (
     r"layout\.programs\.#\.blendshapes.*",
     r"layout\.motion\.(missing|notes|rank|tail_mm|curve_mm)(\..*)?",
 )
-CHANGES = 16  # of each plan
+CHANGES = 6  # of each plan
 KINDS = ("default", "budget", "cameras", "edited", "motion of two people")
 
 
