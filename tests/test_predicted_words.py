@@ -18,7 +18,7 @@ def test_every_error_is_said_with_the_solve_that_it_is_of():
     for sentence, noise in ((usual, "0.2 mm of noise"), (noisy, "0.5 mm of noise")):
         assert noise in sentence
         assert "weights solved between 0 and 1" in sentence
-    assert "anna 0.900 ± 0.002 mm, 90% of frames 0.70 to 1.20 mm" in noisy
+    assert "anna 0.900 ± 0.002 mm, 9 of 10 frames 0.70 to 1.20 mm" in noisy
     assert "upper estimate is for weights of any size" in upper
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from capture_plan.layout.design import design_layout
-from capture_plan.layout.face import SIXTY_EIGHT, see_face
+from capture_plan.layout.face import SIXTY_EIGHT
 from capture_plan.layout.follow import EVEN, target_of
 from capture_plan.layout.methods import search_of
 from capture_plan.layout.record import Worth
@@ -17,8 +17,6 @@ from capture_plan.layout.sites import Sites
 from capture_plan.layout.studio import WORTHWHILE, Goal, ceiling, fewest
 from capture_plan.layout.task import task_of
 from capture_plan.layout.worth import Observation
-from capture_plan.rig import sample_rig
-from capture_plan.rig.audit import audit
 
 K = 5
 
@@ -106,17 +104,6 @@ def test_points_that_tell_less_than_dots_anywhere_are_no_target():
     assert target_of({SIXTY_EIGHT: worth(0.18), EVEN: worth(0.25)}) == (SIXTY_EIGHT, 0.18)
     assert target_of({SIXTY_EIGHT: worth(2.11), EVEN: worth(0.25)}) == (EVEN, 0.25)
     assert target_of({EVEN: worth(0.25), "single set cover": worth(0.1)}) == (EVEN, 0.25)
-
-
-@pytest.fixture(scope="module")
-def face():
-    rig = sample_rig()
-    return see_face(rig, audit(rig).used)
-
-
-@pytest.fixture(scope="module")
-def studio(face):
-    return design_layout(face, LayoutSettings())
 
 
 def test_a_budget_of_as_many_landmarks_is_hardly_better(face, studio):

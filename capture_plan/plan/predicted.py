@@ -11,7 +11,7 @@ from capture_plan.layout.record import Prediction, Worth
 
 SOLVE = "weights solved between 0 and 1"
 ANY_WEIGHTS = "weights of any size"
-FRAMES_WITHIN = f"{MOST - LEAST:.0%} of frames"
+FRAMES_WITHIN = f"{10 * (MOST - LEAST):.0f} of 10 frames"
 FINEST = 0.001  # millimetres; what is nearer to the truth is not said
 
 
