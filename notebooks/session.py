@@ -99,7 +99,8 @@ def about_landmarks():
     ## Landmarks
 
     Every blendshape needs a landmark that it moves, and the landmarks together have to tell blendshapes apart.
-    Fewer are quicker to apply; more forgive more noise.
+    Fewer are quicker to apply; more forgive more noise. No two dots meet when the face moves: other expressions below
+    may move a landmark here.
     """)
     return
 
@@ -118,10 +119,10 @@ def landmark_knobs(takes):
 
 
 @app.cell
-def designed(face, landmarks, takes):
+def designed(face, landmarks, packing, takes):
     with parts.working():
-        wished = parts.landmark_settings(landmarks, face, takes)
-        layout = design_layout(face, wished, takes=takes)
+        wished = parts.landmark_settings(landmarks, face, takes, packing.poses)
+        layout = design_layout(face, wished, takes=takes, poses=packing.poses)
     return layout, wished
 
 

@@ -83,6 +83,11 @@ class Packing(Struct, frozen=True, forbid_unknown_fields=True):
     kept: int | None = None
 
     @property
+    def poses(self) -> dict[str, dict[str, float]]:
+        """The pose of every expression, by its name."""
+        return {expression.name: expression.pose for expression in self.expressions}
+
+    @property
     def gap(self) -> int:
         """Expressions that might still be saved: 0 where the number is proved."""
         return self.objective - self.bound

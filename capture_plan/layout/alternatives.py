@@ -11,6 +11,7 @@ from msgspec import Struct
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import Face
+from capture_plan.layout.meeting import NO_POSES, Poses
 from capture_plan.layout.record import Layout
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.shell.takes import Takes
@@ -38,14 +39,20 @@ class Alternative(Struct, frozen=True):
 
 
 def alternatives(
-    face: Face, settings: LayoutSettings, layout: Layout, *, count: int, takes: Takes | None = None
+    face: Face,
+    settings: LayoutSettings,
+    layout: Layout,
+    *,
+    count: int,
+    takes: Takes | None = None,
+    poses: Poses = NO_POSES,
 ) -> tuple[Alternative, ...]:
-    """The `count` next best, the first that is not as good the last; `takes` are those of the layout."""
+    """The `count` next best, the first that is not as good the last; `takes` and `poses` are those of the layout."""
     found: list[Alternative] = []
     known = [[m.vertex for m in layout.landmarks]]
     for _ in track(range(count), "Looking for other layouts", total=count):
         try:
-            other = design_layout(face, settings, unlike=known, takes=takes)
+            other = design_layout(face, settings, unlike=known, takes=takes, poses=poses)
         except InfeasibleError:
             break
         found.append(compared(face, settings, layout, other))

@@ -90,6 +90,9 @@ def place(
         table = face.near(settings.spacing_mm)
         near = near_of(table, first.at, settings.spacing_mm)
         may[table[pins].indices[table[pins].data < settings.spacing_mm]] = False
+        if task.met is not None:
+            near = near + csr_array(task.met[first.at][:, first.at])
+            may[task.met[pins].indices] = False
     result = optimise_together(
         [(one.shell, one.motion) for one in takes.subjects],
         count - len(pins) + len(kept),

@@ -11,11 +11,13 @@ import numpy as np
 from jaxtyping import Int
 from msgspec.structs import replace
 
+from capture_plan.errors import InfeasibleError
 from capture_plan.layout.cover import dual_prices
 from capture_plan.layout.face import Face
 from capture_plan.layout.follow import SINGLE_COVER, Decided, Solved, follow, most_of, points_of, target_of
 from capture_plan.layout.head_choice import choose_head_markers
-from capture_plan.layout.methods import choose
+from capture_plan.layout.meeting import NO_POSES, Poses
+from capture_plan.layout.methods import Chosen, choose
 from capture_plan.layout.multicover import best_cover
 from capture_plan.layout.record import Bound, ErrorBound, Layout
 from capture_plan.layout.relaxation import error_bound
@@ -32,11 +34,14 @@ def design_layout(
     takes: Takes | None = None,
     former: Layout | None = None,
     unlike: Sequence[Sequence[int]] = (),
+    poses: Poses = NO_POSES,
 ) -> Layout:
     """The layout that `settings` ask for.
 
     A `former` layout is where a budget starts again from, so that little changes; every layout of `unlike`, given by
-    its vertices, is to be left in some places (`wishes.differences`). What `takes` lose by the layout is measured.
+    its vertices, is to be left in some places (`wishes.differences`). What `takes` lose by the layout is measured. No
+    dots meet in `poses` or in any blendshape alone; the bounds speak of all layouts, also of those
+    whose dots meet.
 
     Raises:
         InfeasibleError: no skin is seen well enough, the wishes clash, or the budget does not pay for a single site.
@@ -48,7 +53,7 @@ def design_layout(
         task = task.beside(head)
     known = points_of(face) | {SINGLE_COVER: papers_cover(face, settings)}
     _, target_mm = target_of({name: task.observation.worth(at) for name, at in known.items()})
-    method, rounds, added = choose(task, target_mm, former, takes)
+    method, rounds, added = chosen_apart(task, poses, target_mm, former, takes)
     decided = Decided(
         method=method,
         programs=tuple(Solved(cover.chosen, cover.bound) for cover in rounds),
@@ -59,6 +64,26 @@ def design_layout(
         error_bound=bound_of(task, method, int(task.sites.size[added].sum()), former),
     )
     return follow(task, decided, takes)
+
+
+def chosen_apart(
+    task: Task,
+    poses: Poses,
+    target_mm: float,
+    former: Layout | None,
+    takes: Takes | None,
+) -> Chosen:
+    """`choose` among layouts of which no two dots meet when the face moves; among all where that leaves too few.
+
+    A plan tells which dots meet (`meeting`): it is better made than refused for a blendshape that only such dots tell.
+    """
+    apart = task.apart_in(poses)
+    if len(apart.reachable) == len(task.reachable):
+        try:
+            return choose(apart, target_mm, former, takes)
+        except InfeasibleError:
+            pass
+    return choose(task, target_mm, former, takes)
 
 
 def bound_of(task: Task, method: Method, landmarks: int, former: Layout | None) -> ErrorBound | None:

@@ -5,6 +5,7 @@ Met    a pair with |p[a] - p[b]| < D + G, straight through the air: lips and lid
 """
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 from msgspec import Struct
@@ -14,6 +15,8 @@ from capture_plan.rig import Rig
 
 GAP_MM = 1.0  # skin between two dots: less is no rim that a camera of 0.3 mm a pixel tells from a dot of double width
 NEUTRAL = "neutral"
+Poses = Mapping[str, Mapping[str, float]]  # weights by blendshape, of poses by name
+NO_POSES: Poses = MappingProxyType({})
 
 
 class Meeting(Struct, frozen=True, forbid_unknown_fields=True):
@@ -24,10 +27,8 @@ class Meeting(Struct, frozen=True, forbid_unknown_fields=True):
     apart_mm: float
 
 
-def meetings(
-    rig: Rig, markers: Sequence[Landmark], poses: Mapping[str, Mapping[str, float]], dot_mm: float
-) -> tuple[Meeting, ...]:
-    """All of the neutral, then of every pose in its order, the nearest first. Poses are weights by blendshape."""
+def meetings(rig: Rig, markers: Sequence[Landmark], poses: Poses, dot_mm: float) -> tuple[Meeting, ...]:
+    """All of the neutral, then of every pose in its order, the nearest first."""
     at = np.array([m.vertex for m in markers], dtype=int)
     found: list[Meeting] = []
     for name, weights in {NEUTRAL: {}, **poses}.items():

@@ -27,10 +27,10 @@ from capture_plan.layout.spacing import Spacing
 from capture_plan.layout.studio import ceiling, fewest
 from capture_plan.layout.task import NOTHING, Task
 
+Chosen = tuple[Method, list[Cover], Int[np.ndarray, " a"]]
 
-def choose(
-    task: Task, target_mm: float, former: Layout | None, takes: Takes | None
-) -> tuple[Method, list[Cover], Int[np.ndarray, " a"]]:
+
+def choose(task: Task, target_mm: float, former: Layout | None, takes: Takes | None) -> Chosen:
     """The method that answers, its covers, and the sites chosen as one set.
 
     Raises:

@@ -14,6 +14,7 @@ Weights = Literal["lexicographic", "paper", "count"]
 
 BUDGETED = ("budget", "motion")  # methods that are given the number of landmarks
 BY_ERROR = ("studio", "budget")  # methods that look for the least predicted error
+NEUTRAL_ONLY = ("adaptive", "trivial", "distance", "cover")  # the paper's, which ask for distances in the neutral alone
 ORDERED = ("studio", *BUDGETED)  # methods that choose all landmarks as one set, whose order tells which to spare
 
 

@@ -1,8 +1,9 @@
 """Which sites stand too close to each other, measured straight, and so along the skin too, where no way is shorter.
 
 Data       d(u, v)   straight distance of two vertices; r the spacing, millimetres
+           m(u, v)   dots on u and v would meet when the face moves (`contact`)
            P[v, s]   vertex v belongs to site s (one or two vertices)
-Close      T[s, t]   some vertex of s is nearer than r to one of t, or s = t
+Close      T[s, t]   some vertex of s is nearer than r to one of t or meets it, or s = t
 Cliques    around any vertex v: sites with a vertex nearer than r / 2 to v are close to each other in pairs (triangle
            inequality), so that at most one of them can be chosen. They hold nearly all close pairs in few rows
 """
@@ -21,11 +22,13 @@ from capture_plan.mesh import geodesic_distance
 
 @dataclass(frozen=True, eq=False)
 class Spacing:
-    """Least straight distance between landmarks; `near` is `straight_table` of the skin at that distance."""
+    """Least straight distance between landmarks; `near` is `straight_table` of the skin at that distance, `met` holds
+    pairs of vertices whose dots would meet when the face moves, (v v) of 0 and 1."""
 
     near: csr_array
     sites: Sites
     spacing_mm: float
+    met: csr_array | None = None
 
     @cached_property
     def members(self) -> csr_array:
@@ -39,7 +42,9 @@ class Spacing:
     @cached_property
     def table(self) -> csr_array:
         """T, (s s)."""
-        return csr_array((self.members.T @ self._within(self.spacing_mm) @ self.members).astype(bool))
+        apart = self._within(self.spacing_mm)
+        apart = apart if self.met is None else csr_array(apart + self.met)
+        return csr_array((self.members.T @ apart @ self.members).astype(bool))
 
     @cached_property
     def balls(self) -> csr_array:
@@ -59,7 +64,7 @@ class Spacing:
     def among(self, sites: Int[np.ndarray, " n"]) -> "Spacing":
         """The same where only these sites can be chosen."""
         less = Sites(self.sites.vertices[sites], self.sites.reach[:, sites], self.sites.visibility[sites])
-        return Spacing(self.near, less, self.spacing_mm) if len(sites) < len(self.sites.vertices) else self
+        return Spacing(self.near, less, self.spacing_mm, self.met) if len(sites) < len(self.sites.vertices) else self
 
     def _within(self, radius_mm: float) -> csr_array:
         """(v v) of 0 and 1: nearer than a radius."""

@@ -7,11 +7,14 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Int
+from scipy.sparse import csr_array
 
 from capture_plan.errors import InfeasibleError
+from capture_plan.layout.contact import met_in, without_pairs_of
 from capture_plan.layout.face import Face
 from capture_plan.layout.limits import Limit, open_under
-from capture_plan.layout.settings import LayoutSettings
+from capture_plan.layout.meeting import Poses
+from capture_plan.layout.settings import NEUTRAL_ONLY, LayoutSettings
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.spacing import Spacing
 from capture_plan.layout.wishes import differences, touching, wishes
@@ -28,6 +31,7 @@ class Task:
     settings: LayoutSettings
     sites: Sites
     limits: tuple[Limit, ...]
+    met: csr_array | None = None
 
     @cached_property
     def open_(self) -> Int[np.ndarray, " o"]:
@@ -41,13 +45,30 @@ class Task:
 
     @cached_property
     def spacing(self) -> Spacing | None:
-        """Which sites stand too close to each other."""
-        return self.face.spacing(self.sites, self.settings.spacing_mm)
+        """Which sites stand too close to each other, or meet when the face moves."""
+        plain = self.face.spacing(self.sites, self.settings.spacing_mm)
+        return plain and dataclass_replace(plain, met=self.met)
 
     @cached_property
     def observation(self) -> Observation:
         """The face as a measuring problem."""
         return self.face.observation(self.settings.noise_mm)
+
+    def apart_in(self, poses: Poses) -> "Task":
+        """The same where no two dots meet in any blendshape or pose, but for dots that are both pinned: what a person
+        decides twice is told, not refused.
+
+        The paper's methods know the neutral alone, and without a spacing dots may stand as they like.
+        """
+        settings = self.settings
+        if settings.method in NEUTRAL_ONLY or not settings.spacing_mm:
+            return self
+        met = without_pairs_of(
+            met_in(self.face, poses, dot_mm=settings.dot_mm, spacing_mm=settings.spacing_mm), self.face.pinned(settings)
+        )
+        partners = met[self.sites.vertices[:, 0], self.sites.vertices[:, 1]] > 0
+        apart = Limit("partners whose dots meet when the face moves", partners.astype(int), most=0)
+        return dataclass_replace(self, met=met, limits=(*self.limits, apart))
 
     def beside(self, head: Int[np.ndarray, " h"]) -> "Task":
         """The same with all sites shut out that stand too close to the head markers."""

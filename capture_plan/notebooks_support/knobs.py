@@ -13,6 +13,7 @@ from capture_plan.expressions import PackingSettings
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.dots import dots_of, is_vertex, vertices_of, words_in
 from capture_plan.layout.face import Face
+from capture_plan.layout.meeting import NO_POSES, Poses
 from capture_plan.layout.settings import BUDGETED, LayoutSettings
 from capture_plan.layout.shell.takes import Takes
 from capture_plan.plan.settings import Settings
@@ -179,9 +180,11 @@ def paper_knob() -> Any:
     return mo.ui.dropdown({"A4": "a4", "US Letter": "letter"}, "A4", label="Paper")
 
 
-def landmark_settings(knobs: Any, face: Face | None = None, takes: Takes | None = None) -> LayoutSettings:
+def landmark_settings(
+    knobs: Any, face: Face | None = None, takes: Takes | None = None, poses: Poses = NO_POSES
+) -> LayoutSettings:
     """What the landmark knobs say; a pinned dot is the one that the layout of the other knobs calls so, which is made
-    on the face (and for takes) where one is named.
+    on the face (for takes and poses) where one is named.
 
     Raises:
         PlanError: what is pinned is neither a dot nor the whole number of a vertex.
@@ -190,7 +193,7 @@ def landmark_settings(knobs: Any, face: Face | None = None, takes: Takes | None 
     budget = knobs.value["budget"] if knobs.value["method"] in BUDGETED else None
     free = msgspec.convert(knobs.value | {"pins": (), "budget": budget}, LayoutSettings)
     by_name = face is not None and not all(map(is_vertex, words))
-    dots = dots_of(design_layout(face, free, takes=takes)) if face and by_name else {}
+    dots = dots_of(design_layout(face, free, takes=takes, poses=poses)) if face and by_name else {}
     pins = vertices_of(words, dots, what="Pinned", whose="the layout without pins")
     return msgspec.structs.replace(free, pins=pins)
 

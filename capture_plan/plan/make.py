@@ -35,7 +35,6 @@ def make_plan(
     cameras = read_cameras_of(rig, settings, folder)
     takes = read_takes_of(rig, settings, folder, reference.names if reference else None)
     face, wishes = see_face(rig, report.used, cameras), with_zones_found(settings, folder).landmarks
-    layout = design_layout(face, wishes, takes=takes)
     packing = pack(
         rig,
         report.used,
@@ -44,6 +43,7 @@ def make_plan(
         rules=read_rules_of(settings, folder),
         apart=collide(rig, report.used, settings.expressions),
     )
+    layout = design_layout(face, wishes, takes=takes, poses=packing.poses)
     return assemble_plan(rig, settings, report, layout, packing, reference=reference)
 
 

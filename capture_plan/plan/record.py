@@ -59,8 +59,7 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True):
 
 def with_meetings(plan: Plan, rig: Rig) -> Plan:
     """The plan with the dots that come too near to each other in its expressions."""
-    poses = {expression.name: expression.pose for expression in plan.packing.expressions}
-    found = meetings(rig, plan.layout.markers, poses, plan.settings.landmarks.dot_mm)
+    found = meetings(rig, plan.layout.markers, plan.packing.poses, plan.settings.landmarks.dot_mm)
     return structs.replace(plan, meetings=found)
 
 

@@ -1,0 +1,91 @@
+"""No two dots meet when the face moves: in a blendshape alone, in a pose, but for what a person pins twice."""
+
+from dataclasses import replace as dataclass_replace
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from capture_plan.layout.contact import met_in, movements, without_pairs_of
+from capture_plan.layout.design import chosen_apart, design_layout
+from capture_plan.layout.face import Face
+from capture_plan.layout.meeting import GAP_MM, meetings
+from capture_plan.layout.settings import LayoutSettings
+from capture_plan.layout.task import task_of
+
+POSES = {
+    "shut": {"jawOpen": 0.4, "mouthClose": 0.4, "mouthPucker": 1.0},
+    "sour": {"mouthRollLower": 1.0, "mouthShrugLower": 1.0},
+}
+WIDE = LayoutSettings(method="budget", budget=24, dot_mm=7.0, spacing_mm=9.0)
+
+
+@pytest.fixture(scope="module")
+def near(face):
+    return met_in(face, POSES, dot_mm=WIDE.dot_mm, spacing_mm=WIDE.spacing_mm)
+
+
+@pytest.fixture(scope="module")
+def apart(face):
+    return design_layout(face, WIDE, poses=POSES)
+
+
+def told(face, layout, dot_mm=WIDE.dot_mm):
+    alone = {name: {name: 1.0} for name in face.used}
+    return meetings(face.rig, layout.markers, alone | POSES, dot_mm)
+
+
+def test_pairs_that_meet_are_those_that_every_pose_shows_one_by_one(face, near):
+    some = np.random.default_rng(0).permutation(np.flatnonzero(face.markable))[:250]
+    x = face.rig.neutral[some]
+    expected = np.zeros((len(some), len(some)), dtype=bool)
+    for moved in movements(face, POSES, some):
+        expected |= np.linalg.norm((x + moved)[:, None] - (x + moved)[None], axis=2) < WIDE.dot_mm + GAP_MM
+    expected &= np.linalg.norm(x[:, None] - x[None], axis=2) >= WIDE.spacing_mm
+    assert expected.any()
+    assert (near[some][:, some].toarray() > 0).tolist() == expected.tolist()
+
+
+def test_a_pose_is_the_rig_posed(face):
+    at = np.arange(0, len(face.rig.neutral), 97)
+    *_, last = movements(face, POSES, at)
+    weights = np.array([POSES["sour"].get(name, 0.0) for name in face.rig.names])
+    assert np.allclose(face.rig.neutral[at] + last, face.rig.pose(weights)[at], atol=1e-4)
+
+
+def test_no_dots_of_a_layout_meet_where_some_would_have(face, apart):
+    task = task_of(face, WIDE)
+    neutral_only = replace(WIDE, dot_mm=0.0)
+    assert [one for one in told(face, design_layout(face, neutral_only)) if one.pose != "neutral"]
+    assert not [one for one in told(face, apart) if one.pose != "neutral"]
+    assert len(task.apart_in(POSES).open_) < len(task.open_)
+
+
+def test_two_pins_that_meet_stay_and_are_told(face, near):
+    task = task_of(face, replace(WIDE, symmetric=False))
+    may = np.isin(np.arange(len(face.rig.neutral)), task.sites.vertices[task.open_])
+    u, v = next((int(u), int(v)) for u, v in zip(*near.nonzero(), strict=True) if may[u] and may[v])
+    assert without_pairs_of(near, np.array([u, v]))[u, v] == 0 < near[u, v]
+    assert (near - without_pairs_of(near, np.array([u, v]))).nnz == 2
+    pins = tuple(int(face.rig.source_index[each]) for each in (u, v))
+    layout = design_layout(face, replace(WIDE, pins=pins, symmetric=False, budget=6), poses=POSES)
+    assert {u, v} <= {m.vertex for m in layout.landmarks}
+    names = {m.name for m in layout.landmarks if m.vertex in (u, v)}
+    assert any(set(one.dots) == names for one in told(face, layout))
+
+
+def test_where_all_partners_would_meet_they_are_placed_as_without_the_wish(face):
+    deltas = face.rig.deltas.copy()
+    deltas[face.rig.names.index("jawOpen")] = face.rig.neutral * [-1, 0, 0]
+    crushed = Face(dataclass_replace(face.rig, deltas=deltas), face.used, face.visibility)
+    task = task_of(crushed, replace(WIDE, budget=6))
+    apart = task.apart_in({})
+    assert not len(apart.open_[task.sites.size[apart.open_] > 1])
+    _, _, sites = chosen_apart(task, {}, 0.1, None, None)
+    assert task.sites.size[sites].sum() == 6
+
+
+@pytest.mark.parametrize("settings", [LayoutSettings(method="cover"), replace(WIDE, spacing_mm=0.0)])
+def test_the_papers_methods_and_dots_without_a_spacing_know_the_neutral_alone(face, settings):
+    task = task_of(face, settings)
+    assert task.apart_in(POSES) is task
