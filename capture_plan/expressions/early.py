@@ -46,7 +46,7 @@ class Model:
     instance: Instance
     gain: Gain
     start: float
-    to_beat: tuple[Float[np.ndarray, " j"], ...] = ()
+    to_beat: tuple[Float[np.ndarray, " _"], ...] = ()
 
     @cached_property
     def rivals(self) -> tuple[Items, ...]:
