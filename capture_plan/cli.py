@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 if TYPE_CHECKING:
+    from capture_plan.plan.record import Plan
     from capture_plan.plan.settings import Settings
     from capture_plan.rig import Rig
     from capture_plan.rig.audit import Audit
@@ -31,6 +32,7 @@ app = typer.Typer(
 RigPath = Annotated[str, typer.Argument(metavar="RIG", help="Folder of OBJ files, .glb, .gltf, .npz, or 'sample'.")]
 PlanPath = Annotated[Path, typer.Argument(metavar="PLAN", help="A plan.json that `plan` wrote.")]
 OtherRig = Annotated[str | None, typer.Option("--rig", help="Where the rig is now, if it moved.")]
+Force = Annotated[bool, typer.Option("--force", help="Go on where PLAN does not hold: everything says DRAFT.")]
 PlanFile = Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Plan file to write.")]
 Folder = Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder to write into.")]
 UnitMm = Annotated[float | None, typer.Option(help="Millimetres in one unit of the rig's file, if detection errs.")]
@@ -54,6 +56,7 @@ class Export(StrEnum):
     csv = "csv"
     json = "json"
     meshes = "meshes"
+    verify = "verify"
 
 
 @app.command()
@@ -116,11 +119,16 @@ def plan(
     weights: Annotated[Weights | None, typer.Option(help="What a good landmark is [lexicographic].")] = None,
     epsilon: Annotated[float | None, typer.Option(help="Share of a blendshape's largest movement [0.5].")] = None,
     symmetric: Annotated[bool | None, typer.Option(help="Mirror every landmark [yes].")] = None,
-    spacing_mm: Annotated[float | None, typer.Option(help="Least distance on the skin, millimetres [8].")] = None,
+    spacing_mm: Annotated[float | None, typer.Option(help="Least distance of two landmarks, millimetres [8].")] = None,
     noise_mm: Annotated[float | None, typer.Option(help="Noise of a measured landmark, millimetres [0.2].")] = None,
     number: Annotated[int | None, typer.Option(help="Exactly so many landmarks (cover, budget, motion).")] = None,
-    pin: Annotated[list[int] | None, typer.Option(help="Vertex that carries a landmark; several allowed.")] = None,
-    forbid: Annotated[list[int] | None, typer.Option(help="Vertex that carries none; several allowed.")] = None,
+    pin: Annotated[
+        list[str] | None, typer.Option(help="Dot (M12) or vertex (1225) that carries a landmark; several allowed.")
+    ] = None,
+    forbid: Annotated[list[str] | None, typer.Option(help="Dot or vertex that carries none; several allowed.")] = None,
+    dots_of: Annotated[
+        Path | None, typer.Option(metavar="PLAN", help="Plan that names the dots [the one that FILE holds now].")
+    ] = None,
     keep_out: Annotated[
         list[str] | None,
         typer.Option(help="Zone without landmarks and its margin in millimetres: 'wet lip=3', a file, or 'none'."),
@@ -156,15 +164,18 @@ def plan(
     """Plan a session for RIG: landmarks and expressions, with what was proved and what error to expect."""
     from capture_plan.plan.files import read_settings, refer_to, settings_seen_from, write_plan
     from capture_plan.plan.make import make_plan
+    from capture_plan.plan.named import NamedDots
     from capture_plan.plan.settings import Settings
     from capture_plan.plan.summary import summary
     from capture_plan.progress import listen
 
+    dots = NamedDots(dots_of or output, given=dots_of is not None)
     chosen = override(
-        read_settings(settings) if settings else Settings(),
+        read_settings(settings, dots.vertices) if settings else Settings(),
         {"method": method or ("budget" if budget is not None else None), "budget": budget, "weights": weights}
         | {"epsilon": epsilon, "symmetric": symmetric, "spacing_mm": spacing_mm, "noise_mm": noise_mm}
-        | {"number": number, "pins": pin, "forbidden": forbid, "keep_out": zones(keep_out), "caps": counts(cap)}
+        | {"number": number, "keep_out": zones(keep_out), "caps": counts(cap)}
+        | {"pins": pin and dots.vertices(pin, "--pin"), "forbidden": forbid and dots.vertices(forbid, "--forbid")}
         | {"min_views": min_views, "dot_mm": dot_mm, "head_markers": head_markers},
         {"method": expressions, "mu": mu, "paired": paired, "limit": limit, "rules": rules, "most_things": most_things},
         {"cameras": cameras, "target": target, "sequences": sequence}
@@ -172,6 +183,7 @@ def plan(
         {"minutes": minutes},
     )
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
+    dots.must_be_of(found)
     reference = refer_to(found, rig, output, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     settled = settings_seen_from(output.parent, chosen)
     heard: list[str] = []
@@ -191,7 +203,7 @@ def markers(
     output: Folder = Path("markers"),
     faces: Annotated[int, typer.Option(help="Triangles that a denser scan is made coarser to.")] = 50_000,
     symmetric: Annotated[bool, typer.Option(help="Mirror every marker.")] = True,
-    spacing_mm: Annotated[float, typer.Option(help="Least distance on the skin, millimetres.")] = 8.0,
+    spacing_mm: Annotated[float, typer.Option(help="Least distance, straight and along the skin, millimetres.")] = 8.0,
     paper: Paper = "a4",
     dpi: Dpi = 300,
     unit_mm: UnitMm = None,
@@ -235,13 +247,14 @@ def check(
     from capture_plan.plan.check import check_plan
     from capture_plan.plan.check_page import as_rows, check_lines
     from capture_plan.plan.files import read_plan, rig_of
+    from capture_plan.plan.summary import near_words
     from capture_plan.plan.unchecked import unchecked
 
     made = read_plan(plan)
     claims = check_plan(made, rig_of(made, plan, rig_path=rig), folder=plan.parent)
     if json:
         print(msgspec.json.format(msgspec.json.encode(as_rows(claims))).decode())
-    say(check_lines(claims, unchecked(made, claims), every=every))
+    say([*check_lines(claims, unchecked(made, claims), every=every), *near_words(made)])
     if not all(claim.holds for claim in claims):
         raise typer.Exit(1)
 
@@ -257,15 +270,17 @@ def edit(
     another: Annotated[bool, typer.Option("--another", help="Another list that is as good.")] = False,
     why: Annotated[str | None, typer.Option(help="'jawOpen,mouthPucker': say why they are not in one.")] = None,
     rig: OtherRig = None,
+    force: Force = False,
 ) -> None:
     """Change the expressions of PLAN as an artist asks, with the least change to what was agreed."""
     from capture_plan.expressions.settings import Edits
-    from capture_plan.plan.files import read_plan, rig_of, write_plan
+    from capture_plan.plan.files import write_plan
+    from capture_plan.plan.gate import as_far_as_it_goes
     from capture_plan.plan.revise import edited_plan, other_plan, why_not_together
     from capture_plan.plan.summary import expression_lines
 
-    made = read_plan(plan)
-    found, folder = rig_of(made, plan, rig_path=rig), plan.parent
+    made, found = open_plan(plan, rig, force=force)
+    folder = plan.parent
     if why is not None:
         a, b = pair_of(why)
         say([why_not_together(made, found, a, b, folder=folder)])
@@ -277,7 +292,8 @@ def edit(
         apart=(*before.apart, *(pair_of(pair) for pair in apart or [])),
         dropped=(*before.dropped, *(drop or [])),
     )
-    changed = other_plan(made, found, folder=folder) if another else edited_plan(made, found, edits, folder=folder)
+    with as_far_as_it_goes(made):
+        changed = other_plan(made, found, folder=folder) if another else edited_plan(made, found, edits, folder=folder)
     write_plan(changed, output)
     say(expression_lines(changed, made))
     say_written([output])
@@ -288,16 +304,18 @@ def inspect(
     plan: PlanPath,
     rig: OtherRig = None,
     json: Annotated[bool, typer.Option("--json", help="Print the inspection as JSON to standard output.")] = False,
+    force: Force = False,
 ) -> None:
     """Say what the markers of PLAN see and confuse, why each is there, and how far a dot may sit from its place."""
     import msgspec
 
-    from capture_plan.plan.files import read_plan, rig_of
+    from capture_plan.plan.gate import as_far_as_it_goes
     from capture_plan.plan.inspect import inspect_plan
     from capture_plan.plan.inspect_page import inspection_text
 
-    made = read_plan(plan)
-    found = inspect_plan(made, rig_of(made, plan, rig_path=rig), folder=plan.parent)
+    made, its_rig = open_plan(plan, rig, force=force)
+    with as_far_as_it_goes(made):
+        found = inspect_plan(made, its_rig, folder=plan.parent)
     if json:
         print(msgspec.json.format(msgspec.json.encode(found)).decode())
     else:
@@ -311,13 +329,15 @@ def render(
     rig: OtherRig = None,
     paper: Paper = "a4",
     dpi: Dpi = 300,
+    force: Force = False,
 ) -> None:
     """Draw the marker sheets and reference expressions of PLAN for print: one PDF at true scale, and PNG pages."""
-    from capture_plan.plan.files import read_plan, rig_of
+    from capture_plan.plan.gate import as_far_as_it_goes
     from capture_plan.sheets import write_sheets
 
-    made = read_plan(plan)
-    say_written(write_sheets(made, rig_of(made, plan, rig_path=rig), output, paper=paper, dpi=dpi))
+    made, found = open_plan(plan, rig, force=force)
+    with as_far_as_it_goes(made):
+        say_written(write_sheets(made, found, output, paper=paper, dpi=dpi))
 
 
 @app.command()
@@ -326,24 +346,31 @@ def export(
     output: Folder = Path("export"),
     only: Annotated[list[Export] | None, typer.Option(help="Write only this; may be given several times.")] = None,
     rig: OtherRig = None,
+    force: Force = False,
 ) -> None:
     """Write PLAN for people and programs: an HTML page that needs no network, tables and slate, the plan with its
-    schema, and a mesh for every expression with keyframes and examples for rigging."""
-    from capture_plan.exports import write_expression_meshes, write_schema, write_slate, write_tables
-    from capture_plan.plan.files import read_plan, rig_of, write_plan
+    schema, and a mesh for every expression with keyframes and examples for rigging. Only where asked for with
+    --only verify: plan, rig and a checker of one file that imports nothing of ours."""
+    from capture_plan.exports import write_expression_meshes, write_schema, write_slate, write_tables, write_verifier
+    from capture_plan.plan.files import write_plan
+    from capture_plan.plan.gate import as_far_as_it_goes
     from capture_plan.report import write_html
 
-    made, wanted = read_plan(plan), only or list(Export)
+    made, found = open_plan(plan, rig, force=force)
+    wanted = only or [kind for kind in Export if kind != Export.verify]
+    draft = "-DRAFT" if made.draft else ""
     written: list[Path] = []
-    if Export.html in wanted:
-        written.append(write_html(made, rig_of(made, plan, rig_path=rig), output / "plan.html"))
-    if Export.csv in wanted:
-        written += [*write_tables(made, output), write_slate(made.session, output / "slate.csv")]
-    if Export.json in wanted:
-        written += [write_plan(made, output / "plan.json"), write_schema(output / "plan.schema.json")]
-    if Export.meshes in wanted:
-        found = rig_of(made, plan, rig_path=rig)
-        written += write_expression_meshes(found, made.audit.used, made.packing, output / "expressions")
+    with as_far_as_it_goes(made):
+        if Export.html in wanted:
+            written.append(write_html(made, found, output / "plan.html", folder=plan.parent))
+        if Export.csv in wanted:
+            written += [*write_tables(made, output), write_slate(made.session, output / f"slate{draft}.csv")]
+        if Export.json in wanted:
+            written += [write_plan(made, output / "plan.json"), write_schema(output / "plan.schema.json")]
+        if Export.meshes in wanted:
+            written += write_expression_meshes(found, made.audit.used, made.packing, output / f"expressions{draft}")
+        if Export.verify in wanted:
+            written += write_verifier(made, found, output, plan_folder=plan.parent)
     say_written(written)
 
 
@@ -451,6 +478,21 @@ def notebook(
     raise typer.Exit(open_notebook(rig, take or (), edit=edit, headless=headless, port=port))
 
 
+def open_plan(path: Path, rig: str | None, *, force: bool) -> tuple["Plan", "Rig"]:
+    """The plan in a file and its rig; where it does not hold, a draft by force, else exit 1 with its lies named."""
+    from capture_plan.plan.files import read_plan, rig_of
+    from capture_plan.plan.gate import as_draft, insisted, lies, refusal
+
+    plan = read_plan(path)
+    found = rig_of(plan, path, rig_path=rig)
+    broken = lies(plan, found, folder=path.parent)
+    if broken:
+        say(insisted(path, broken) if force else refusal(path, broken))
+        if not force:
+            raise typer.Exit(1)
+    return as_draft(plan, broken), found
+
+
 def open_rig(path: str, **corrections: Any) -> "Rig":
     """The rig that a person named, read with their corrections."""
     from capture_plan.errors import RigError
@@ -510,10 +552,18 @@ def zones(given: list[str] | None) -> dict[str, float] | None:
 
 
 def counts(given: list[str] | None) -> dict[str, int] | None:
-    """'nose=4' as a region with its cap."""
-    if given is None:
-        return None
-    return {one.rpartition("=")[0]: int(number_of(one.rpartition("=")[2], one)) for one in given}
+    """'nose=4' as a region with its cap.
+
+    Raises:
+        PlanError: the number is not whole.
+    """
+    from capture_plan.errors import PlanError
+
+    found = {one.rpartition("=")[0]: number_of(one.rpartition("=")[2], one) for one in given or ()}
+    for name, number in found.items():
+        if not number.is_integer():
+            raise PlanError(f"'{name}={number:g}' needs a whole number behind the equals sign, as in 'nose=4'")
+    return None if given is None else {name: int(number) for name, number in found.items()}
 
 
 def names_of(text: str) -> list[str]:

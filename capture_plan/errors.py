@@ -5,7 +5,12 @@ class CapturePlanError(Exception):
     """What the command line turns into one line and exit code 2; what a file smuggles in stays harmless to a screen."""
 
     def __init__(self, message: str) -> None:
-        super().__init__("".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in message))
+        super().__init__(printable(message))
+
+
+def printable(text: str) -> str:
+    """The text with a sign in place of whatever a terminal would obey."""
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 
 class RigError(CapturePlanError):

@@ -286,7 +286,9 @@ def seeds(cover, face, knobs, sitter):
         by_seed = seeded(face, parts.cover_settings(knobs), len(cover))
         errors = predicted_by_seed(face.observation(parts.cover_settings(knobs).noise_mm), by_seed)
     parts.figure_view(
-        figures.seeds(sitter, by_seed, errors), "A row a method, a head a seed: predicted error.", name="seeds"
+        figures.seeds(sitter, by_seed, errors),
+        "A row a method, a head a seed: upper estimate.",
+        name="seeds",
     )
     return
 

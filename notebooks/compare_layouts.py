@@ -77,8 +77,8 @@ def about_the_table():
     mo.md("""
     ## The same number of markers, other methods
 
-    Random mixes of three to eight blendshapes, measured with the same noise, solved for the weights, laid over the
-    truth.
+    Random mixes of three to eight blendshapes, measured with the same noise, solved for weights between 0 and 1,
+    laid over the truth.
     """)
     return
 
@@ -110,7 +110,7 @@ def about_the_worst():
 def worst(face, layout, noise, others):
     parts.figure_view(
         parts.worst_blendshapes(face, layout, others, noise.value),
-        "Predicted error of the skin from each blendshape, root mean square; beside ours the best other layout.",
+        "Upper estimate of the error from each blendshape, root mean square; beside ours the best other layout.",
         name="worst-blendshapes",
     )
     return
@@ -120,7 +120,7 @@ def worst(face, layout, noise, others):
 def over_noise(face, layout, others):
     parts.figure_view(
         parts.noise_curves(face, layout, others),
-        "The same layouts when landmarks are measured better or worse.",
+        "Upper estimate of the same layouts when landmarks are measured better or worse.",
         name="error-against-noise",
     )
     return
@@ -131,8 +131,8 @@ def about_the_curve():
     mo.md("""
     ## Error against budget
 
-    What is left of the skin's error for every number of markers; ours is drawn in the order in which its markers
-    tell most, up to the budget. The dashed line is the usual set of 68 points.
+    The upper estimate of the error, for weights of any size, for every number of markers; ours is drawn in the order
+    in which its markers tell most, up to the budget. The dashed line is the usual set of 68 points.
     """)
     return
 
@@ -148,7 +148,7 @@ def others_of_all_budgets(face):
 def curve(by_budget, face, layout, noise, others):
     parts.figure_view(
         parts.budget_curves(face, layout, by_budget, others, noise.value),
-        "Predicted error of the skin, root mean square, by the number of markers.",
+        "Upper estimate of the error of the skin, root mean square, by the number of markers.",
         name="error-against-budget",
     )
     return

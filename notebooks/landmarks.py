@@ -54,7 +54,7 @@ def agreed_before():
 @app.cell
 def designed(agree, before, face, knobs):
     with parts.working():
-        layout = design_layout(face, parts.landmark_settings(knobs), former=before())
+        layout = design_layout(face, parts.landmark_settings(knobs, face), former=before())
     agree(layout)
     return (layout,)
 

@@ -120,8 +120,9 @@ def landmark_knobs(takes):
 @app.cell
 def designed(face, landmarks, takes):
     with parts.working():
-        layout = design_layout(face, parts.landmark_settings(landmarks), takes=takes)
-    return (layout,)
+        wished = parts.landmark_settings(landmarks, face, takes)
+        layout = design_layout(face, wished, takes=takes)
+    return layout, wished
 
 
 @app.cell
@@ -180,8 +181,8 @@ def about_the_head():
 
 
 @app.cell
-def planned(cameras, expressions, landmarks, layout, packing, report, rig):
-    settings = parts.session_settings(landmarks, expressions, cameras, sequences=parts.given_takes())
+def planned(cameras, expressions, layout, packing, report, rig, wished):
+    settings = parts.session_settings(wished, expressions, cameras, sequences=parts.given_takes())
     plan = assemble_plan(rig, settings, report, layout, packing, reference=parts.rig_reference(rig))
     return (plan,)
 

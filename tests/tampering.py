@@ -131,6 +131,7 @@ def answers_kept() -> Iterator[None]:
     slow = [(check, "audit"), (check, "see_face"), (check, "task_of"), (again, "collide"), (again, "state_problem")]
     slow += [(again, "blendshape_importance"), (again, "session"), (check, "read_takes_of"), (check, "motion_claims")]
     slow += [(follow, "name_landmarks"), (follow, "points_of"), (follow, "motion_fit")]
+    slow += [(follow, "performances"), (follow, "predictions")]
     patches = [patch.object(room, name, _kept(getattr(room, name))) for room, name in slow]
     for one in patches:
         one.start()

@@ -18,7 +18,7 @@ from capture_plan.layout.compare import (
     Comparison,
     Row,
     compare,
-    least_predicted,
+    least_upper,
 )
 from capture_plan.layout.compare_page import comparison_text, verdicts
 from capture_plan.layout.face import see_face
@@ -79,7 +79,7 @@ def test_no_layout_predicts_less_than_the_bound_of_its_budget(found):
     assert len(found.least_mm) == len(found.budgets)
     for row in found.rows:
         if row.landmarks <= found.budgets[0]:
-            assert row.predicted_mm >= found.least_mm[0]
+            assert row.upper_mm >= found.least_mm[0]
 
 
 def test_the_table_names_every_layout_and_marks_the_best(found):
@@ -110,9 +110,9 @@ def test_it_is_said_plainly_who_wins(ours, says):
 
 
 def test_it_is_said_how_far_from_the_best_ours_can_be():
-    mine = row(least_predicted(0.2), 0.1)
+    mine = row(least_upper(0.2), 0.1)
     made = Comparison("rig", 3, 0.2, 0.5, (2,), (0.16,), 3, 9, (0.2,), {MIXES: 1}, (mine, row("random", 0.5)), ())
-    assert any("less than 0.160 mm" in line and "at most 25.0%" in line for line in verdicts(made))
+    assert any("below 0.160 mm" in line and "at most 25.0%" in line for line in verdicts(made))
 
 
 def test_layouts_are_given_by_the_artists_vertex_numbers(tmp_path):

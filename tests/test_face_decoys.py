@@ -84,3 +84,23 @@ def test_the_tear_of_neighbours_is_the_largest_over_every_movement_of_the_face()
     assert tear[some] == pytest.approx(
         parted / (np.linalg.norm(shape.neutral[i] - shape.neutral[j], axis=1) + 0.04 * rho)
     )
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("skin", [True, False], ids=["skin", "whole"])
+def test_of_half_a_head_neither_eyes_nor_mouth_are_sure(side, skin):
+    head = sample_head()
+    half = cut(head, (side * head.neutral[:, 0] >= -0.5) & (visible_skin(head) | np.array(not skin)))
+    read = face_reading(rig_from_raw(raw_of(half)))
+    assert (read.eyes.sure, read.mouth.sure) == (False, False)
+
+
+def test_of_two_unlike_heads_with_names_of_their_own_the_other_is_told():
+    head = sample_head()
+    one, other = np.concatenate([head.deltas, 0 * head.deltas]), np.concatenate([0 * head.deltas, head.deltas])
+    twice = dataclasses.replace(head, deltas=one, names=head.names + tuple(f"B_{name}" for name in head.names))
+    unlike = [0.6, 0.45, 0.7]
+    twice = with_more(twice, head.neutral * unlike + np.array([600.0, 0, 0]), head.triangles, other * unlike)
+    note = rig_from_raw(raw_of(twice)).note
+    assert "another head" in note or "two heads" in note
+    assert "another head" not in rig_from_raw(raw_of(head)).note

@@ -95,6 +95,14 @@ def test_the_format_s_unit_stands_for_a_mascot_and_is_not_sure():
     assert (found.mm, found.sure) == (1000.0, False)
 
 
+@pytest.mark.parametrize("stated", [None, 10.0])
+@pytest.mark.parametrize("doll", [0.2, 0.35, 0.5])
+def test_a_doll_in_centimetres_is_never_surely_a_person_in_inches(stated, doll):
+    found = find_unit(stated, doll * 62 / 10, doll * 52 / 10, doll * 300 / 10, few=False)
+    assert not found.sure
+    assert stated is None or found.mm == stated
+
+
 def test_the_format_s_unit_falls_where_no_face_can_be_so_large():
     assert find_unit(1000.0, 62.0, 52.0, 300.0, few=False).mm == 1.0
 

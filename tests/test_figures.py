@@ -12,7 +12,7 @@ from PIL import Image
 from capture_plan import figures
 from capture_plan.figures.style import OURS, house
 from capture_plan.layout.face import see_face
-from capture_plan.layout.peers import blendshape_errors, peers, predicted_by_seed, predicted_errors, seeded
+from capture_plan.layout.peers import blendshape_errors, peers, predicted_by_seed, seeded, upper_estimates
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sweep import EpsilonRow
 from capture_plan.layout.variants import single_cover
@@ -91,8 +91,8 @@ def test_the_curve_over_epsilon_names_what_is_uncovered_and_what_is_not_proven()
 
 def test_every_axis_of_an_error_has_its_unit():
     curves = {"a": ([4, 8], [2.0, 1.0]), "ours": ([4, 8], [1.0, 0.5])}
-    budget = figures.error_against_budget(curves, ours="ours", noise_mm=0.2, levels={"68": 0.6}, budget=8)
-    noise = figures.error_against_noise(curves, ours="ours", landmarks=8)
+    budget = figures.error_against_budget(curves, ours="ours", meaning="error, mm", levels={"68": 0.6}, budget=8)
+    noise = figures.error_against_noise(curves, ours="ours", meaning="error, mm")
     bars = figures.blendshape_bars(("x", "y"), {"ours": np.array([0.1, 0.3])}, meaning="error, mm")
     for figure in (budget, noise, bars):
         assert any("mm" in words for words in text(figure))
@@ -110,7 +110,7 @@ def test_the_matrix_has_a_dot_where_a_landmark_stands_for_a_blendshape():
 
 def test_files_are_the_same_every_time_and_twice_as_fine_as_the_page(tmp_path):
     def drawn():
-        return figures.error_against_noise({"ours": ([0.1, 0.2], [1.0, 2.0])}, ours="ours", landmarks=3)
+        return figures.error_against_noise({"ours": ([0.1, 0.2], [1.0, 2.0])}, ours="ours", meaning="error, mm")
 
     assert figures.png(drawn()) == figures.png(drawn())
     assert figures.svg(drawn()) == figures.svg(drawn())
@@ -125,7 +125,7 @@ def test_the_style_of_the_house_is_not_left_behind_by_any_thread():
 
     def draw():
         for _ in range(3):
-            figures.png(figures.error_against_noise({"ours": ([0.1], [1.0])}, ours="ours", landmarks=3))
+            figures.png(figures.error_against_noise({"ours": ([0.1], [1.0])}, ours="ours", meaning="error, mm"))
 
     threads = [threading.Thread(target=draw) for _ in range(3)]
     for thread in threads:
@@ -167,5 +167,5 @@ def test_the_error_of_a_blendshape_alone_falls_with_more_landmarks_and_less_nois
     few = blendshape_errors(face.observation(0.2), vertices[:3])
     assert (blendshape_errors(face.observation(0.2), vertices) <= few + 1e-12).all()
     assert (blendshape_errors(face.observation(0.1), vertices[:3]) <= few + 1e-12).all()
-    (total,) = predicted_errors(face.observation(0.2), {"few": vertices[:3]}).values()
+    (total,) = upper_estimates(face.observation(0.2), {"few": vertices[:3]}).values()
     assert total > 0

@@ -27,7 +27,7 @@ def test_the_inspection_agrees_with_the_plan(plan, found):
     assert found.worth == plan.layout.worth
     assert found.blind == plan.layout.uncovered
     assert [marker.name for marker in found.markers] == [landmark.name for landmark in plan.layout.landmarks]
-    assert found.trials[0].predicted_mm == pytest.approx(plan.layout.worth.error_mm, abs=1e-4)
+    assert found.trials[0].error_mm == pytest.approx(plan.layout.predictions[0].error_mm, rel=0.1)
 
 
 def test_what_only_one_landmark_sees_is_lost_with_it(found):
@@ -68,3 +68,9 @@ def test_the_command_prints_a_page_for_people_and_json_for_programs(plan, found,
     inspect(path)
     said = capsys.readouterr()
     assert (said.out, said.err) == ("", inspection_text(found) + "\n")
+
+
+def test_an_inspection_of_a_draft_begins_with_what_does_not_hold(found):
+    assert "DRAFT" not in inspection_text(found)
+    lines = inspection_text(msgspec.structs.replace(found, draft=("a label was wrong",))).splitlines()
+    assert lines[:2] == ["DRAFT: this plan does not hold", "  a label was wrong"]

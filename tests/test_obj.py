@@ -106,7 +106,7 @@ def test_files_of_macos_and_other_kinds_are_passed_over(tmp_path):
     [
         ({"neutral": SQUARE + "f 1 2 3 4\n"}, "holds only a neutral, neutral.obj"),
         ({"a": SQUARE, "b": SQUARE}, "none of 2 OBJ files is called neutral"),
-        ({"my_neutral": SQUARE, "neutral_b": SQUARE}, "2 files could be the neutral, my_neutral.obj and neutral_b.obj"),
+        ({"a_neutral": SQUARE, "neutral_b": MOVED}, "2 files could be the neutral, a_neutral.obj and neutral_b.obj"),
         ({"a": SQUARE + "v 1 1 1\nf 1 2 3 4\n"}, "a.obj has 5 vertices, the neutral neutral.obj has 4"),
         ({"a": MOVED + "f 1 2 3\n"}, "joins its vertices into other faces"),
         ({"a": MOVED + "f 4 3 2 1\n"}, "joins its vertices into other faces"),

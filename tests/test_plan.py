@@ -111,8 +111,8 @@ def test_a_changed_rig_behind_an_old_plan_is_refused(plan, rig, tmp_path, monkey
     [
         (b"", "is not a plan"),
         (b"[1, 2]", "is not a plan"),
-        (b'{"format": 3}', "is not a plan"),
-        (b'{"format": 7}', "format 7, expected 3"),
+        (b'{"format": 4}', "is not a plan"),
+        (b'{"format": 7}', "format 7, expected 4"),
         (b"\xff\xfe\x00", "is not a plan"),
         (b"[" * 100_000, "is not a plan"),
     ],

@@ -16,18 +16,19 @@ from capture_plan.errors import PlanError
 from capture_plan.expressions.record import Expression, Packing
 from capture_plan.expressions.session import session
 from capture_plan.expressions.session_settings import SessionSettings
-from capture_plan.layout.record import Bound, Landmark, Layout, Program, Reference, Worth
+from capture_plan.layout.record import Bound, Landmark, Layout, Prediction, Program, Reference, Worth
 from capture_plan.plan.files import plan_bytes
 from capture_plan.plan.record import Plan, RigReference, sealed
 from capture_plan.plan.settings import Settings
 from capture_plan.report import viewer_html, write_html
 from capture_plan.report.contents import chart, compare, stop_line, tiles
 from capture_plan.report.head import material, packed_head
-from capture_plan.report.page import script_json
+from capture_plan.report.page import page_html, script_json
 from capture_plan.report.proofs import minimum_proof, packing_proof, proofs
 from capture_plan.rig import Rig, sample_rig
 from capture_plan.rig.audit import Audit, Finding
 
+OTHER = Prediction("talking", 0.2, 0.62, 0.5, 0.8, 0.01)
 HOSTILE = (
     "</script><script>window.harmed=1</script>",
     '<img src=x onerror="window.harmed=2">',
@@ -53,7 +54,7 @@ def small_plan(rig: Rig) -> Plan:
         Expression("E01", names[:1], (1.0,), 0.5, 0.5, f"Open the jaw wide, {rig.names[JAW_OPEN]}."),
         Expression("E02", names[1:], (1.0, 1.0, 1.0), 0.5, 1.0, "Smile with both corners."),
     )
-    worth = Worth(4, 4, 4, 12.0, 0.2, 0.31)
+    worth = Worth(4, 4, 4, 12.0, 0.2, 0.41)
     findings = (Finding("static", ("tongueOut",), f"{rig.names[SMILE_LEFT]} stands still", "Leave it out.", True),)
     packing = Packing("minimum", expressions, 2, 2, 2, True, True, names[:2], (), (), (), (), ())
     return Plan(
@@ -68,7 +69,8 @@ def small_plan(rig: Rig) -> Plan:
             certificate=Bound(names[:3], (1.0, 1.0, 1.0), 3),
             uncovered=(),
             worth=worth,
-            references={HOSTILE[1]: Reference(68, 4, 4, 3.0, 0.2, 0.62, ())},
+            references={HOSTILE[1]: Reference(68, 4, 4, 3.0, 0.2, 0.72, (), (OTHER,))},
+            predictions=(Prediction(HOSTILE[0], 0.2, 0.31, 0.2, 0.4, 0.01, 0.1),),
         ),
         packing=packing,
         session=session(rig, names, packing, SessionSettings()),
@@ -191,7 +193,7 @@ def test_a_place_that_cannot_be_written_is_named_and_left_alone(plan, rig, tmp_p
 
 
 def test_only_what_was_proved_is_called_proved(plan):
-    assert packing_proof(plan) == "Proved: fewer than 2 is impossible"
+    assert packing_proof(plan) == "Proved: fewer than 2 cannot show every blendshape"
     assert minimum_proof(plan) == "Proved: fewer than 3 cannot show every blendshape even once"
     open_packing = msgspec.structs.replace(plan.packing, proven_optimal=False, order_proven=False, bound=1)
     open_program = msgspec.structs.replace(plan.layout.programs[0], proven_optimal=False)
@@ -203,7 +205,8 @@ def test_only_what_was_proved_is_called_proved(plan):
 
 def test_a_gap_is_told_as_a_bound(plan):
     packing = msgspec.structs.replace(plan.packing, objective=9, bound=7, proven_optimal=False)
-    assert packing_proof(msgspec.structs.replace(plan, packing=packing)) == "Proved: at least 7 are needed"
+    said = packing_proof(msgspec.structs.replace(plan, packing=packing))
+    assert said.endswith("Proved: at least 7 are needed to show every blendshape")
 
 
 def with_covered(plan, *covered):
@@ -229,10 +232,19 @@ def test_the_largest_error_fills_the_bar_of_the_comparison(plan):
     rows = compare(plan)
     assert [row["share"] for row in rows] == [0.5, 1.0]
     assert [row["own"] for row in rows] == [True, False]
-    assert rows[0]["error"] == "0.310 mm"
+    assert (rows[0]["error"], rows[0]["upper"]) == ("0.310 mm", "0.410 mm")
 
 
 def test_the_predicted_error_stands_with_its_unit_and_the_noise(plan):
     error = tiles(plan)[-1]
     assert (error.figure, error.unit) == ("0.31", "mm")
     assert "0.2 mm of noise" in error.note
+    assert "between 0 and 1" in error.note
+
+
+def test_the_page_of_a_draft_says_so_and_why_and_that_of_a_sound_plan_does_not(rig, plan, page):
+    assert "DRAFT:" not in page.read_text()
+    text = page_html(msgspec.structs.replace(plan, draft=("<b>a label</b> was wrong",)), rig)
+    assert "<title>DRAFT: " in text
+    assert '<div class="draft" aria-hidden="true"><b>DRAFT</b></div>' in text
+    assert "&lt;b&gt;a label&lt;/b&gt; was wrong</p>" in text

@@ -72,6 +72,13 @@ def test_the_head_is_drawn(visit):
     assert len(np.unique(visit.head().reshape(-1, 3), axis=0)) > 2000
 
 
+def test_the_plan_is_checked_on_the_page(visit):
+    lines = visit.page.locator("#checks li").count()
+    assert lines >= 10
+    assert f"of {lines} checks hold" in visit.page.locator("#checked").inner_text()
+    assert visit.page.locator("#checks .fails").count()  # the plan was made by hand
+
+
 def test_stepping_through_the_expressions_moves_the_face(visit):
     before = visit.head()
     visit.page.get_by_role("button", name="Next expression").click()

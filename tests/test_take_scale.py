@@ -112,3 +112,13 @@ def test_what_is_no_scale_is_refused(tmp_path):
         read_name_map(tmp_path / "names.toml")
     with pytest.raises(RigError, match="beyond every usual scale"):
         read(tmp_path / "a.csv", table(1e6 * weights()))
+
+
+@pytest.mark.parametrize("name", ["AU{:02d}", "AU{}_inner", "au_{}", "face.AU{}"])
+@pytest.mark.parametrize("most", [5.0, 3.0, 99.0])
+def test_action_units_that_end_at_five_are_on_the_scale_of_five(name, most):
+    columns = [name.format(unit) for unit in (1, 4, 6, 12, 26, 45)]
+    verdict = judge(columns, most * weights() / weights().max())
+    assert verdict.full == (100 if most > 5 else 5)
+    assert verdict.sure == (most > 5)
+    assert judge(NAMES, most * weights() / weights().max()).full == 100

@@ -122,6 +122,8 @@ def spellings():
     yield names
     yield [name.replace("Left", "_L").replace("Right", "_R") for name in names]
     yield [name[-4:] * name.endswith("Left") + name.removesuffix("Left") for name in names]
+    yield ["chinRaise_u", "chinRaise_d", "brow_raise_d", "brow_raise_l", "lip_raise_u", "lip_raise_d"]
+    yield [f"{side}_{what}_{axis}" for side in ("left", "right") for what in ("pupil", "brow") for axis in "xy"]
     yield [f"AU{i:02d}_{end}" for i in range(1, 30) for end in "rc"]
     yield [f"Expressions_{name}_{end}" for name in names for end in ("min", "max")]
     yield [*dict.fromkeys(x for name in names for x in (name, name.removesuffix("Left").removesuffix("Right")))]

@@ -1,9 +1,9 @@
-"""What landmarks are worth: rank, prediction against simulation, repair."""
+"""What landmarks are worth: rank, prediction against simulation, what a further site would bring."""
 
 import numpy as np
 import pytest
 
-from capture_plan.layout.repair import error_gains, prune, rank_gains, repair, site_rows
+from capture_plan.layout.gains import error_gains, rank_gains, site_rows
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.worth import PRIOR_SD, Observation
 
@@ -74,22 +74,3 @@ def test_sites_answer_only_to_mixes_that_nobody_sees(observation, sites):
     gains = rank_gains(observation, A, np.array([0]))
     assert gains[0] == pytest.approx(0, abs=1e-9)
     assert (gains[1:] > 0).all()
-
-
-def test_repair_reaches_the_target_and_full_rank(observation, sites):
-    target = 0.6
-    added = repair(observation, sites, np.array([0]), target_mm=target, spacing=None)
-    worth = observation.worth(sites.members(np.concatenate([[0], added])))
-    assert worth.rank == K
-    assert worth.error_mm <= target
-
-
-def test_repair_stops_where_nothing_more_can_be_had(observation, sites):
-    added = repair(observation, sites, np.array([0]), target_mm=0.0, spacing=None)
-    assert len(added) == 19
-
-
-def test_prune_takes_back_what_nobody_needs(observation, sites):
-    kept = prune(observation, sites, np.array([0]), np.array([4, 5, 6, 7]), target_mm=10.0)
-    assert len(kept) < 4
-    assert observation.worth(sites.members(np.concatenate([[0], kept]))).rank == K

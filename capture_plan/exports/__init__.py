@@ -3,5 +3,6 @@
 from capture_plan.exports.expression_meshes import write_expression_meshes
 from capture_plan.exports.slate import write_slate
 from capture_plan.exports.tables import write_schema, write_tables
+from capture_plan.exports.verify import write_verifier
 
-__all__ = ["write_expression_meshes", "write_schema", "write_slate", "write_tables"]
+__all__ = ["write_expression_meshes", "write_schema", "write_slate", "write_tables", "write_verifier"]

@@ -11,15 +11,19 @@ from capture_plan.plan.record import Plan
 
 
 def write_tables(plan: Plan, folder: Path) -> list[Path]:
-    """One row a landmark (millimetres), one row an expression in the order of shooting."""
+    """One row a landmark (millimetres), one row an expression in the order of shooting.
+
+    Programs take a first line for the heads of columns: that a plan is a draft stands in the files' names.
+    """
+    draft = "-DRAFT" if plan.draft else ""
     expressions = [
         [e.name, e.sentence, " ".join(e.blendshapes), round(100 * e.gain, 2), round(100 * e.covered, 2)]
         for e in plan.packing.expressions
     ]
     shots = ["slate", "actor", "blendshapes", "gain_percent", "covered_percent"]
     return [
-        write_landmarks(plan.layout, folder / "landmarks.csv"),
-        write_rows(folder / "expressions.csv", [shots, *expressions]),
+        write_landmarks(plan.layout, folder / f"landmarks{draft}.csv"),
+        write_rows(folder / f"expressions{draft}.csv", [shots, *expressions]),
     ]
 
 

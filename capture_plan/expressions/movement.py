@@ -180,7 +180,12 @@ def _at(
 
 def _bases(rig: Rig, name: str) -> tuple[str, ...]:
     """What is held besides: a corrective moves nothing by itself."""
-    return tuple(base for of, base in driven(rig, rig.names) if of == name)
+    return tuple(base for of, base in _drivers(rig) if of == name)
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _drivers(rig: Rig) -> tuple[tuple[str, str], ...]:
+    return driven(rig, rig.names)
 
 
 def _place(

@@ -17,6 +17,7 @@ from capture_plan.layout.compare import FREE, MIXES, PLACED, STUDIO, WORN, Compa
 from capture_plan.layout.compare_page import at_noise
 from capture_plan.rig import Rig
 
+MEASURED = "error of weights solved from 0 to 1"
 SHOWN = 34  # landmarks of the layouts on the head and of the curves over noise, or the budget nearest to it
 
 
@@ -45,7 +46,9 @@ def budget_figure(found: Comparison) -> Figure:
         if row.method.startswith("68") and row.method.endswith(PLACED)
     }
     shown = {name: curve for name, curve in curves.items() if curve[0]}
-    return error_against_budget(shown, ours=FREE, noise_mm=found.noises_mm[n], levels=levels)
+    return error_against_budget(
+        shown, ours=FREE, meaning=f"{MEASURED} at {found.noises_mm[n]:g} mm noise, mm (rms)", levels=levels
+    )
 
 
 def noise_figure(found: Comparison) -> Figure:
@@ -55,7 +58,7 @@ def noise_figure(found: Comparison) -> Figure:
     curves: dict[str, Curve] = {
         row.method: (found.noises_mm, [score.rmse_mm for score in row.scores[MIXES]]) for row in rows
     }
-    return error_against_noise(curves, ours=FREE, landmarks=budget)
+    return error_against_noise(curves, ours=FREE, meaning=f"{MEASURED} with M = {budget}, mm (rms)")
 
 
 def heads_figure(found: Comparison, rig: Rig) -> Figure:

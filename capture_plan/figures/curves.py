@@ -38,11 +38,12 @@ def number_against_epsilon(rows: Sequence[EpsilonRow]) -> Figure:
 
 
 def error_against_budget(
-    curves: Mapping[str, Curve], *, ours: str, noise_mm: float, levels: Mapping[str, float] = {}, budget: int = 0
+    curves: Mapping[str, Curve], *, ours: str, meaning: str, levels: Mapping[str, float] = {}, budget: int = 0
 ) -> Figure:
-    """Error (mm) of the skin by number of landmarks; `levels` are layouts with a number of their own: dashed lines."""
+    """An error (mm), which `meaning` says, by number of landmarks; `levels`, dashed lines, are layouts with a number of
+    their own."""
     with house():
-        figure, axes = curve_axes("landmarks M", f"error of the skin at {noise_mm:g} mm noise, mm (rms)")
+        figure, axes = curve_axes("landmarks M", meaning)
         _methods(axes, curves, ours)
         end = max(max(x) for x, _ in curves.values())
         for name, level in levels.items():
@@ -55,12 +56,10 @@ def error_against_budget(
     return figure
 
 
-def error_against_noise(curves: Mapping[str, Curve], *, ours: str, landmarks: int) -> Figure:
-    """Error (mm) of the skin by the noise of a landmark coordinate, for layouts of about as many landmarks."""
+def error_against_noise(curves: Mapping[str, Curve], *, ours: str, meaning: str) -> Figure:
+    """An error (mm), which `meaning` says, by the noise of a landmark coordinate."""
     with house():
-        figure, axes = curve_axes(
-            "noise of a landmark coordinate, mm", f"error of the skin with M = {landmarks}, mm (rms)"
-        )
+        figure, axes = curve_axes("noise of a landmark coordinate, mm", meaning)
         _methods(axes, curves, ours)
         axes.set_ylim(bottom=0)
     return figure

@@ -111,7 +111,7 @@ def discarded(sitter: Sitter, metrics: Mapping[str, Float[np.ndarray, " v"]]) ->
 def seeds(
     sitter: Sitter, layouts: Mapping[str, Sequence[Int[np.ndarray, " _"]]], errors: Mapping[str, Sequence[float]]
 ) -> Figure:
-    """A row a method, a head a seed, with the predicted error (mm): a method that hangs on its start shows it."""
+    """A row a method, a head a seed, with the upper estimate (mm): a method that hangs on its start shows it."""
     return layouts_figure(
         [
             Captioned(sitter, name, f"{error:.2f} mm", vertices)

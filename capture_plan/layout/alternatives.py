@@ -2,7 +2,7 @@
 
 Each next one is the best answer to the same settings that leaves a fifth of the places of every layout before it
 (`wishes.differences`). It counts when it is within 1 % of the first: in the cost of the program for a cover, in number
-and predicted error otherwise, in the error of the take where the first was chosen for one.
+and upper estimate of the error otherwise, in the error of the take where the first was chosen for one.
 """
 
 import numpy as np

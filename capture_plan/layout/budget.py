@@ -1,4 +1,4 @@
-"""The best landmarks that a budget buys: least predicted error, every wish kept, every blendshape on some landmark.
+"""The best landmarks that a budget buys: least upper estimate, every wish kept, every blendshape on some landmark.
 
 Data       s           sites, a[s] = 1 or 2 landmarks each; A_s the rows of the deltas at its members
            c[k, s]     site s is a candidate for blendshape k
@@ -15,10 +15,10 @@ from jaxtyping import Bool, Int
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.limits import Limit
-from capture_plan.layout.multicover import Spacing
 from capture_plan.layout.pivots import Pivots
 from capture_plan.layout.search import Choice, Search
 from capture_plan.layout.sites import Sites
+from capture_plan.layout.spacing import Spacing
 from capture_plan.layout.worth import Observation
 from capture_plan.progress import track
 
@@ -33,7 +33,7 @@ def spend_budget(
     spacing: Spacing | None,
     limits: tuple[Limit, ...] = (),
 ) -> Int[np.ndarray, " m"]:
-    """Sites of at most `budget` landmarks with the least predicted error found, the most telling first.
+    """Sites of at most `budget` landmarks with the least upper estimate of the error found, the most telling first.
 
     `cover` holds sites at the spacing and within the limits that reach every blendshape of `covers`: where the budget
     pays for them, limits are kept, every blendshape keeps a landmark, and the error is at most that of the cover filled
@@ -51,13 +51,13 @@ def spend_budget(
     return np.array(search.in_order(min(ends, key=search.score)), dtype=int)
 
 
-def replan(search: Search, former: Int[np.ndarray, " n"]) -> Int[np.ndarray, " m"]:
+def replan(search: Search, former: Choice) -> Int[np.ndarray, " m"]:
     """The answer to a problem close to one whose answer was `former`, the most telling first.
 
     What keeps the new limits, spacing and budget stays, what breaks them goes, the least missed first; then swaps, and
     no trades of pairs for singles: a person waits for it.
     """
-    end = search.swap_all(search.fill(keepable(search, tuple(former.tolist()))))
+    end = search.swap_all(search.fill(keepable(search, former)))
     return np.array(search.in_order(end), dtype=int)
 
 

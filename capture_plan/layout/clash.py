@@ -10,7 +10,7 @@ from capture_plan.layout.limits import Limit
 from capture_plan.layout.program import Program, UndecidedError, branch, relax
 
 COVERAGE = "a landmark on every blendshape"
-SPACING = "the spacing along the skin"
+SPACING = "the spacing"
 
 
 def clash_words(program: Program) -> str:

@@ -2,11 +2,11 @@
 
 Candidates every vertex of moving skin, hidden or not, as 68 points stand on lip rims too; ours worn, studio and
            Zell22 keep to skin that is seen well enough
-Ours       at every budget M the least predicted error, designed for every noise (any candidate, as the others); the
+Ours       at every budget M the least upper estimate, designed for every noise (any candidate, as the others); the
            best of these polished for the settings' noise on mixes of seeds of its own (`polish`): error-driven, free;
            and as a crew wears it (what a plan gives: mirrored, at the spacing, every blendshape on a landmark); the
            studio layout at the number of landmarks that it settles on itself
-Bound      what no layout of M candidates predicts less than (`relaxation`)
+Bound      the upper estimate that no layout of M candidates is below (`relaxation`)
 Zell22     single set cover of Zell & McDonnell 2022 over epsilon, the paper's weights and fewest landmarks first
 Others     `baselines` at every budget M
 Empirical  the layouts that studios use (`empirical`), placed on this face, and layouts given by vertex number
@@ -55,15 +55,16 @@ MIXES, SINGLES, TAKE = "random mixes", "single blendshapes", "take"
 
 
 class Row(Struct, frozen=True, forbid_unknown_fields=True):
-    """One layout: its vertices, what they tell apart, the predicted error at the noise that ours are designed for,
-    the blendshapes that move none of them by epsilon, and for each performance one score a noise; `lost_mm` is what a
+    """One layout: its vertices, what they tell apart, the upper estimate (`Observation.error`, weights of any size) at
+    the noise that ours are designed for, the blendshapes that move none of them by epsilon, and for each performance
+    one score a noise, of weights solved between 0 and 1 and, beside it, of any size; `lost_mm` is what a
     thin shell that they bend misses of the take, root mean square."""
 
     method: str
     vertices: tuple[int, ...]
     rank: int
     condition: float
-    predicted_mm: float
+    upper_mm: float
     blind: tuple[str, ...]
     scores: dict[str, tuple[Score, ...]]
     lost_mm: float | None = None
@@ -77,7 +78,7 @@ class Row(Struct, frozen=True, forbid_unknown_fields=True):
 class Comparison(Struct, frozen=True, forbid_unknown_fields=True):
     """All layouts of one rig, by number of landmarks; `frames` of every performance; `left_out`: what could not be
     compared, and why; ours are designed for noise `designed_mm`; `lost_mm` is over `take_frames`. No layout of a
-    budget's candidates predicts an error below its bound in `least_mm`, millimetres."""
+    budget's candidates has an upper estimate below its bound in `least_mm`, millimetres."""
 
     rig: str
     blendshapes: int
@@ -177,9 +178,9 @@ def fixed_layouts(face: Face, settings: LayoutSettings, given: dict[str, np.ndar
     return layouts, left_out
 
 
-def least_predicted(noise_mm: float) -> str:
+def least_upper(noise_mm: float) -> str:
     """The name of the layouts that were designed for a noise and nothing else."""
-    return f"ours: least predicted at {noise_mm:g} mm"
+    return f"ours: least upper estimate at {noise_mm:g} mm"
 
 
 def every_site(face: Face) -> Sites:
@@ -203,7 +204,7 @@ def ours(
     }
     polished = polish(search, [tuple(one.tolist()) for one in designed.values()], seed=seed + APART)
     layouts = [(FREE, sites.members(np.array(polished, dtype=int)))]
-    layouts += [(least_predicted(noise), sites.members(chosen)) for noise, chosen in designed.items()]
+    layouts += [(least_upper(noise), sites.members(chosen)) for noise, chosen in designed.items()]
     try:
         return [*layouts, (WORN, error_driven(face, settings, budget))]
     except InfeasibleError:
@@ -220,6 +221,6 @@ def for_take(face: Face, settings: LayoutSettings, budget: int, takes: Takes) ->
 
 
 def error_driven(face: Face, settings: LayoutSettings, budget: int) -> Int[np.ndarray, " m"]:
-    """At most `budget` vertices with the least predicted error found at `settings.noise_mm`, all wishes kept."""
+    """At most `budget` vertices with the least upper estimate found at `settings.noise_mm`, all wishes kept."""
     task = task_of(face, replace(settings, method="budget", budget=budget))
     return task.sites.members(within_budget(task, None)[1])

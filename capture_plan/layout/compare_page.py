@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 
 from capture_plan.layout.baselines import BASELINES
-from capture_plan.layout.compare import MIXES, PLACED, SINGLES, TAKE, Comparison, Row, least_predicted
+from capture_plan.layout.compare import MIXES, PLACED, SINGLES, TAKE, Comparison, Row, least_upper
 
 LOST = "lost"
 
@@ -13,11 +13,13 @@ def comparison_text(found: Comparison) -> str:
     head = [
         f"{found.rig}: {found.blendshapes} blendshapes, {found.candidates:,} vertices of moving skin are "
         "everybody's candidates, hidden ones too; ours worn, studio and Zell22 keep to skin that is seen",
-        "Root mean square error of the skin in millimetres, by noise of a landmark coordinate, over "
-        f"{found.frames[MIXES]} {MIXES}; single: each blendshape alone"
+        "Root mean square error of the skin in millimetres that comes back when weights are solved between 0 and 1, by "
+        f"noise of a landmark coordinate, over {found.frames[MIXES]} {MIXES}; single: each blendshape alone"
         + (f"; take: {found.frames[TAKE]:,} recorded frames" if TAKE in found.frames else ""),
-        f"predicted, unbounded (weights of any size), largest, weights, single, take and worst (largest error of its "
-        f"weight) at {at_noise(found):g} mm",
+        "upper: the estimate that search, budgets and bounds speak of, for weights of any size; unbounded: what comes "
+        "back when weights of any size are solved for",
+        f"upper, unbounded, largest, weights, single, take and worst (largest error of its weight) at "
+        f"{at_noise(found):g} mm",
         *lost_head(found),
         "",
     ]
@@ -49,7 +51,7 @@ def columns(found: Comparison) -> dict[str, Callable[[Row], float]]:
 
     numbers = {f"{noise:g} mm": rmse(MIXES, i) for i, noise in enumerate(found.noises_mm)}
     numbers |= {
-        "predicted": lambda row: row.predicted_mm,
+        "upper": lambda row: row.upper_mm,
         "unbounded": lambda row: row.scores[MIXES][n].unbounded.rmse_mm,
         "largest": lambda row: row.scores[MIXES][n].max_mm,
         "weights": lambda row: row.scores[MIXES][n].weight_mae,
@@ -126,13 +128,13 @@ def least_lost(found: Comparison, budget: int) -> list[str]:
 
 
 def from_the_best(found: Comparison, budget: int, least_mm: float) -> list[str]:
-    """How far the least predicted error of a budget can be from the best, by the proved bound."""
-    name = least_predicted(found.designed_mm)
-    error = next((row.predicted_mm for row in found.rows if (row.method, row.landmarks) == (name, budget)), None)
+    """How far the least upper estimate of a budget can be from the best, by the proved bound."""
+    name = least_upper(found.designed_mm)
+    error = next((row.upper_mm for row in found.rows if (row.method, row.landmarks) == (name, budget)), None)
     if error is None or not least_mm:
         return []
     return [
-        f"M = {budget}: no layout predicts less than {least_mm:.3f} mm at {found.designed_mm:g} mm noise; "
+        f"M = {budget}: no layout has an upper estimate below {least_mm:.3f} mm at {found.designed_mm:g} mm noise; "
         f"ours {error:.3f} mm, at most {error / least_mm - 1:.1%} from the best"
     ]
 

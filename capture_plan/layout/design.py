@@ -12,14 +12,14 @@ from jaxtyping import Int
 from msgspec.structs import replace
 
 from capture_plan.layout.cover import dual_prices
-from capture_plan.layout.face import SIXTY_EIGHT, Face
-from capture_plan.layout.follow import SINGLE_COVER, Decided, Solved, follow, points_of
+from capture_plan.layout.face import Face
+from capture_plan.layout.follow import SINGLE_COVER, Decided, Solved, follow, most_of, points_of, target_of
 from capture_plan.layout.head_choice import choose_head_markers
 from capture_plan.layout.methods import choose
 from capture_plan.layout.multicover import best_cover
 from capture_plan.layout.record import Bound, ErrorBound, Layout
 from capture_plan.layout.relaxation import error_bound
-from capture_plan.layout.settings import LayoutSettings
+from capture_plan.layout.settings import BY_ERROR, LayoutSettings, Method
 from capture_plan.layout.shell.takes import Takes
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.task import NOTHING, Task, task_of
@@ -47,9 +47,7 @@ def design_layout(
         head = choose_head_markers(face, settings, task.sites, task.limits, task.reachable)
         task = task.beside(head)
     known = points_of(face) | {SINGLE_COVER: papers_cover(face, settings)}
-    target_mm = settings.noise_mm
-    if SIXTY_EIGHT in known:
-        target_mm = task.observation.worth(known[SIXTY_EIGHT]).error_mm
+    _, target_mm = target_of({name: task.observation.worth(at) for name, at in known.items()})
     method, rounds, added = choose(task, target_mm, former, takes)
     decided = Decided(
         method=method,
@@ -58,15 +56,16 @@ def design_layout(
         head=head,
         known=known,
         certificate=certify(task),
-        error_bound=bound_of(task, former) if method == "budget" else None,
+        error_bound=bound_of(task, method, int(task.sites.size[added].sum()), former),
     )
     return follow(task, decided, takes)
 
 
-def bound_of(task: Task, former: Layout | None) -> ErrorBound:
-    """The least error that any layout of the budget under the wishes could predict."""
-    budget = task.settings.budget or task.settings.number
-    assert budget is not None, "a budget was spent"
+def bound_of(task: Task, method: Method, landmarks: int, former: Layout | None) -> ErrorBound | None:
+    """The least error that any layout of the budget, or of as many landmarks, could predict under the wishes."""
+    if method not in BY_ERROR:
+        return None
+    budget = most_of(task.settings, method, landmarks)
     near = former.error_bound if former else None
     return error_bound(task.observation, task.sites, budget=budget, limits=task.limits, former=near)
 

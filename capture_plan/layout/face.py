@@ -14,7 +14,7 @@ from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites, mirrored_sites, moving, single_sites
 from capture_plan.layout.spacing import Spacing
 from capture_plan.layout.worth import Observation
-from capture_plan.mesh import near_table, surface_graph
+from capture_plan.mesh import straight_table, surface_graph
 from capture_plan.mesh.mirror import mirror_map
 from capture_plan.rig import Rig
 from capture_plan.rig.painted import painted_zone
@@ -182,9 +182,11 @@ class Face:
         return surface_graph(self.rig.neutral, skin)
 
     def near(self, radius_mm: float) -> csr_array:
-        """`near_table` of the skin, remembered for the radii that were asked for."""
+        """`straight_table` of the skin, remembered for the radii that were asked for: lips and lids that lie far apart
+        along the skin are neighbours."""
         if radius_mm not in self._near:
-            self._near[radius_mm] = near_table(self.graph, self.rig.neutral, radius_mm)
+            on_skin = np.flatnonzero(np.diff(self.graph.indptr))
+            self._near[radius_mm] = straight_table(self.rig.neutral, on_skin, radius_mm)
         return self._near[radius_mm]
 
     @cached_property

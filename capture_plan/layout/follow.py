@@ -4,18 +4,22 @@ The planner writes a layout through here, and the check takes the decisions out 
 again: nothing in a plan can then say what its decisions do not mean on this rig.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 
 import numpy as np
 from jaxtyping import Int
 from msgspec import structs
 from msgspec.structs import replace
 
+from capture_plan.layout.baselines import candidates, farthest_points
 from capture_plan.layout.by_motion import fit_of
 from capture_plan.layout.face import SIXTY_EIGHT, Face
 from capture_plan.layout.head import pose_error
 from capture_plan.layout.naming import name_head_markers, name_landmarks
-from capture_plan.layout.record import Bound, ErrorBound, HeadPose, Layout, MotionFit, Program, Reference
+from capture_plan.layout.predict import Performance, performances, predictions
+from capture_plan.layout.record import Bound, ErrorBound, HeadPose, Layout, MotionFit, Program, Reference, Worth
 from capture_plan.layout.rounds import RESOLUTION, costs, to_cover
 from capture_plan.layout.settings import ORDERED, LayoutSettings, Method
 from capture_plan.layout.shell.takes import Takes
@@ -26,6 +30,9 @@ from capture_plan.layout.worth import Observation, error_against_budget
 from capture_plan.rig import Rig
 
 SINGLE_COVER = "single set cover"
+EVEN = "dots spread evenly"
+TARGETS = (SIXTY_EIGHT, EVEN)
+USUAL = 68  # points that people are used to
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +47,8 @@ class Solved:
 class Decided:
     """What solvers and searches decided.
 
-    `programs` choose the landmarks, but for what a repair adds in `further`; under a budget or for a take all stand in
-    `further`, from the most telling to the first to be spared. `head` and `known`, other layouts by name, are vertices.
+    `programs` choose the landmarks, or all stand in `further`, from the most telling to the first to be spared, where
+    the method chooses them as one set. `head` and `known`, other layouts by name, are vertices.
     `certificate` and `error_bound` are as in `Layout`.
     """
 
@@ -70,9 +77,10 @@ def follow(task: Task, decided: Decided, takes: Takes | None = None) -> Layout:
     chosen = decided.chosen
     numbers = [n for n, program in enumerate(decided.rounds) for _ in program.sites] + [None] * len(decided.further)
     order, round_of = _in_order(face.rig, sites, chosen, numbers)
-    landmarks = name_landmarks(face, settings, order, round_of, decided.method)
+    landmarks = name_landmarks(face, settings, order, round_of)
     told = sites.members(chosen) if decided.method in ORDERED else order[:0]
     name_at = {m.vertex: m.name for m in landmarks}
+    given = performances(observation, takes)
     covered = sites.covers(settings.epsilon)[:, chosen].any(axis=1)
     return Layout(
         method=decided.method,
@@ -81,13 +89,14 @@ def follow(task: Task, decided: Decided, takes: Takes | None = None) -> Layout:
         certificate=decided.certificate,
         uncovered=tuple(face.used[k] for k in np.flatnonzero(~covered)),
         worth=observation.worth(order),
-        references={name: reference(observation, at) for name, at in decided.known.items()},
+        references={name: reference(observation, at, given) for name, at in decided.known.items()},
         head=name_head_markers(face, settings, decided.head),
         head_pose=head_pose(face, decided.head, settings.noise_mm) if len(decided.head) else None,
         order=tuple(name_at[vertex] for vertex in told.tolist()),
         curve_mm=tuple(np.round(error_against_budget(observation, told), 4).tolist()),
         error_bound=decided.error_bound,
         motion=motion_fit(face, takes, order, told, decided.known) if takes else None,
+        predictions=predictions(observation, order, given),
     )
 
 
@@ -125,15 +134,31 @@ def in_order(certificate: Bound, used: tuple[str, ...]) -> Bound:
     return Bound(named, tuple(prices[name] for name in named), certificate.landmarks)
 
 
-def points_of(face: Face) -> dict[str, Int[np.ndarray, "68"]]:
-    """Vertices of 68 points, where the face has eyes and mouth to lay them on."""
-    return {} if face.points68 is None else {SIXTY_EIGHT: face.points68}
+def points_of(face: Face) -> dict[str, Int[np.ndarray, " _"]]:
+    """Vertices of 68 points, where the face has eyes and mouth to lay them on, and of as many dots spread evenly."""
+    among = candidates(face)
+    even = farthest_points(among, min(USUAL, len(among.vertices)), seed=0)
+    return ({} if face.points68 is None else {SIXTY_EIGHT: face.points68}) | {EVEN: even}
 
 
-def reference(observation: Observation, vertices: Int[np.ndarray, " m"]) -> Reference:
-    """Another layout, and what it is worth."""
+def target_of(references: Mapping[str, Worth]) -> tuple[str, float]:
+    """The layout that ours has to equal, by name, and its error, mm: the better of 68 points and of dots spread evenly.
+
+    Points that tell less than dots anywhere lie wrong on this face and are no target.
+    """
+    return min(((name, references[name].error_mm) for name in TARGETS if name in references), key=itemgetter(1))
+
+
+def most_of(settings: LayoutSettings, method: Method, landmarks: int) -> int:
+    """How many landmarks the error bound of a layout speaks of: its budget, or as many as it has."""
+    return (settings.budget or settings.number or landmarks) if method == "budget" else landmarks
+
+
+def reference(observation: Observation, vertices: Int[np.ndarray, " m"], given: Sequence[Performance]) -> Reference:
+    """Another layout, what it is worth, and the error to expect of some performances."""
     worth = observation.worth(vertices)
-    return Reference(**structs.asdict(worth), vertices=tuple(vertices.tolist()))
+    expected = predictions(observation, vertices, given)
+    return Reference(**structs.asdict(worth), vertices=tuple(vertices.tolist()), predictions=expected)
 
 
 def head_pose(face: Face, head: Int[np.ndarray, " h"], noise_mm: float) -> HeadPose:
@@ -155,7 +180,7 @@ def motion_fit(
 
 def rows_of(task: Task, decided: Decided) -> list[Int[np.ndarray, " r"]]:
     """The blendshapes that every program is about: all that can be reached, or in later rounds what is crowded."""
-    if decided.method not in ("adaptive", "studio"):
+    if decided.method != "adaptive":
         return [task.reachable] * len(decided.programs)
     found, chosen = [], NOTHING
     for program in decided.programs:

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import see_face
-from capture_plan.layout.record import Landmark, Layout
+from capture_plan.layout.record import Landmark, Layout, Prediction
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.shell.takes import takes_of
 from capture_plan.rig import Rig
@@ -33,7 +33,19 @@ def layout_from_take(
         InfeasibleError: the settings cannot be kept.
     """
     rig, coarse = stand_in_rig(sequence, triangles=triangles, skin=skin)
-    return design_layout(see_face(rig, rig.names), settings, takes=takes_of(rig, [coarse])), rig
+    layout = design_layout(see_face(rig, rig.names), settings, takes=takes_of(rig, [coarse]))
+    return replace(
+        layout,
+        predictions=of_takes(layout.predictions),
+        references={
+            name: replace(one, predictions=of_takes(one.predictions)) for name, one in layout.references.items()
+        },
+    ), rig
+
+
+def of_takes(predictions: tuple[Prediction, ...]) -> tuple[Prediction, ...]:
+    """Without mixes of blendshapes, which are frames here: nobody performs some of them at once."""
+    return tuple(one for one in predictions if one.beyond_mm is not None)
 
 
 def on_scan(layout: Layout, sequence: Sequence) -> Layout:

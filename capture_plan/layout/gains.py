@@ -17,8 +17,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float, Int
 
-from capture_plan.layout.repair import times
-from capture_plan.layout.worth import Observation
+from capture_plan.layout.sites import Sites
+from capture_plan.layout.worth import RANK_TOLERANCE, Observation
 
 BLOCK = 512  # sites at a time: their products stay in the cache
 
@@ -113,3 +113,39 @@ def gains_at(observation: Observation, A: Float[np.ndarray, "s r k"], C: Float[n
 def traces(S: Float[np.ndarray, "n r r"], H: Float[np.ndarray, "n r r"]) -> Float[np.ndarray, " n"]:
     """trace(S^-1 H) of each."""
     return np.trace(np.linalg.solve(S, H), axis1=1, axis2=2)
+
+
+def site_rows(sites: Sites, deltas: Float[np.ndarray, "k v 3"]) -> Float[np.ndarray, "s r k"]:
+    """A: the deltas at both members of every site, zeros for the second of a single; 3 rows where all are singles."""
+    count = sites.size.max()
+    A = np.moveaxis(deltas[:, sites.vertices[:, :count]], 0, 3).reshape(len(sites.vertices), 3 * count, -1)
+    A = A.astype(np.float64)
+    A[sites.size == 1, 3:] = 0
+    return A
+
+
+def error_gains(
+    observation: Observation, A: Float[np.ndarray, "s r k"], C: Float[np.ndarray, "k k"]
+) -> Float[np.ndarray, " s"]:
+    """By how much each site would lower trace(G C), square millimetres."""
+    P = times(A, C)
+    S = P @ A.transpose(0, 2, 1) + observation.noise_mm**2 * np.eye(A.shape[1])
+    return np.trace(np.linalg.solve(S, times(P, observation.gram) @ P.transpose(0, 2, 1)), axis1=1, axis2=2)
+
+
+def rank_gains(
+    observation: Observation, A: Float[np.ndarray, "s r k"], vertices: Int[np.ndarray, " m"]
+) -> Float[np.ndarray, " s"]:
+    """How strongly each site answers to the mixes that `vertices` do not see, square millimetres."""
+    _, sigma, V = np.linalg.svd(observation.response(vertices), full_matrices=True)
+    seen = (sigma > RANK_TOLERANCE * sigma[0]).sum()
+    if seen >= observation.full_rank:
+        return np.zeros(len(A))
+    visible_mixes = np.linalg.eigh(observation.gram)[1][:, -observation.full_rank :]
+    unseen = V[seen:] @ visible_mixes @ visible_mixes.T
+    return np.sum(times(A, unseen.T) ** 2, axis=(1, 2))
+
+
+def times(rows: Float[np.ndarray, "s r k"], matrix: Float[np.ndarray, "k j"]) -> Float[np.ndarray, "s r j"]:
+    """One large product instead of s small ones."""
+    return (rows.reshape(-1, rows.shape[2]) @ matrix).reshape(*rows.shape[:2], -1)

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_plan.errors import PlanError
+from capture_plan.layout.dots import vertices_of
 from capture_plan.rig import Rig
 from capture_plan.rig.sequence import Sequence
 from capture_plan.rig.sequence.frames import PosedFrames
@@ -23,13 +24,16 @@ def read_layouts(path: Path, rig: Rig) -> dict[str, np.ndarray]:
         PlanError: the file cannot be read, is no such table, or names a vertex that the rig does not have.
     """
     try:
-        listed = msgspec.json.decode(path.read_bytes(), type=dict[str, list[int]])
+        listed = msgspec.json.decode(path.read_bytes(), type=dict[str, list[int | str]])
     except OSError as error:
         raise PlanError(f"{path} cannot be read ({error.strerror}): give a JSON file of layouts") from None
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise PlanError(f'{path} is not a JSON file of layouts ({error}): write {{"name": [vertex, ...]}}') from None
     layouts = {}
-    for name, sources in listed.items():
+    for name, words in listed.items():
+        sources = [
+            vertices_of([one], {}, what=f"{path}: '{name}'")[0] if isinstance(one, str) else one for one in words
+        ]
         if not sources:
             raise PlanError(f"{path}: '{name}' has no vertices: list at least one")
         if missing := [source for source in sources if source not in rig.vertex_of]:

@@ -3,8 +3,8 @@
 cover              one exact program
 trivial, distance  the same with several sites for every blendshape: next to each other, at the spacing
 adaptive           cover, take away what is chosen, cover again what is crowded (`multicover`)
-studio             adaptive, then repaired to full rank and to a target error (`repair`); within a budget, if one binds
-budget             the least predicted error that so many landmarks buy (`budget`)
+studio             the fewest landmarks that tell as much as they should (`studio`); within a budget, if one binds
+budget             the least upper estimate that so many landmarks buy (`budget`)
 motion             the least error of a recorded take (`by_motion`)
 """
 
@@ -15,23 +15,23 @@ from jaxtyping import Int
 from msgspec.structs import replace
 
 from capture_plan.errors import InfeasibleError
-from capture_plan.layout.budget import replan, spend_budget
+from capture_plan.layout.budget import keepable, replan, spend_budget
 from capture_plan.layout.by_motion import sites_for
 from capture_plan.layout.cover import Cover
 from capture_plan.layout.multicover import adaptive_cover, best_cover
 from capture_plan.layout.record import Layout
-from capture_plan.layout.repair import repair
-from capture_plan.layout.search import Search
+from capture_plan.layout.search import Choice, Search
 from capture_plan.layout.settings import Method, Weights
 from capture_plan.layout.shell.takes import Takes
 from capture_plan.layout.spacing import Spacing
+from capture_plan.layout.studio import ceiling, fewest
 from capture_plan.layout.task import NOTHING, Task
 
 
 def choose(
     task: Task, target_mm: float, former: Layout | None, takes: Takes | None
 ) -> tuple[Method, list[Cover], Int[np.ndarray, " a"]]:
-    """The method that answers, its covers, and the sites that a repair, a budget or a take chose.
+    """The method that answers, its covers, and the sites chosen as one set.
 
     Raises:
         InfeasibleError: the wishes clash, or a take is asked for that is not there.
@@ -47,14 +47,12 @@ def choose(
         return "cover", [cover_of(task, settings.weights)], NOTHING
     if settings.method in ("trivial", "distance"):
         return settings.method, [multiple_cover(task)], NOTHING
-    rounds = adaptive_cover(task.sites, settings, task.spacing, task.limits)
     if settings.method == "adaptive":
-        return "adaptive", rounds, NOTHING
-    chosen = np.concatenate([cover.chosen for cover in rounds])
-    added = repair(task.observation, task.sites, chosen, target_mm=target_mm, spacing=task.spacing, limits=task.limits)
-    if settings.budget and task.sites.size[np.concatenate([chosen, added])].sum() >= settings.budget:
+        return "adaptive", adaptive_cover(task.sites, settings, task.spacing, task.limits), NOTHING
+    cover, chosen = enough_for(task, target_mm, former)
+    if settings.budget and task.sites.size[chosen].sum() >= settings.budget:
         return "budget", *within_budget(task, former)  # a budget that binds is better spent as a whole
-    return "studio", rounds, added
+    return "studio", [cover], chosen
 
 
 def cover_of(task: Task, weights: Weights, *, demand: Int[np.ndarray, " r"] | int = 1) -> Cover:
@@ -83,24 +81,43 @@ def room_for(spacing: Spacing | None, candidates: Int[np.ndarray, " n"], most: i
     return count
 
 
+def enough_for(task: Task, target_mm: float, former: Layout | None) -> tuple[Cover, Int[np.ndarray, " n"]]:
+    """The fewest landmarks of a cover under all wishes, and as few sites as were found that reach the target."""
+    cover, start = cover_of(task, "count"), cover_of(task, "lexicographic").chosen
+    most = ceiling(int(task.sites.size[cover.chosen].sum()), task.observation.full_rank)
+    search = search_of(task, most)
+    if former:
+        kept = keepable(search, sites_in(task, former))
+        start = start if search.uncovered(kept) else kept
+    return cover, np.array(fewest(search, tuple(np.array(start).tolist()), target_mm), dtype=int)
+
+
+def search_of(task: Task, budget: int, *, covered: bool = True) -> Search:
+    """The search for a budget; with `covered`, every blendshape that can be reached keeps a landmark."""
+    covers = task.sites.covers(task.settings.epsilon)[task.reachable]
+    return Search(task.observation, task.sites, covers if covered else covers[:0], task.spacing, budget, task.limits)
+
+
+def sites_in(task: Task, former: Layout) -> Choice:
+    """The sites of a former layout's landmarks."""
+    kept = [m.vertex for m in former.landmarks]
+    return tuple(np.flatnonzero(np.isin(task.sites.vertices, kept).any(axis=1)).tolist())
+
+
 def within_budget(task: Task, former: Layout | None) -> tuple[list[Cover], Int[np.ndarray, " n"]]:
     """The fewest landmarks of a cover under all wishes where the budget pays for them, and the sites that it buys."""
     budget = task.settings.budget or task.settings.number
     assert budget is not None, "settings of this method carry a budget"
     fewest = cover_of(task, "count")
     affordable = [fewest] if task.sites.size[fewest.chosen].sum() <= budget else []
-    covers = task.sites.covers(task.settings.epsilon)[task.reachable]
+    search = search_of(task, budget, covered=bool(affordable))
     if former:
-        kept = [m.vertex for m in former.landmarks]
-        search = Search(
-            task.observation, task.sites, covers if affordable else covers[:0], task.spacing, budget, task.limits
-        )
-        return affordable, replan(search, np.flatnonzero(np.isin(task.sites.vertices, kept).any(axis=1)))
+        return affordable, replan(search, sites_in(task, former))
     start = cover_of(task, "lexicographic")
     chosen = spend_budget(
         task.observation,
         task.sites,
-        covers,
+        task.sites.covers(task.settings.epsilon)[task.reachable],
         start.chosen,
         budget=budget,
         spacing=task.spacing,

@@ -9,20 +9,19 @@ from jaxtyping import Int
 from capture_plan.layout.face import Face
 from capture_plan.layout.quality import importance_weights
 from capture_plan.layout.record import Landmark, Role, Side, View
-from capture_plan.layout.settings import ORDERED, LayoutSettings, Method
+from capture_plan.layout.settings import LayoutSettings
 
 SIDES: dict[int, Side] = {1: "left", 0: "middle", -1: "right"}
-ROLES: dict[int | None, Role] = {0: "primary", None: "repair"}
-BOUGHT: dict[int | None, Role] = {None: "primary"}
+FIRST = (0, None)  # the first program, or all landmarks as one set
 HEAD: Role = "head"
 
 
 def name_landmarks(
-    face: Face, settings: LayoutSettings, vertices: Int[np.ndarray, " m"], rounds: list[int | None], method: Method
+    face: Face, settings: LayoutSettings, vertices: Int[np.ndarray, " m"], rounds: list[int | None]
 ) -> tuple[Landmark, ...]:
     """A record for each of `vertices`, in their order; `rounds[m]` is the program that chose it."""
-    roles = BOUGHT if method in ORDERED else ROLES
-    return _records(face, settings, vertices, rounds, [roles.get(number, "backup") for number in rounds], "M")
+    roles: list[Role] = ["primary" if number in FIRST else "backup" for number in rounds]
+    return _records(face, settings, vertices, rounds, roles, "M")
 
 
 def name_head_markers(face: Face, settings: LayoutSettings, vertices: Int[np.ndarray, " m"]) -> tuple[Landmark, ...]:

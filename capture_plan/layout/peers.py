@@ -69,13 +69,13 @@ def placed_points(face: Face) -> Layouts:
         return {}
 
 
-def predicted_errors(observation: Observation, layouts: Layouts) -> dict[str, float]:
-    """Predicted error of the skin, mm (rms), by layout."""
+def upper_estimates(observation: Observation, layouts: Layouts) -> dict[str, float]:
+    """Upper estimate of the error of the skin (`Observation.error`), mm (rms), by layout."""
     return {name: observation.error(observation.covariance(vertices)) for name, vertices in layouts.items()}
 
 
 def blendshape_errors(observation: Observation, vertices: Int[np.ndarray, " m"]) -> Float[np.ndarray, " k"]:
-    """Predicted error of the skin, mm (rms), from the uncertainty of each weight alone."""
+    """Upper estimate of the error of the skin, mm (rms), from the uncertainty of each weight alone."""
     return np.sqrt(np.diag(observation.gram) * np.diag(observation.covariance(vertices)))
 
 

@@ -7,7 +7,7 @@ Data       w[t]      mixes of the kind that a performance is made of (`random_mi
 Model      min  mean_t trace(G C_t)   by swaps that keep what `search` keeps, F_t found anew every round
 Answer     of all rounds the layout whose weights, solved for in other mixes, give back the skin best
 
-The predicted error of `worth` knows nothing of bounds: it counts what the solver would never confuse. Rivals of a site
+The upper estimate of `worth` knows nothing of bounds: it counts what the solver would never confuse. Rivals of a site
 are screened by that error first, then by some of the mixes, then by all.
 """
 

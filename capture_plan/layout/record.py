@@ -7,7 +7,7 @@ from msgspec import Struct
 from capture_plan.layout.settings import Method
 
 Side = Literal["left", "right", "middle"]
-Role = Literal["primary", "backup", "repair", "head"]
+Role = Literal["primary", "backup", "head"]
 
 
 class View(Struct, frozen=True, forbid_unknown_fields=True):
@@ -26,7 +26,7 @@ class Landmark(Struct, frozen=True, forbid_unknown_fields=True):
     that give it back; `source_vertex` is the vertex number in the artist's file; `blendshapes` are those that move
     it by at least epsilon of their own maximum; `quality` is the mean weight w of Zell & McDonnell 2022 eq. 1 over
     them (0 best, 2 worst); `visibility` is the share of the hemisphere (or of the cameras) that sees it, 0 to 1;
-    `round` is the index in `Layout.programs` of the program that chose it, none for what a repair or a budget added.
+    `round` is the index in `Layout.programs` of the program that chose it, none where all were chosen as one set.
     `views` has one entry for every known camera.
     """
 
@@ -70,8 +70,8 @@ class Bound(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class ErrorBound(Struct, frozen=True, forbid_unknown_fields=True):
-    """No layout predicts less than `error_mm`, millimetres. The certificate: shares of sites, each named by its first
-    vertex, at which `relaxation.bound_from` gives this bound."""
+    """No layout has an upper estimate (`Worth.error_mm`) below `error_mm`, millimetres. The certificate: shares of
+    sites, each named by its first vertex, at which `relaxation.bound_from` gives this bound."""
 
     error_mm: float
     vertices: tuple[int, ...]
@@ -82,8 +82,10 @@ class Worth(Struct, frozen=True, forbid_unknown_fields=True):
     """What landmarks tell about the blendshape weights, beside how many they are.
 
     `rank` of `full_rank`: blendshape mixes that the landmarks tell apart, of those that the rig itself can tell apart.
-    `condition` is of the landmark response restricted to its rank. `error_mm` is the predicted root mean square error
-    of the skin, millimetres, when each landmark coordinate is measured with noise of standard deviation `noise_mm`.
+    `condition` is of the landmark response restricted to its rank. `error_mm` is the upper estimate, the root mean
+    square error of the skin, millimetres, when each landmark coordinate is measured with noise of standard deviation
+    `noise_mm` and weights of any size and sign are solved for. Search, budgets and bounds speak of it; what a solve
+    between 0 and 1 gives is a `Prediction`.
     """
 
     landmarks: int
@@ -94,10 +96,30 @@ class Worth(Struct, frozen=True, forbid_unknown_fields=True):
     error_mm: float
 
 
+class Prediction(Struct, frozen=True, forbid_unknown_fields=True):
+    """The root mean square error of the skin to expect when weights are solved between 0 and 1 from landmarks measured
+    with noise `noise_mm`, by a seeded simulation of one `performance`; lengths in millimetres.
+
+    `performance` says what is performed, or names a take. 5 % of frames have less error than `low_mm` and 5 % more
+    than `high_mm`; `standard_error_mm` is that of `error_mm`. `beyond_mm` is what the rig cannot show of a take: it is
+    part of `error_mm` and left even where all of the skin is measured without noise; None where no take is performed.
+    """
+
+    performance: str
+    noise_mm: float
+    error_mm: float
+    low_mm: float
+    high_mm: float
+    standard_error_mm: float
+    beyond_mm: float | None = None
+
+
 class Reference(Worth, frozen=True, forbid_unknown_fields=True):
-    """Another layout of the same face, and what it is worth. Landmarks that fall on one vertex stand there once."""
+    """Another layout of the same face, what it is worth, and the errors to expect as in `Layout.predictions`. Landmarks
+    that fall on one vertex stand there once."""
 
     vertices: tuple[int, ...]
+    predictions: tuple[Prediction, ...] = ()
 
 
 class Program(Struct, frozen=True, forbid_unknown_fields=True):
@@ -150,14 +172,15 @@ class MotionFit(Struct, frozen=True, forbid_unknown_fields=True):
 class Layout(Struct, frozen=True, forbid_unknown_fields=True):
     """A set of landmarks, what the programs that chose them proved, and what they are worth.
 
-    `certificate` proves how many landmarks any cover of these candidates needs at least. Under a budget the program is
-    the fewest landmarks of any cover at the spacing, where the budget pays for them; under a budget and for a take,
-    `order` names the landmarks from the most telling to the first to be spared, and `curve_mm` is the predicted error
-    with the first 1, 2, ... of them, millimetres. `uncovered` are blendshapes that no landmark stands for. `head` are
-    the markers that the head's own motion is taken from, `head_pose` what they are worth, where any were asked for.
-    `error_bound` is the least error that any layout of the budget could predict. `references` are other layouts of the
-    same face under the same noise, by name: the paper's single cover, 68 points. `motion` is what a recorded take loses
-    by this layout, where one is known.
+    `certificate` proves how many landmarks any cover of these candidates needs at least. Of `settings.ORDERED` methods
+    the program is the fewest landmarks of any cover at the spacing, where a budget pays for them; `order` names the
+    landmarks from the most telling to the first to be spared, and `curve_mm` is the upper estimate with the first
+    1, 2, ... of them, millimetres. `uncovered` are blendshapes that no landmark stands for. `head` are the markers that
+    the head's own motion is taken from, `head_pose` what they are worth, where any were asked for. `error_bound` is the
+    least upper estimate that any layout of the budget, or of as many landmarks, could have. `references` are other
+    layouts of the same face under the same noise, by name: the paper's single cover, 68 points, dots spread evenly.
+    `motion` is what a recorded take loses by this layout, where one is known. `predictions` are the errors to expect of
+    weights solved between 0 and 1, for made-up performances and for every take.
     """
 
     method: Method
@@ -173,6 +196,7 @@ class Layout(Struct, frozen=True, forbid_unknown_fields=True):
     curve_mm: tuple[float, ...] = ()
     error_bound: ErrorBound | None = None
     motion: MotionFit | None = None
+    predictions: tuple[Prediction, ...] = ()
 
     @property
     def markers(self) -> tuple[Landmark, ...]:

@@ -20,9 +20,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from capture_plan.layout.gains import site_rows, times
 from capture_plan.layout.limits import Limit
 from capture_plan.layout.record import ErrorBound
-from capture_plan.layout.repair import site_rows, times
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.worth import PRIOR_SD, Observation
 
@@ -90,8 +90,8 @@ def error_bound(
     limits: tuple[Limit, ...] = (),
     former: ErrorBound | None = None,
 ) -> ErrorBound:
-    """What no layout of at most `budget` landmarks on these sites predicts less than; `former` is a certificate of a
-    problem close to this one, from whose shares the search starts."""
+    """The upper estimate that no layout of at most `budget` landmarks on these sites is below; `former` is a
+    certificate of a problem close to this one, from whose shares the search starts."""
     relaxed = relax(observation, sites, budget, limits)
     start = np.ones(len(sites.size)) if former is None else shares_of(sites, former)
     lam = brief(relaxed, best_shares(relaxed, relaxed.scaled(start)))

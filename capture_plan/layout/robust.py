@@ -3,7 +3,7 @@
 Letters    A_m, A   deltas of landmark m and of a place beside it (3 k), D = A - A_m;  B, C, G, sigma, tau as in `worth`
 Lost       error'^2 = error^2 + trace(S^-1 A C G C A^T),   S = sigma^2 I - A C A^T,
            A being the three rows of one landmark or the six of two, so that C' = C + C A^T S^-1 A C
-Measured   the solver knows where the dot sits: landmark m is lost and one at the new place added (see `repair`)
+Measured   the solver knows where the dot sits: landmark m is lost and one at the new place added (see `gains`)
 Unnoticed  the solver takes the dot for one at its place, answers C B^T y / sigma^2 to y = (B + D) w + noise, and
            error'^2 = error^2 - (2 / sigma^2) trace(D C G C A_m^T) + (tau^2 / sigma^4) trace(D D^T A_m C G C A_m^T)
 """
@@ -15,10 +15,10 @@ from jaxtyping import Bool, Float, Int
 from msgspec import Struct
 
 from capture_plan.layout.chart import Chart, in_words
-from capture_plan.layout.repair import error_gains
+from capture_plan.layout.gains import error_gains
 from capture_plan.layout.worth import PRIOR_SD, Observation
 
-GROWTH = 1.1  # the predicted error may grow by a tenth
+GROWTH = 1.1  # the upper estimate may grow by a tenth
 REACH_MM, STEP_MM, DIRECTIONS = 15.0, 0.5, 16  # places that are tried around a landmark
 DOT_MM = 4.0  # a substitute stands clear of the spot: dots are 3 to 4 mm wide
 
@@ -45,7 +45,7 @@ class Tolerance(Struct, frozen=True):
 
 
 class Substitute(Struct, frozen=True):
-    """The nearest other place that loses no blendshape and keeps the predicted error within `GROWTH`."""
+    """The nearest other place that loses no blendshape and keeps the upper estimate within `GROWTH`."""
 
     vertex: int
     distance_mm: float
@@ -93,7 +93,7 @@ def unnoticed_error(
     A_m: Float[np.ndarray, "3 k"],
     A: Float[np.ndarray, "p 3 k"],
 ) -> Float[np.ndarray, " p"]:
-    """Predicted error with the dot at each place while the solver takes it for one at its own, millimetres."""
+    """Upper estimate with the dot at each place while the solver takes it for one at its own, millimetres."""
     sigma, tau = observation.noise_mm, PRIOR_SD
     D = A - A_m
     ACGC = A_m @ C @ observation.gram @ C
@@ -109,7 +109,7 @@ def measured_error(
     A_m: Float[np.ndarray, "3 k"],
     A: Float[np.ndarray, "p 3 k"],
 ) -> Float[np.ndarray, " p"]:
-    """Predicted error with the dot at each place when the solver is told, millimetres."""
+    """Upper estimate of the error with the dot at each place when the solver is told, millimetres."""
     AC = A_m @ C
     # C' = C + C A^T S^-1 A C
     without = C + AC.T @ np.linalg.solve(observation.noise_mm**2 * np.eye(3) - AC @ A_m.T, AC)

@@ -17,11 +17,10 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from capture_plan.layout.gains import Gains, gains_at
+from capture_plan.layout.gains import Gains, gains_at, site_rows
 from capture_plan.layout.limits import Limit, open_under
-from capture_plan.layout.multicover import Spacing
-from capture_plan.layout.repair import site_rows
 from capture_plan.layout.sites import Sites
+from capture_plan.layout.spacing import Spacing
 from capture_plan.layout.worth import Observation
 
 FEW = 60  # rivals of each chosen site: swaps among a few hundred sites cost a tenth

@@ -12,30 +12,34 @@ Length = Annotated[float, Meta(ge=0)]
 Method = Literal["studio", "adaptive", "trivial", "distance", "cover", "budget", "motion"]
 Weights = Literal["lexicographic", "paper", "count"]
 
-ORDERED = ("budget", "motion")  # methods that choose all landmarks as one set, whose order tells which to spare
+BUDGETED = ("budget", "motion")  # methods that are given the number of landmarks
+BY_ERROR = ("studio", "budget")  # methods that look for the least predicted error
+ORDERED = ("studio", *BUDGETED)  # methods that choose all landmarks as one set, whose order tells which to spare
 
 
 class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Lengths in millimetres, shares from 0 to 1.
 
-    `method`: `studio` is adaptive multi-cover repaired to full rank and to the error of a 68-point layout (where the
-    rig has no face to lay 68 points on, to an error of `noise_mm`); `adaptive`
+    `method`: `studio` is the fewest landmarks found that reach every blendshape, tell all mixes apart and predict no
+    larger error than 68 points do, those of iBUG or as many spread evenly, whichever is better; it ends earlier where
+    another landmark is not worth its while (`layout.studio`). `adaptive`
     is Algorithm 1 of Zell & McDonnell 2022; `trivial` has `rounds` sites for every blendshape next to each other,
     `distance` has them at the spacing; `cover` is their single set cover, at the spacing where that is not 0; `budget`
-    has the least predicted error that `budget` landmarks buy; `motion` loses least of a recorded take. `weights`:
-    fewest landmarks first and then the best places (`lexicographic`), the paper's own sum (`paper`), or the number
-    alone (`count`).
+    has the least upper estimate that `budget` landmarks buy; `motion` loses least of a recorded take. `weights`: fewest
+    landmarks first and then the best places (`lexicographic`), the paper's own sum (`paper`), or the number alone
+    (`count`).
     `epsilon`: a vertex can stand for a blendshape that moves it by this share of the blendshape's largest movement;
     0.3 to 0.7 is the working range. `alpha`: weight of visibility against displacement. `rounds`: landmarks that a
-    blendshape gets at most from the multi-cover. `spacing_mm`: least distance along the skin between landmarks.
-    `noise_mm`: standard deviation of a measured landmark coordinate, for the predicted error.
+    blendshape gets at most from the multi-cover. `spacing_mm`: least distance between landmarks, straight and so along
+    the skin too.
+    `noise_mm`: standard deviation of a measured landmark coordinate, for the upper estimate and the predicted error.
     `min_visibility`: vertices that are seen from less than this share of their hemisphere are no candidates; 0 leaves
     visibility out. `budget`: most landmarks there may be; `number`: exactly so many.
     Wishes, by vertex number in the artist's file: `pins` carry a landmark whatever else is decided, `forbidden` carry
-    none. `keep_out`: zones without landmarks and the margin around each, by name (`rig.zones`) or as a file that paints
-    one. `caps`: most landmarks in a region, by its name ("nose"). `min_views`: cameras that have to see a landmark in
-    every expression, where cameras are known (2 where they triangulate); one of them never smaller than 3 pixels; 0
-    leaves cameras out of it. `dot_mm`: diameter of a marker.
+    none. `keep_out`: zones without dots and the margin around each, to the dot's edge, by name (`rig.zones`) or as a
+    file that paints one. `caps`: most landmarks in a region, by its name ("nose"). `min_views`: cameras that have to
+    see a landmark in every expression, where cameras are known (2 where they triangulate); one of them never smaller
+    than 3 pixels; 0 leaves cameras out of it. `dot_mm`: diameter of a marker.
     `head_markers`: 3 to 5 further markers where the face hardly moves, from which the motion of the head is taken.
     """
 
@@ -59,9 +63,9 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     head_markers: Annotated[int, Meta(ge=0, le=5)] = 0
 
     def __post_init__(self) -> None:
-        if self.method in ORDERED and self.budget is None and self.number is None:
+        if self.method in BUDGETED and self.budget is None and self.number is None:
             raise ValueError(f"method '{self.method}' needs a budget: the number of landmarks")
-        if self.number and self.method not in ("cover", *ORDERED):
+        if self.number and self.method not in ("cover", *BUDGETED):
             raise ValueError(
                 f"method '{self.method}' settles the number itself: give number with 'cover', 'budget' or 'motion'"
             )

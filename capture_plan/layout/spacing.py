@@ -1,6 +1,6 @@
-"""Which sites stand too close to each other, measured along the skin.
+"""Which sites stand too close to each other, measured straight, and so along the skin too, where no way is shorter.
 
-Data       d(u, v)   distance along the skin of two vertices; r the spacing, millimetres
+Data       d(u, v)   straight distance of two vertices; r the spacing, millimetres
            P[v, s]   vertex v belongs to site s (one or two vertices)
 Close      T[s, t]   some vertex of s is nearer than r to one of t, or s = t
 Cliques    around any vertex v: sites with a vertex nearer than r / 2 to v are close to each other in pairs (triangle
@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Bool, Float, Int
 from scipy.sparse import csr_array
+from scipy.spatial.distance import pdist
 
 from capture_plan.layout.sites import Sites
 from capture_plan.mesh import geodesic_distance
@@ -20,7 +21,7 @@ from capture_plan.mesh import geodesic_distance
 
 @dataclass(frozen=True, eq=False)
 class Spacing:
-    """Least distance along the skin between landmarks; `near` is `near_table` of the skin at that distance."""
+    """Least straight distance between landmarks; `near` is `straight_table` of the skin at that distance."""
 
     near: csr_array
     sites: Sites
@@ -72,6 +73,11 @@ def taken_by(chosen: Int[np.ndarray, " n"], spacing: Spacing | None, count: int)
     """Of `count` sites those that are chosen or too close to one that is."""
     taken = np.isin(np.arange(count), chosen)
     return taken | spacing.close(chosen).any(axis=0) if spacing and len(chosen) else taken
+
+
+def nearest_straight(points: Float[np.ndarray, "v 3"], vertices: Int[np.ndarray, " n"]) -> float:
+    """Least straight distance between two of these vertices, millimetres; infinite of fewer than two."""
+    return float(pdist(points[vertices]).min(initial=np.inf))
 
 
 def nearest_two(graph: csr_array, vertices: Int[np.ndarray, " n"]) -> float:

@@ -60,9 +60,12 @@ def pins(face: Face, settings: LayoutSettings, sites: Sites) -> list[Limit]:
 
 
 def keep_outs(face: Face, settings: LayoutSettings, sites: Sites) -> list[Limit]:
-    """Nothing inside the zones."""
+    """No part of a dot inside the zones and their margins: its middle stays half a diameter further off."""
+    radius = settings.dot_mm / 2
     return [
-        Limit(f"nothing on the {Path(name).stem}", touching(sites, face.zone(name, margin)).astype(int), most=0)
+        Limit(
+            f"nothing on the {Path(name).stem}", touching(sites, face.zone(name, margin + radius)).astype(int), most=0
+        )
         for name, margin in settings.keep_out.items()
     ]
 

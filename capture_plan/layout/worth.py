@@ -7,6 +7,8 @@ deviation tau before anything is measured, the weights are known up to the covar
     C = (B^T B / sigma^2 + I / tau^2)^-1,
 
 and the skin up to a root mean square error of sqrt(trace(G C)), where G = mean_n D_n^T D_n over the moving skin.
+This is for weights of any size and sign, as search, budgets and bounds need it: an upper estimate of what a solve
+between 0 and 1 gives of sparse performances, which `predict` simulates.
 Coverage is not identifiability: 10 landmarks have 30 coordinates and cannot tell 55 blendshapes apart.
 """
 
@@ -51,11 +53,11 @@ class Observation:
         return np.linalg.inv(B.T @ B / self.noise_mm**2 + np.eye(B.shape[1]) / PRIOR_SD**2)
 
     def error(self, covariance: Float[np.ndarray, "k k"]) -> float:
-        """sqrt(trace(G C)), millimetres."""
+        """The upper estimate sqrt(trace(G C)), millimetres."""
         return float(np.sqrt(np.sum(self.gram * covariance)))
 
     def worth(self, vertices: Int[np.ndarray, " m"]) -> Worth:
-        """Number, rank, condition and predicted error of landmarks at `vertices`."""
+        """Number, rank, condition and upper estimate of the error of landmarks at `vertices`."""
         sigma = np.linalg.svd(self.response(vertices), compute_uv=False)
         rank = numerical_rank(sigma)
         return Worth(
@@ -69,7 +71,7 @@ class Observation:
 
 
 def error_against_budget(observation: Observation, vertices: Int[np.ndarray, " m"]) -> Float[np.ndarray, " m"]:
-    """Predicted error (mm) with the first 1, 2, ... of landmarks at `vertices`; it never grows."""
+    """Upper estimate of the error (mm) with the first 1, 2, ... of landmarks at `vertices`; it never grows."""
     return np.array(
         [observation.error(observation.covariance(vertices[:m])) for m in range(1, len(vertices) + 1)], dtype=float
     )

@@ -1,6 +1,6 @@
 """Geometry that the other rooms share, as functions of (vertices, triangles)."""
 
-from capture_plan.mesh.geodesic import geodesic_distance, near_table, surface_graph
+from capture_plan.mesh.geodesic import geodesic_distance, near_table, straight_table, surface_graph
 from capture_plan.mesh.geometry import (
     border_edges,
     boundary_vertices,
@@ -24,6 +24,7 @@ __all__ = [
     "near_table",
     "piece_areas",
     "pieces",
+    "straight_table",
     "surface_graph",
     "triangle_areas",
     "vertex_areas",

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
 
 from capture_plan.mesh.geometry import half_edges
 
@@ -87,6 +88,24 @@ def near_table(graph: csr_array, points: Float[np.ndarray, "v 3"], radius_mm: fl
         lengths.append(along[row, column])
     v = len(points)
     return csr_array((np.concatenate(lengths), (np.concatenate(rows), np.concatenate(columns))), shape=(v, v))
+
+
+def straight_table(points: Float[np.ndarray, "v 3"], at: Int[np.ndarray, " n"], radius_mm: float) -> csr_array:
+    """Sparse symmetric (v v) matrix of all straight distances below a radius between the points `at`, millimetres.
+
+    A point is at distance 0 from itself, which the table holds. No way along a surface is shorter, so that points which
+    are kept apart straight are kept apart along it too.
+    """
+    tree = cKDTree(points[at])
+    pairs = tree.query_pairs(radius_mm, output_type="ndarray")
+    a, b = at[pairs[:, 0]], at[pairs[:, 1]]
+    apart = np.maximum(np.linalg.norm(points[a] - points[b], axis=1), 1e-9)  # stored, though on one place
+    a, b, apart = a[apart < radius_mm], b[apart < radius_mm], apart[apart < radius_mm]
+    lengths = np.concatenate([apart, apart, np.zeros(len(at))])
+    rows, columns = np.concatenate([a, b, at]), np.concatenate([b, a, at])
+    table = csr_array((lengths, (rows, columns)), shape=(len(points), len(points)))
+    table.sort_indices()
+    return table
 
 
 def _blocks(points: Float[np.ndarray, "v 3"], at: Int[np.ndarray, " n"]) -> list[Int[np.ndarray, " _"]]:

@@ -7,10 +7,11 @@ import marimo as mo
 
 from capture_plan.expressions import Packing
 from capture_plan.layout.face import Face
-from capture_plan.layout.record import Layout
+from capture_plan.layout.record import Layout, Prediction
 from capture_plan.layout.settings import LayoutSettings
-from capture_plan.plan.summary import proof_words
-from capture_plan.report.contents import KINDS, compare_row, marker_rows, take_tile
+from capture_plan.plan.predicted import FRAMES_WITHIN, SOLVE
+from capture_plan.plan.summary import number_words
+from capture_plan.report.contents import KINDS, compare_row, error_tile, headline, marker_rows, predicted_row, take_tile
 from capture_plan.report.words import count, millimetres, percent
 from capture_plan.rig.audit import Audit
 from capture_plan.rig.audit_page import verdict
@@ -68,9 +69,14 @@ def visibility_view(face: Face) -> mo.Html:
 def layout_view(layout: Layout) -> mo.Html:
     """What the landmarks are worth, beside layouts that people know."""
     worth = layout.worth
-    rows = [("This layout", worth), *layout.references.items()]
-    most = max(other.error_mm for _, other in rows) or 1.0
-    compared = [compare_row(name, other, other is worth, other.error_mm / most) for name, other in rows]
+    expected = {"This layout": layout.predictions} | {name: one.predictions for name, one in layout.references.items()}
+    rows = [
+        (name, other, headline(other, expected[name]))
+        for name, other in [("This layout", worth), *layout.references.items()]
+    ]
+    most = max(error for _, _, error in rows) or 1.0
+    compared = [compare_row(name, other, other is worth, error, error / most) for name, other, error in rows]
+    error = error_tile(worth, layout.predictions)
     fit = layout.motion
     lost = {"This layout": fit.rmse_mm} | fit.references_mm if fit else {}
     return mo.vstack(
@@ -82,7 +88,7 @@ def layout_view(layout: Layout) -> mo.Html:
                     f"at least {layout.certificate.landmarks} are needed to see everything once",
                 ),
                 ("Told apart", f"{worth.rank} of {worth.full_rank}", "mixes of blendshapes"),
-                ("Predicted error", millimetres(worth.error_mm), f"of the skin, under {worth.noise_mm:g} mm of noise"),
+                (error.name, f"{error.figure} {error.unit}", error.note),
                 (
                     "Uncovered",
                     str(len(layout.uncovered)),
@@ -98,16 +104,38 @@ def layout_view(layout: Layout) -> mo.Html:
                         "Told apart": row["rank"],
                         "Condition number": row["condition"],
                         "Predicted error": row["error"],
+                        "Upper estimate": row["upper"],
                         **({"Lost of the take": millimetres(lost[row["name"]])} if lost else {}),
                     }
                     for row in compared
                 ],
-                numbers=("Landmarks", "Told apart", "Condition number", "Predicted error", "Lost of the take"),
+                numbers=(
+                    "Landmarks",
+                    "Told apart",
+                    "Condition number",
+                    "Predicted error",
+                    "Upper estimate",
+                    "Lost of the take",
+                ),
                 strong=0,
             ),
+            *([predicted_table(layout.predictions)] if layout.predictions else []),
         ],
         gap=1,
     )
+
+
+def predicted_table(predictions: tuple[Prediction, ...]) -> mo.Html:
+    """The error to expect of every performance, weights solved between 0 and 1."""
+    titles = {
+        "performance": f"Performance, {SOLVE}",
+        "noise": "Noise",
+        "error": "Predicted error of the skin",
+        "within": FRAMES_WITHIN,
+        "beyond": "The rig cannot show",
+    }
+    rows = [{title: row[name] for name, title in titles.items()} for row in map(predicted_row, predictions)]
+    return show_table(rows, numbers=tuple(titles.values())[1:])
 
 
 def landmark_table(layout: Layout) -> mo.Html:
@@ -135,7 +163,7 @@ def packing_view(packing: Packing) -> mo.Html:
     return mo.vstack(
         [
             show_tiles(
-                ("Expressions", str(len(shots)), proof_words(packing.proven_optimal, packing.bound)),
+                ("Expressions", str(len(shots)), number_words(packing)),
                 (
                     "First five show",
                     percent(shots[min(5, len(shots)) - 1].covered),

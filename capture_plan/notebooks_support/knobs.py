@@ -4,14 +4,17 @@ The knobs of one stage are one element whose `value` maps the fields of its sett
 recomputes that stage and what comes after it, and nothing else. Every knob starts at the setting's own default.
 """
 
-import re
 from typing import Any
 
 import marimo as mo
 import msgspec
 
 from capture_plan.expressions import PackingSettings
-from capture_plan.layout.settings import ORDERED, LayoutSettings
+from capture_plan.layout.design import design_layout
+from capture_plan.layout.dots import dots_of, is_vertex, vertices_of, words_in
+from capture_plan.layout.face import Face
+from capture_plan.layout.settings import BUDGETED, LayoutSettings
+from capture_plan.layout.shell.takes import Takes
 from capture_plan.plan.settings import Settings
 
 Number = float | int
@@ -26,7 +29,7 @@ def landmark_knobs(*, take: bool = False) -> Any:
         method=(
             _choice(
                 {
-                    "studio": "Studio: told apart and accurate",
+                    "studio": "Studio: full rank and accurate",
                     "adaptive": "Adaptive: several per blendshape",
                     "cover": "Cover: one per blendshape",
                     "budget": "Budget: least error for so many",
@@ -55,7 +58,7 @@ def landmark_knobs(*, take: bool = False) -> Any:
         ),
         spacing_mm=(
             slider(0.0, 20.0, 1.0, start.spacing_mm, "Spacing, mm"),
-            "Least distance between two landmarks along the skin.",
+            "Least distance between two landmarks, straight and along the skin.",
         ),
         noise_mm=(
             slider(0.05, 1.0, 0.05, start.noise_mm, "Noise, mm"),
@@ -70,8 +73,8 @@ def landmark_knobs(*, take: bool = False) -> Any:
             "Landmarks that there may be, where the method is a budget or a motion.",
         ),
         pins=(
-            mo.ui.text("", placeholder="1225, 2081", label="Pinned vertices", debounce=True, full_width=True),
-            "Vertices of the rig's file that carry a landmark; a marker of the head says its number.",
+            mo.ui.text("", placeholder="M12, 1225", label="Pinned", debounce=True, full_width=True),
+            "Dots that stay, as they are called while nothing is pinned, or vertices of the rig's file.",
         ),
         head_markers=(
             mo.ui.dropdown({"None": 0, "3": 3, "4": 4, "5": 5}, "None", label="Head markers", full_width=True),
@@ -94,7 +97,7 @@ def cover_knobs() -> Any:
         ),
         spacing_mm=(
             slider(0.0, 20.0, 1.0, start.spacing_mm, "Spacing, mm"),
-            "Least distance along the skin where landmarks are kept apart.",
+            "Least distance, straight and along the skin, where landmarks are kept apart.",
         ),
     )
 
@@ -121,7 +124,7 @@ def knob_panel(epsilon: Any, budget: Any, noise: Any, spacing: Any) -> mo.Html:
         (epsilon, "A landmark stands for a blendshape that moves it by this share of the largest movement."),
         (budget, "How many markers the crew applies: the budget of every method."),
         (noise, "How far a measured landmark is off, as a standard deviation."),
-        (spacing, "Least distance between two landmarks of ours along the skin."),
+        (spacing, "Least distance between two landmarks of ours, straight and along the skin."),
     )
 
 
@@ -180,11 +183,20 @@ def paper_knob() -> Any:
     return mo.ui.dropdown({"A4": "a4", "US Letter": "letter"}, "A4", label="Paper")
 
 
-def landmark_settings(knobs: Any) -> LayoutSettings:
-    """What the landmark knobs say."""
-    pins = [int(number) for number in re.findall(r"\d+", knobs.value["pins"].replace(".", ""))]
-    budget = knobs.value["budget"] if knobs.value["method"] in ORDERED else None
-    return msgspec.convert(knobs.value | {"pins": pins, "budget": budget}, LayoutSettings)
+def landmark_settings(knobs: Any, face: Face | None = None, takes: Takes | None = None) -> LayoutSettings:
+    """What the landmark knobs say; a pinned dot is the one that the layout of the other knobs calls so, which is made
+    on the face (and for takes) where one is named.
+
+    Raises:
+        PlanError: what is pinned is neither a dot nor the whole number of a vertex.
+    """
+    words = words_in(knobs.value["pins"])
+    budget = knobs.value["budget"] if knobs.value["method"] in BUDGETED else None
+    free = msgspec.convert(knobs.value | {"pins": (), "budget": budget}, LayoutSettings)
+    by_name = face is not None and not all(map(is_vertex, words))
+    dots = dots_of(design_layout(face, free, takes=takes)) if face and by_name else {}
+    pins = vertices_of(words, dots, what="Pinned", whose="the layout without pins")
+    return msgspec.structs.replace(free, pins=pins)
 
 
 def packing_settings(knobs: Any) -> PackingSettings:
@@ -192,10 +204,12 @@ def packing_settings(knobs: Any) -> PackingSettings:
     return msgspec.convert(knobs.value, PackingSettings)
 
 
-def session_settings(landmarks: Any, expressions: Any, cameras: Any, *, sequences: tuple[str, ...] = ()) -> Settings:
-    """What all knobs of a session say, and its takes."""
+def session_settings(
+    landmarks: LayoutSettings, expressions: Any, cameras: Any, *, sequences: tuple[str, ...] = ()
+) -> Settings:
+    """What all knobs of a session say, those of landmarks read already, and its takes."""
     return Settings(
-        landmarks=landmark_settings(landmarks),
+        landmarks=landmarks,
         expressions=packing_settings(expressions),
         cameras=cameras.value,
         sequences=sequences,

@@ -18,17 +18,22 @@ from capture_plan.layout.shell.takes import Takes
 from capture_plan.layout.task import Task
 from capture_plan.plan.collide import collide
 from capture_plan.plan.places import read_rules_of, read_target
-from capture_plan.plan.record import Plan
+from capture_plan.plan.record import Plan, with_meetings
 from capture_plan.rig import Rig
 from capture_plan.rig.audit import Audit
 
+Pairs = tuple[tuple[str, str], ...]
 
-def made_again(plan: Plan, report: Audit, task: Task, takes: Takes | None, *, folder: Path = Path()) -> Plan:
+
+def made_again(
+    plan: Plan, report: Audit, task: Task, takes: Takes | None, *, folder: Path = Path(), apart: Pairs | None = None
+) -> Plan:
     """The plan of these decisions. `report` is the rig's audit; `task` that of the settings, without what head markers
-    shut out; `takes` are those that the settings name."""
+    shut out; `takes` are those that the settings name; `apart` are blendshapes whose surfaces run through each other,
+    found on the rig where they are not given."""
     rig = task.face.rig
-    packing = packing_again(plan, rig, folder)
-    return replace(
+    packing = packing_again(plan, rig, folder, apart)
+    again = replace(
         plan,
         rig=replace(plan.rig, name=rig.name, fingerprint=rig.fingerprint, vertices=len(rig.neutral)),
         audit=report,
@@ -36,12 +41,14 @@ def made_again(plan: Plan, report: Audit, task: Task, takes: Takes | None, *, fo
         packing=packing,
         session=session(rig, plan.audit.used, packing, plan.settings.session),
     )
+    return with_meetings(again, rig)
 
 
-def packing_again(plan: Plan, rig: Rig, folder: Path) -> Packing:
+def packing_again(plan: Plan, rig: Rig, folder: Path, apart: Pairs | None = None) -> Packing:
     """The list of the same expressions; what the plan performs in none of them stands at its end."""
     settings, said = plan.settings.expressions, plan.packing
-    rules, apart = read_rules_of(plan.settings, folder), collide(rig, plan.audit.used, settings)
+    rules = read_rules_of(plan.settings, folder)
+    apart = collide(rig, plan.audit.used, settings) if apart is None else apart
     problem = state_problem(rig, plan.audit.used, settings, rules, apart)
     place = {name: k for k, name in enumerate(problem.names)}
     lists = [set(names) for names in (*(one.blendshapes for one in said.expressions), *said.unscanned)]

@@ -5,12 +5,14 @@ from capture_plan.plan.differences import differences
 from capture_plan.plan.record import Plan, seal_of
 from capture_plan.rig.audit import Audit
 
+SEALED, NO_DRAFT = "the plan is as it was written", "the plan is no draft"
 SHOWN = 3  # differences in a line; the first of many mostly explains the rest
 PARTS = {
     "rig": "the plan names the rig it was made for",
     "layout": "markers, their names, places and figures are those of the rig",
     "packing": "expressions, their sentences and figures are those of the rig",
     "session": "the session is that of these expressions",
+    "meetings": "dots that come near each other when the face moves are those of the rig",
 }
 
 
@@ -23,7 +25,13 @@ def seal_claim(plan: Plan) -> Claim:
     """Nobody changed the plan by hand: settings that show nowhere else too."""
     holds = plan.seal == seal_of(plan)
     found = "its seal is unbroken" if holds else "its seal is broken"
-    return claim("the plan is as it was written", holds, found, "take the plan that was written, or plan again")
+    return claim(SEALED, holds, found, "take the plan that was written, or plan again")
+
+
+def draft_claim(plan: Plan) -> Claim:
+    """Nothing is known against the plan: what was made of one that did not hold stays a draft."""
+    found = "; ".join(plan.draft) or "nothing was known against it when it was written"
+    return claim(NO_DRAFT, not plan.draft, found, "plan again")
 
 
 def again_claims(plan: Plan, again: Plan) -> list[Claim]:

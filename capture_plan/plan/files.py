@@ -1,6 +1,7 @@
 """`plan.json`: written whole or not at all, read back to an equal `Plan`, described by a JSON schema."""
 
 import json
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -68,14 +69,19 @@ def read_plan(path: Path) -> Plan:
         raise PlanError(f"{path} is not a plan ({error}): make it again with `capture-plan plan`") from None
 
 
-def read_settings(path: Path) -> Settings:
-    """Settings from a TOML file as described in `plan.settings`; files are looked for beside it first.
+Named = Callable[[Iterable[str | int], str], tuple[int, ...]]  # vertices meant by names and numbers, and what for
+
+
+def read_settings(path: Path, named: Named | None = None) -> Settings:
+    """Settings from a TOML file as described in `plan.settings`; files are looked for beside it first. Where dots have
+    names, `named` finds the vertices that pins and forbidden ones mean.
 
     Raises:
         PlanError: missing, not TOML, an unknown name or a value out of range.
     """
     try:
-        settings = msgspec.toml.decode(path.read_bytes(), type=Settings)
+        document = msgspec.toml.decode(path.read_bytes())
+        settings = msgspec.convert(_by_number(document, named) if named else document, Settings)
         cameras, target = found_from(path.parent, settings.cameras), found_from(path.parent, settings.target)
         settings = with_zones_found(settings, path.parent)
         rules = found_from(path.parent, settings.expressions.rules)
@@ -93,6 +99,19 @@ def read_settings(path: Path) -> Settings:
         raise PlanError(f"{path} cannot be read ({error.strerror}): give a TOML file of settings") from None
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise PlanError(f"{path}: {error}: see `capture-plan plan --help` for what can be set") from None
+
+
+def _by_number(document: dict[str, Any], named: Named) -> dict[str, Any]:
+    """The document with vertex numbers in place of the names of dots."""
+    landmarks = document.get("landmarks")
+    if not isinstance(landmarks, dict):
+        return document
+    asked = {what: words for what in ("pins", "forbidden") if isinstance(words := landmarks.get(what), list)}
+    plain = {
+        what: [word if isinstance(word, int) else named([str(word)], f"landmarks.{what}")[0] for word in words]
+        for what, words in asked.items()
+    }
+    return document | {"landmarks": landmarks | plain}
 
 
 def change_settings(settings: Settings, changes: dict[str, Any]) -> Settings:

@@ -27,7 +27,8 @@ from capture_plan.layout.observe import (
     sights,
     weakest_mixes,
 )
-from capture_plan.layout.record import MotionFit, Worth
+from capture_plan.layout.predict import performances, predictions
+from capture_plan.layout.record import MotionFit, Prediction, Worth
 from capture_plan.layout.robust import REACH_MM, Loss, Substitute, Tolerance, losses, substitutes, tolerances
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.shell.takes import Takes
@@ -72,12 +73,13 @@ class Inspection(Struct, frozen=True):
     """What `capture-plan inspect` says; indices of landmarks count from 0 in the order of `markers`.
 
     `blind_of_68` are blendshapes that no point of the 68-point reference sees at the plan's epsilon; none where the rig
-    has no face to lay 68 points on. `take` is there where the plan has one.
+    has no face to lay 68 points on. `take` is there where the plan has one. `draft` is what does not hold of the plan.
     """
 
     rig: str
     epsilon: float
     worth: Worth
+    predictions: tuple[Prediction, ...]
     singular_values_mm: tuple[float, ...]
     weakest: tuple[Mix, ...]
     blendshapes: tuple[Sight, ...]
@@ -91,6 +93,7 @@ class Inspection(Struct, frozen=True):
     others: tuple[Alternative, ...]
     alike: tuple[Similarity, ...]
     take: TakeReport | None
+    draft: tuple[str, ...] = ()
 
 
 def inspect_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> Inspection:
@@ -110,6 +113,7 @@ def inspect_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> Inspection:
         rig=rig.name,
         epsilon=settings.epsilon,
         worth=observation.worth(vertices),
+        predictions=predictions(observation, vertices, performances(observation, takes)),
         singular_values_mm=tuple(np.linalg.svd(observation.response(vertices), compute_uv=False).tolist()),
         weakest=weakest_mixes(observation, vertices, face.used, count=MIXES),
         blendshapes=seen,
@@ -123,6 +127,7 @@ def inspect_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> Inspection:
         others=alternatives(face, settings, plan.layout, count=ALTERNATIVES, takes=takes),
         alike=similarities(rig, vertices) if face.points68 is not None else (),
         take=take_report(plan, takes),
+        draft=plan.draft,
     )
 
 

@@ -2,8 +2,10 @@
 
 from capture_plan.layout.alternatives import Alternative
 from capture_plan.layout.observe import CONFUSABLE_DEG, WEAK, Mix, Reason, Separator
+from capture_plan.layout.predict import MIXES
 from capture_plan.layout.robust import GROWTH, REACH_MM, Loss, Tolerance
 from capture_plan.plan.inspect import Inspection, MarkerReport, TakeReport
+from capture_plan.plan.predicted import SOLVE, error_words, prediction_words
 from capture_plan.plan.summary import fit_words
 
 PAIRS = 8  # the worst pairs of lost markers that are named
@@ -15,6 +17,7 @@ TELLS_APART = 0.8  # a pair's angle shrinks to this share without the marker: wo
 def inspection_text(found: Inspection) -> str:
     """The whole page."""
     sections = (
+        *((("DRAFT: this plan does not hold", found.draft),) if found.draft else ()),
         ("What the markers see", overview(found)),
         *((("What the markers leave of the take", take_lines(found.take, found)),) if found.take else ()),
         ("Weak and confusable blendshapes", sight_lines(found)),
@@ -22,7 +25,10 @@ def inspection_text(found: Inspection) -> str:
         ("How far a dot may sit from its place", tolerance_lines(found)),
         ("If a marker falls off", loss_lines(found)),
         ("If two markers fall off", pair_lines(found)),
-        ("Mishaps played through, error of the skin", trial_lines(found)),
+        (
+            f"Mishaps played through: error of the skin, {MIXES}, {SOLVE}",
+            trial_lines(found),
+        ),
         ("Other layouts as good as this one", other_lines(found)),
         ("Beside the layouts that studios use", alike_lines(found)),
     )
@@ -33,15 +39,28 @@ def overview(found: Inspection) -> list[str]:
     worth, values = found.worth, found.singular_values_mm
     lines = [
         f"{found.rig}: {worth.landmarks} markers, rank {worth.rank} of {worth.full_rank}, "
-        f"predicted error {worth.error_mm:.3f} mm under {worth.noise_mm:g} mm of noise.",
+        f"{error_words(worth, found.predictions)}.",
+        *prediction_words(found.predictions),
         f"Singular values from {values[0]:.1f} mm down to {values[-1]:.2f} mm of marker movement at weight 1.",
-        *(f"Weak mix: {mix_words(mix)}." for mix in found.weakest),
+        *mix_lines(found),
         f"Blind at epsilon {found.epsilon:g}: {', '.join(found.blind) or 'to no blendshape'}.",
     ]
     if found.blind_of_68 is None:
         return [*lines, "The 68-point reference could not be laid onto this rig."]
     blind = ", ".join(found.blind_of_68) or "to no blendshape"
     return [*lines, f"68 points (iBUG) are blind at epsilon {found.epsilon:g}: {blind}."]
+
+
+def mix_lines(found: Inspection) -> list[str]:
+    """The mixes that these markers do not tell apart, and why, then those that they hardly do."""
+    lost = found.worth.full_rank - found.worth.rank
+    unseen, weak = found.weakest[:lost], found.weakest[lost:]
+    more = [f"Not told apart: {lost - len(unseen)} mixes more."] if lost > len(unseen) else []
+    return [
+        *(f"Not told apart, no marker stands where it moves: {mix_words(mix)}." for mix in unseen),
+        *more,
+        *(f"Weak mix: {mix_words(mix)}." for mix in weak),
+    ]
 
 
 def take_lines(take: TakeReport, found: Inspection) -> list[str]:
@@ -106,7 +125,7 @@ def reason_words(marker: MarkerReport, found: Inspection) -> str:
             f"tells {reason.pair[0]} from {reason.pair[1]} apart: angle {reason.angle_degrees:.0f} degrees with it, "
             f"{reason.angle_without_degrees:.0f} without"
         )
-    view = f"a further view: predicted error {found.worth.error_mm:.3f} mm with it, {marker.lost.error_mm:.3f} without"
+    view = f"a further view: upper estimate {found.worth.error_mm:.3f} mm with it, {marker.lost.error_mm:.3f} without"
     if reason.angle_degrees - reason.angle_without_degrees < WORTH_DEG:
         return view
     return (
@@ -117,8 +136,8 @@ def reason_words(marker: MarkerReport, found: Inspection) -> str:
 
 def tolerance_lines(found: Inspection) -> list[str]:
     lines = [
-        f"Until a blendshape is lost, the skin ends, or the predicted error grows by {GROWTH - 1:.0%}; the worst "
-        "direction and the best, left being the subject's own.",
+        f"Until a blendshape is lost, the skin ends, or the upper estimate of the error grows by {GROWTH - 1:.0%}; the "
+        "worst direction and the best, left being the subject's own.",
         "Unnoticed: the solver takes the dot for one at its place. Measured: it is told where the dot sits.",
         *(
             f"{m.name} {m.label}: unnoticed {tolerance_words(m.unnoticed)}; measured {tolerance_words(m.measured)}"
@@ -142,9 +161,9 @@ def loss_lines(found: Inspection) -> list[str]:
 
 
 def loss_words(loss: Loss) -> str:
-    """'carry on, error 0.21 mm' or 're-apply, error 0.31 mm, nobody sees noseSneer_R'."""
+    """'carry on, upper estimate 0.21 mm' or 're-apply, upper estimate 0.31 mm, nobody sees noseSneer_R'."""
     blind = f", nobody sees {', '.join(loss.uncovered)}" if loss.uncovered else ""
-    return f"{'carry on' if loss.carry_on else 're-apply'}, error {loss.error_mm:.3f} mm{blind}"
+    return f"{'carry on' if loss.carry_on else 're-apply'}, upper estimate {loss.error_mm:.3f} mm{blind}"
 
 
 def substitute_words(marker: MarkerReport) -> str:
@@ -153,7 +172,7 @@ def substitute_words(marker: MarkerReport) -> str:
         return f"no other place within {REACH_MM:g} mm serves as well"
     return (
         f"nearest substitute vertex {marker.substitute_source_vertex:,}, {marker.substitute_label}, "
-        f"{other.distance_mm:.1f} mm {other.direction}, error {other.error_mm:.3f} mm"
+        f"{other.distance_mm:.1f} mm {other.direction}, upper estimate {other.error_mm:.3f} mm"
     )
 
 
@@ -168,18 +187,14 @@ def pair_lines(found: Inspection) -> list[str]:
 
 
 def trial_lines(found: Inspection) -> list[str]:
-    return [
-        f"{trial.what}: predicted {trial.predicted_mm:.2f} mm, simulated {trial.simulated_mm:.2f} mm, "
-        f"1 in 20 above {trial.worst_mm:.2f} mm"
-        for trial in found.trials
-    ]
+    return [f"{trial.what}: {trial.error_mm:.2f} mm, 1 in 20 above {trial.worst_mm:.2f} mm" for trial in found.trials]
 
 
 def other_lines(found: Inspection) -> list[str]:
     """What a person could have instead."""
     good = [one for one in found.others if one.as_good]
     lines = [
-        f"{one.landmarks} markers, predicted error {one.error_mm:.3f} mm{left_words(one)}: "
+        f"{one.landmarks} markers, upper estimate {one.error_mm:.3f} mm{left_words(one)}: "
         f"without {', '.join(one.leaves)}, instead on {', '.join(one.takes)}."
         for one in good
     ]

@@ -2,8 +2,10 @@
 
 import numpy as np
 
+from capture_plan.layout.follow import most_of
 from capture_plan.layout.relaxation import bound_from, shares_of
-from capture_plan.layout.spacing import nearest_two
+from capture_plan.layout.settings import BY_ERROR
+from capture_plan.layout.spacing import nearest_straight, nearest_two
 from capture_plan.layout.task import Task
 from capture_plan.plan.claims import TOLERANCE, Claim, claim
 from capture_plan.plan.record import Plan
@@ -26,19 +28,20 @@ def landmark_claims(plan: Plan, task: Task) -> list[Claim]:
     if settings.symmetric:
         alone = set(vertices.tolist()) - set(face.mirror[vertices].tolist())
         claims.append(claim("the layout is symmetric", not alone, f"{len(alone)} landmarks without a mirror image"))
+        claims.append(mirrored_claim(plan, task))
     if settings.spacing_mm and settings.method != "trivial":
         dots = np.array([m.vertex for m in plan.layout.markers])
-        nearest = nearest_two(face.graph, dots)
+        along, straight = nearest_two(face.graph, dots), nearest_straight(face.rig.neutral, dots)
         claims.append(
             claim(
-                f"markers stand at least {settings.spacing_mm:g} mm apart on the skin",
-                nearest >= settings.spacing_mm - 1e-6,
-                f"nearest two {nearest:.1f} mm apart",
+                f"markers stand at least {settings.spacing_mm:g} mm apart, straight and along the skin",
+                min(along, straight) >= settings.spacing_mm - 1e-6,
+                f"nearest two {straight:.1f} mm straight, {along:.1f} mm along the skin",
             )
         )
     claims += wish_claims(plan, task)
-    if plan.layout.method == "budget":
-        return [*claims, *budget_claims(plan, task)]
+    if plan.layout.method in BY_ERROR:
+        return [*claims, *error_claims(plan, task)]
     return [
         *claims,
         *(
@@ -50,6 +53,24 @@ def landmark_claims(plan: Plan, task: Task) -> list[Claim]:
             for number, program in enumerate(plan.layout.programs)
         ),
     ]
+
+
+def mirrored_claim(plan: Plan, task: Task) -> Claim:
+    """Landmarks that mirror each other are called so: other side, same region, same number of it."""
+    at = {m.vertex: m for m in plan.layout.landmarks}
+    pairs = [(m, at[n]) for m in at.values() if (n := int(task.face.mirror[m.vertex])) in at and n != m.vertex]
+    other = {"left": "right", "right": "left", "middle": "middle"}
+    unlike = [
+        f"{a.name} {a.label}, {b.name} {b.label}"
+        for a, b in pairs
+        if a.vertex < b.vertex and (b.side != other[a.side] or a.region != b.region or b.label != _other_side(a.label))
+    ]
+    return claim("mirrored landmarks have mirrored names", not unlike, "; ".join(unlike) or f"{len(pairs) // 2} pairs")
+
+
+def _other_side(label: str) -> str:
+    side, _, rest = label.partition(" ")
+    return f"{ {'left': 'right', 'right': 'left'}.get(side, side) } {rest}".strip()
 
 
 def wish_claims(plan: Plan, task: Task) -> list[Claim]:
@@ -70,18 +91,19 @@ def wish_claims(plan: Plan, task: Task) -> list[Claim]:
     ]
 
 
-def budget_claims(plan: Plan, task: Task) -> list[Claim]:
-    """The budget is kept, and where it pays for a cover, the layout is one and has no fewer landmarks than any has;
+def error_claims(plan: Plan, task: Task) -> list[Claim]:
+    """A budget is kept, and where it pays for a cover, the layout is one and has no fewer landmarks than any has;
     the shares of the certificate prove the least error."""
-    layout, settings, sites = plan.layout, plan.settings.landmarks, task.sites
-    budget = settings.budget or settings.number or 0
+    layout, sites = plan.layout, task.sites
+    budget = most_of(plan.settings.landmarks, layout.method, len(layout.landmarks))
     held = len(layout.landmarks) <= budget
     found = f"{len(layout.landmarks)} landmarks"
     if layout.programs:
         unseen = set(plan.audit.used) - {plan.audit.used[k] for k in task.reachable}
         held &= set(layout.uncovered) == unseen and layout.programs[0].bound <= len(layout.landmarks)
         found += f", at least {layout.programs[0].bound:g} to see every blendshape under these wishes"
-    claims = [claim(f"the layout keeps its budget of {budget} landmarks", held, found)]
+    what = f"keeps its budget of {budget} landmarks" if layout.method == "budget" else "has a landmark on all it can"
+    claims = [claim(f"the layout {what}", held, found)]
     if not layout.error_bound:
         claims.append(claim("the least error of any layout is stated", holds=False, found="no certificate"))
     else:
@@ -90,7 +112,7 @@ def budget_claims(plan: Plan, task: Task) -> list[Claim]:
         said = layout.error_bound.error_mm
         claims.append(
             claim(
-                f"no layout of {budget} landmarks predicts less than {said:.3f} mm",
+                f"no layout of {budget} landmarks has an upper estimate below {said:.3f} mm",
                 (shares >= 0).all() and abs(proved - said) < TOLERANCE and said <= layout.worth.error_mm + TOLERANCE,
                 f"the shares prove {proved:.3f} mm, this layout has {layout.worth.error_mm:.3f} mm",
             )
@@ -122,7 +144,7 @@ def bound_claims(plan: Plan, task: Task) -> list[Claim]:
 
 
 def worth_claims(plan: Plan, task: Task) -> list[Claim]:
-    """Rank, condition and predicted error of the landmarks."""
+    """Rank, condition and upper estimate of the error."""
     said = plan.layout.worth
     found = task.observation.worth(np.array([m.vertex for m in plan.layout.landmarks]))
     return [
@@ -132,7 +154,7 @@ def worth_claims(plan: Plan, task: Task) -> list[Claim]:
             f"{found.rank} of {found.full_rank}",
         ),
         claim(
-            f"predicted error {said.error_mm:.3f} mm under {said.noise_mm:g} mm of noise",
+            f"upper estimate of the error {said.error_mm:.3f} mm under {said.noise_mm:g} mm of noise",
             abs(found.error_mm - said.error_mm) < TOLERANCE and np.isclose(found.condition, said.condition, rtol=1e-2),
             f"{found.error_mm:.3f} mm, condition {found.condition:.0f}",
         ),

@@ -12,7 +12,7 @@ from capture_plan.layout.face import see_face
 from capture_plan.layout.record import Layout
 from capture_plan.plan.collide import collide
 from capture_plan.plan.places import read_cameras_of, read_rules_of, read_takes_of, read_target, with_zones_found
-from capture_plan.plan.record import DECIDING, FORMAT_VERSION, SAMPLE, Plan, RigReference, sealed
+from capture_plan.plan.record import DECIDING, FORMAT_VERSION, SAMPLE, Plan, RigReference, sealed, with_meetings
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
 from capture_plan.rig.audit import Audit, audit
@@ -67,4 +67,4 @@ def assemble_plan(
         session=session(rig, report.used, packing, settings.session),
         versions={name: version(name) for name in DECIDING},
     )
-    return sealed(made)
+    return sealed(with_meetings(made, rig))

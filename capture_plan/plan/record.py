@@ -7,11 +7,13 @@ from msgspec import Struct, structs
 
 from capture_plan.expressions.record import Packing
 from capture_plan.expressions.session import Session
+from capture_plan.layout.meeting import Meeting, meetings
 from capture_plan.layout.record import Layout
 from capture_plan.plan.settings import Settings
+from capture_plan.rig import Rig
 from capture_plan.rig.audit import Audit
 
-FORMAT_VERSION = 3
+FORMAT_VERSION = 4
 SAMPLE = "sample"
 DECIDING = ("capture-plan", "numpy", "scipy", "embreex", "ortools")  # packages that a plan's numbers depend on
 
@@ -37,6 +39,8 @@ class RigReference(Struct, frozen=True, forbid_unknown_fields=True):
 class Plan(Struct, frozen=True, forbid_unknown_fields=True):
     """What `plan.json` holds: the same input, settings and versions give it byte for byte.
 
+    `meetings` are dots that come too near to each other in the neutral or in an expression (`layout/meeting.py`).
+    `draft` says what did not hold of the plan when something was made of it all the same; empty where all holds.
     `seal` is a digest of all else: it tells a plan that was changed by hand, and is no signature.
     """
 
@@ -48,7 +52,16 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True):
     packing: Packing
     session: Session
     versions: dict[str, str]
+    meetings: tuple[Meeting, ...] = ()
+    draft: tuple[str, ...] = ()
     seal: str = ""
+
+
+def with_meetings(plan: Plan, rig: Rig) -> Plan:
+    """The plan with the dots that come too near to each other in its expressions."""
+    poses = {expression.name: expression.pose for expression in plan.packing.expressions}
+    found = meetings(rig, plan.layout.markers, poses, plan.settings.landmarks.dot_mm)
+    return structs.replace(plan, meetings=found)
 
 
 def sealed(plan: Plan) -> Plan:

@@ -11,7 +11,7 @@ from capture_plan.expressions.settings import Edits
 from capture_plan.expressions.why import why_apart
 from capture_plan.plan.collide import collide
 from capture_plan.plan.places import read_rules_of, read_target
-from capture_plan.plan.record import Plan, sealed
+from capture_plan.plan.record import Plan, sealed, with_meetings
 from capture_plan.rig import Rig
 
 
@@ -71,4 +71,4 @@ def why_not_together(plan: Plan, rig: Rig, a: str, b: str, *, folder: Path = Pat
 def with_packing(plan: Plan, rig: Rig, packing: Packing) -> Plan:
     """The plan with other expressions, and the session that they make."""
     shots = session(rig, plan.audit.used, packing, plan.settings.session)
-    return sealed(replace(plan, packing=packing, session=shots))
+    return sealed(with_meetings(replace(plan, packing=packing, session=shots), rig))

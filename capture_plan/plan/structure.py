@@ -51,8 +51,7 @@ def _lengths(plan: Plan) -> Iterator[str]:
         yield "has no landmark"
     if SINGLE_COVER not in layout.references or not layout.references[SINGLE_COVER].vertices:
         yield f"is not set beside the {SINGLE_COVER}"
-    several = layout.method in ("adaptive", "studio")
-    if len(layout.programs) > (plan.settings.landmarks.rounds if several else 1):
+    if len(layout.programs) > (plan.settings.landmarks.rounds if layout.method == "adaptive" else 1):
         yield f"has {len(layout.programs)} programs"
     if tuple(plan.versions) != DECIDING:
         yield f"tells the versions of {', '.join(plan.versions) or 'nothing'}, not of {', '.join(DECIDING)}"

@@ -1,6 +1,12 @@
 """A plan in a few sentences, for the terminal, the title page and the first screen of a notebook."""
 
-from capture_plan.layout.record import Layout, MotionFit, Worth
+from capture_plan.expressions.record import Packing
+from capture_plan.layout.face import SIXTY_EIGHT
+from capture_plan.layout.follow import EVEN, target_of
+from capture_plan.layout.meeting import meeting_words
+from capture_plan.layout.record import Layout, MotionFit, Prediction, Worth
+from capture_plan.layout.studio import WORTHWHILE
+from capture_plan.plan.predicted import error_words, prediction_words
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
 from capture_plan.rig.face.words import doubts
@@ -15,20 +21,23 @@ def summary(plan: Plan) -> tuple[str, ...]:
     lines = [
         f"{plan.rig.name}: {len(audit.used)} of {audit.blendshapes} blendshapes planned for, "
         f"{audit.skin_vertices:,} skin vertices.",
-        f"{worth_words(layout.worth)}{budget_words(plan)}.",
+        f"{worth_words(layout.worth, layout.predictions)}{budget_words(plan)}.",
+        *prediction_words(layout.predictions),
+        *target_words(plan),
+        *unidentified_words(plan),
         *fewer_words(plan),
         *bound_words(plan),
         *motion_words(plan),
         *region_words(plan),
         *head_words(plan),
+        *near_words(plan),
         *view_words(plan),
         f"Proved: to see every blendshape at all takes at least {layout.certificate.landmarks} landmarks.",
         *(
-            f"For comparison, {name}: {worth_words(worth)}{lost_words(layout.motion, name)}."
+            f"For comparison, {name}: {worth_words(worth, worth.predictions)}{lost_words(layout.motion, name)}."
             for name, worth in layout.references.items()
         ),
-        f"{len(packing.expressions)} expressions, {proof_words(packing.proven_optimal, packing.bound)}; "
-        f"the first 5 cover {first_share(plan, 5):.0%} of the importance.",
+        f"{expression_words(packing)}; the first 5 cover {first_share(plan, 5):.0%} of the importance.",
         f"The session takes about {plan.session.minutes:.0f} minutes. {plan.session.stop}".strip(),
     ]
     lines += [f"{heading}, planned apart: {names}." for heading, names, _ in apart_lines(audit.apart)]
@@ -58,9 +67,31 @@ def bound_words(plan: Plan) -> list[str]:
         return []
     least = layout.error_bound.error_mm
     return [
-        f"Proved: no layout of {len(layout.landmarks)} landmarks predicts less than {least:.2f} mm; "
+        f"Proved: no layout of {len(layout.landmarks)} landmarks has an upper estimate below {least:.2f} mm; "
         f"this one is {layout.worth.error_mm / least - 1:.1%} above that."
     ]
+
+
+def target_words(plan: Plan) -> list[str]:
+    """Whether the default reached the error that it had to, and what is said of 68 points that fit this face badly."""
+    layout = plan.layout
+    if layout.method != "studio":
+        return []
+    name, target = target_of(layout.references)
+    told = []
+    if SIXTY_EIGHT in layout.references and name != SIXTY_EIGHT:
+        placed = layout.references[SIXTY_EIGHT].error_mm
+        told.append(
+            f"{SIXTY_EIGHT} have an upper estimate of {placed:.2f} mm, as many {EVEN} {target:.2f} mm: the points do "
+            "not fit this face and are no target."
+        )
+    if layout.worth.error_mm > target:
+        told.append(
+            f"The upper estimate of {name}, {target:.2f} mm, is not reached here: beyond {len(layout.landmarks)} "
+            f"landmarks, another one lowers it by less than {WORTHWHILE:.0%}. Smaller zones without dots, a closer "
+            "spacing or a budget of your own bring more."
+        )
+    return told
 
 
 def region_words(plan: Plan) -> list[str]:
@@ -78,6 +109,12 @@ def region_words(plan: Plan) -> list[str]:
     ]
 
 
+def near_words(plan: Plan) -> list[str]:
+    """Which dots come too near to each other in which expression."""
+    words = meeting_words(plan.meetings, plan.settings.landmarks.dot_mm)
+    return [f"{words}."] if words else []
+
+
 def motion_words(plan: Plan) -> list[str]:
     """What a recorded take loses by the landmarks, and what it says nothing of."""
     return fit_words(plan.layout.motion) if plan.layout.motion else []
@@ -90,7 +127,8 @@ def take_summary(layout: Layout, rig: Rig) -> tuple[str, ...]:
         f"{rig.name}: {worth.landmarks} markers on {int(rig.skin.sum()):,} skin vertices.",
         *(fit_words(layout.motion) if layout.motion else ()),
         f"With {len(rig.names)} frames of it in place of blendshapes, the markers have rank {worth.rank} of "
-        f"{worth.full_rank} and a predicted error of {worth.error_mm:.2f} mm under {worth.noise_mm:g} mm of noise.",
+        f"{worth.full_rank}, {error_words(worth, layout.predictions)}.",
+        *prediction_words(layout.predictions),
     )
 
 
@@ -154,21 +192,51 @@ def fewer_words(plan: Plan) -> list[str]:
     """What a quarter, a half and three quarters of the landmarks would leave, where they have an order."""
     curve = plan.layout.curve_mm
     counts = quarters(len(curve))
-    steps = ", ".join(f"the first {m} leave {curve[m - 1]:.2f} mm" for m in counts)
-    return [f"In the order of plan.json, {steps} of predicted error."] if steps else []
+    steps = ", ".join(f"{curve[m - 1]:.2f} mm with the first {m}" for m in counts)
+    return [f"Upper estimate in the order of plan.json: {steps}."] if steps else []
 
 
-def worth_words(worth: Worth) -> str:
-    """'34 landmarks, rank 51 of 51, predicted error 0.21 mm under 0.2 mm of noise'."""
-    return (
-        f"{worth.landmarks} landmarks, rank {worth.rank} of {worth.full_rank}, "
-        f"predicted error {worth.error_mm:.2f} mm under {worth.noise_mm:g} mm of noise"
-    )
+def worth_words(worth: Worth, predictions: tuple[Prediction, ...]) -> str:
+    """'34 landmarks, rank 51 of 51, predicted error 0.14 mm, upper estimate 0.18 mm under 0.2 mm of noise'."""
+    rank = f"rank {worth.rank} of {worth.full_rank}"
+    return f"{worth.landmarks} landmarks, {rank}, {error_words(worth, predictions)}"
 
 
-def proof_words(proven: bool, bound: int) -> str:
-    """What may be said of their number."""
-    return "proved the fewest" if proven else f"not proved the fewest (at least {bound})"
+def expression_words(packing: Packing) -> str:
+    """'18 expressions, proved the fewest'; of a list that is cut short '10 of 18 expressions; 18 proved the fewest'."""
+    shown, proof = len(packing.expressions), proof_words(packing)
+    if shown == packing.objective:
+        return f"{shown} expressions, {proof}"
+    return f"{shown} of {packing.objective} expressions; {packing.objective} {proof}"
+
+
+def number_words(packing: Packing) -> str:
+    """What stands beside the number of expressions: 'proved the fewest', or of a cut list 'of 18; 18 proved …'."""
+    cut = len(packing.expressions) < packing.objective
+    return f"of {packing.objective}; {packing.objective} {proof_words(packing)}" if cut else proof_words(packing)
+
+
+def proof_words(packing: Packing) -> str:
+    """What may be said of the number of the whole list."""
+    proven = packing.proven_optimal and packing.bound == packing.objective
+    return "proved the fewest" if proven else f"not proved the fewest (at least {packing.bound})"
+
+
+def unidentified_words(plan: Plan) -> list[str]:
+    """How many mixes of blendshapes are not told apart, and why: by these markers, or on this rig by any."""
+    worth, used = plan.layout.worth, len(plan.audit.used)
+    lines = []
+    if worth.rank < worth.full_rank:
+        lines.append(
+            f"Not told apart by these landmarks: {worth.full_rank - worth.rank} of {worth.full_rank} mixes of "
+            "blendshapes, which move other skin only; `capture-plan inspect` names them."
+        )
+    if worth.full_rank < used:
+        lines.append(
+            f"Not told apart by any landmarks: {used - worth.full_rank} of {used} mixes, which move no skin of this "
+            "rig (`capture-plan audit` names blendshapes that others make up)."
+        )
+    return lines
 
 
 def first_share(plan: Plan, count: int) -> float:
@@ -183,7 +251,7 @@ def expression_lines(plan: Plan, former: Plan) -> tuple[str, ...]:
     names = sum(len(shot.blendshapes) for shot in packing.expressions)
     kept = "" if packing.kept is None else f"; {packing.kept} of {names} blendshapes stay where they were"
     return (
-        f"{len(packing.expressions)} expressions, {proof_words(packing.proven_optimal, packing.bound)}{kept}.",
+        f"{expression_words(packing)}{kept}.",
         *(
             f"{'  ' if shot.blendshapes in before else '* '}{shot.name} {', '.join(shot.blendshapes)}"
             for shot in packing.expressions

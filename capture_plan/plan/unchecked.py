@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from capture_plan.layout.follow import SINGLE_COVER
+from capture_plan.layout.settings import BY_ERROR
 from capture_plan.plan.claims import Claim
 from capture_plan.plan.record import Plan
 
@@ -36,7 +37,7 @@ def _solver_alone(plan: Plan) -> list[str]:
         found.append(f"whether {packing.kept} blendshapes stayed where they were when the list was edited")
     if layout.programs:
         found.append("whether other landmarks would serve better under these settings (only the solver can say)")
-    if layout.method == "budget":
+    if layout.method in BY_ERROR:
         unproved = [one.bound for one in layout.programs if one.bound > layout.certificate.landmarks]
         found += [
             f"whether fewer than {bound:g} landmarks see every blendshape under these wishes" for bound in unproved

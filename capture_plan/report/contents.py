@@ -6,9 +6,10 @@ All texts come from a `Plan` alone; nothing here is HTML.
 from typing import Any, NamedTuple
 
 from capture_plan.expressions.session import ENOUGH, Session
-from capture_plan.layout.record import Landmark, MotionFit, View, Worth
+from capture_plan.layout.record import Landmark, MotionFit, Prediction, View, Worth
+from capture_plan.plan.predicted import ANY_WEIGHTS, FRAMES_WITHIN, SOLVE, at_noise, beyond_words, known_to, within
 from capture_plan.plan.record import Plan
-from capture_plan.plan.summary import fit_words
+from capture_plan.plan.summary import fit_words, unidentified_words
 from capture_plan.report.proofs import minimum_proof, packing_proof, proofs
 from capture_plan.report.shots import session_intro
 from capture_plan.report.words import count, millimetres, percent
@@ -20,7 +21,6 @@ from capture_plan.sheets.style import outline
 ROLE_TEXT = {
     "primary": "",
     "backup": "second view of its blendshapes",
-    "repair": "added to tell blendshapes apart",
     "head": "Holds the head's own motion: the face hardly moves here",
 }
 SIDES = {"left": "on the left", "right": "on the right", "middle": "on the midline"}
@@ -41,6 +41,7 @@ def contents(plan: Plan, shot_list: Session) -> dict[str, Any]:
     layout, packing, audit = plan.layout, plan.packing, plan.audit
     return {
         "title": plan.rig.name,
+        "draft": plan.draft,
         "lead": f"{count(len(layout.landmarks), 'marker')} and {count(len(packing.expressions), 'expression')} "
         f"for {count(len(audit.used), 'blendshape')}.",
         "tiles": tiles(plan),
@@ -54,7 +55,12 @@ def contents(plan: Plan, shot_list: Session) -> dict[str, Any]:
         "relaxed": [" and ".join(pair) for pair in packing.relaxed],
         "worth_intro": f"What the markers tell about the face when each is measured with noise of "
         f"{layout.worth.noise_mm:g} mm: how many mixes of blendshapes can be told apart, and how far the solved skin "
-        "would be off. Shorter bars are better.",
+        f"would be off (root mean square). The predicted error is of {SOLVE}{performance_words(layout.predictions)}; "
+        f"the upper estimate is for {ANY_WEIGHTS}: search, budgets and bounds speak of it. Shorter bars are better.",
+        "predicted": [predicted_row(one) for one in layout.predictions],
+        "frames_within": FRAMES_WITHIN,
+        "predicted_intro": f"Error of the skin (root mean square) of {SOLVE}, by a seeded simulation of each "
+        f"performance that says how well it knows the error. {' '.join(beyond_words(layout.predictions))}".strip(),
         "compare": compare(plan),
         "take": " ".join(fit_words(layout.motion)) if layout.motion else "",
         "proofs": proofs(plan),
@@ -73,7 +79,10 @@ def tiles(plan: Plan) -> list[Tile]:
     layout, packing, worth = plan.layout, plan.packing, plan.layout.worth
     sides = [landmark.side for landmark in layout.landmarks]
     covered = packing.expressions[-1].covered if packing.expressions else 0.0
-    solved = "all that this rig can tell apart" if worth.rank == worth.full_rank else "the others stay unknown"
+    solved = (
+        "blendshape mixes: all that this rig can tell apart" if worth.rank == worth.full_rank else "blendshape mixes."
+    )
+    apart = "Told apart" if worth.rank == worth.full_rank else "Rank"
     return [
         Tile(
             "Markers",
@@ -89,15 +98,35 @@ def tiles(plan: Plan) -> list[Tile]:
             f"show {percent(covered)} of the importance of all blendshapes",
             packing_proof(plan),
         ),
-        Tile("Told apart", str(worth.rank), f"of {worth.full_rank}", f"blendshape mixes: {solved}"),
-        Tile(
-            "Predicted error",
-            f"{worth.error_mm:.2f}",
-            "mm",
-            f"of the skin, root mean square, under {worth.noise_mm:g} mm of noise per marker",
-        ),
+        Tile(apart, str(worth.rank), f"of {worth.full_rank}", " ".join([solved, *unidentified_words(plan)])),
+        error_tile(worth, layout.predictions),
         *(take_tile(layout.motion) if layout.motion else ()),
     ]
+
+
+def error_tile(worth: Worth, predictions: tuple[Prediction, ...]) -> Tile:
+    """The error to expect at the noise of the settings, with the solve that it is of."""
+    noise = f"under {worth.noise_mm:g} mm of noise per marker"
+    for one in at_noise(predictions, worth.noise_mm):
+        note = f"of the skin, root mean square, {noise}: {SOLVE}, {one.performance}; {FRAMES_WITHIN} {within(one)}"
+        return Tile("Predicted error", f"{one.error_mm:.2f}", "mm", note)
+    return Tile("Upper estimate", f"{worth.error_mm:.2f}", "mm", f"of the error of the skin, {ANY_WEIGHTS}, {noise}")
+
+
+def performance_words(predictions: tuple[Prediction, ...]) -> str:
+    """' with 3 to 8 blendshapes at once', what the headline is of."""
+    return f" with {predictions[0].performance}" if predictions else ""
+
+
+def predicted_row(one: Prediction) -> dict[str, str]:
+    """A prediction as a row of a table."""
+    return {
+        "performance": one.performance,
+        "noise": f"{one.noise_mm:g} mm",
+        "error": f"{one.error_mm:.3f} ± {known_to(one):.3f} mm",
+        "within": within(one),
+        "beyond": "" if one.beyond_mm is None else millimetres(one.beyond_mm),
+    }
 
 
 def take_tile(fit: MotionFit) -> list[Tile]:
@@ -108,10 +137,7 @@ def take_tile(fit: MotionFit) -> list[Tile]:
 
 
 def marker_intro(landmarks: tuple[Landmark, ...]) -> str:
-    repairs = sum(landmark.role == "repair" for landmark in landmarks)
     text = "Choose a row to turn the head to its marker."
-    if repairs:
-        text += f" {count(repairs, 'marker')} were added to tell blendshapes apart."
     if any(landmark.role == "head" for landmark in landmarks):
         text += " Those named H stand where the face hardly moves: the head's own motion is taken from them."
     return text
@@ -184,22 +210,31 @@ def compare(plan: Plan) -> list[dict[str, Any]]:
     """This plan's layout above the others of the same face; bars share one scale that ends at the largest error."""
     fit, own = plan.layout.motion, f"This plan ({plan.layout.method})"
     worths = {own: plan.layout.worth} | plan.layout.references
+    expected = {own: plan.layout.predictions} | {name: one.predictions for name, one in plan.layout.references.items()}
+    shown = {name: headline(worth, expected[name]) for name, worth in worths.items()}
     lost = {own: fit.rmse_mm} | fit.references_mm if fit else {}
-    most, most_lost = max(worth.error_mm for worth in worths.values()) or 1.0, max(lost.values(), default=0.0) or 1.0
+    most, most_lost = max(shown.values()) or 1.0, max(lost.values(), default=0.0) or 1.0
     return [
-        compare_row(name, worth, name == own, worth.error_mm / most)
+        compare_row(name, worth, name == own, shown[name], shown[name] / most)
         | ({"lost": millimetres(lost[name]), "lost_share": lost[name] / most_lost} if name in lost else {})
         for name, worth in worths.items()
     ]
 
 
-def compare_row(name: str, worth: Worth, own: bool, share: float) -> dict[str, Any]:
+def headline(worth: Worth, predictions: tuple[Prediction, ...]) -> float:
+    """The predicted error at the noise of the settings, millimetres; the upper estimate where none was predicted."""
+    return next((one.error_mm for one in at_noise(predictions, worth.noise_mm)), worth.error_mm)
+
+
+def compare_row(name: str, worth: Worth, own: bool, error_mm: float, share: float) -> dict[str, Any]:
+    """A layout as a row of a table; `error_mm` is its predicted error."""
     return {
         "name": name,
         "markers": worth.landmarks,
         "rank": f"{worth.rank} of {worth.full_rank}",
         "condition": f"{worth.condition:,.0f}",
-        "error": millimetres(worth.error_mm),
+        "error": millimetres(error_mm),
+        "upper": millimetres(worth.error_mm),
         "share": share,
         "own": own,
     }

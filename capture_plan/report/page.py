@@ -22,6 +22,7 @@ from capture_plan.layout.record import Landmark
 from capture_plan.plan.files import plan_bytes, write_whole
 from capture_plan.plan.record import Plan
 from capture_plan.report.contents import contents, marker_facts, marker_rows
+from capture_plan.report.evidence import evidence
 from capture_plan.report.head import opaque_triangles, packed_head, packed_landmarks
 from capture_plan.report.shots import shot_facts, shot_rows
 from capture_plan.report.words import percent
@@ -47,18 +48,18 @@ class Picture(Protocol):
     def save(self, fp: io.BytesIO, format: str, **params: Any) -> None: ...
 
 
-def write_html(plan: Plan, rig: Rig, path: Path) -> Path:
-    """Write the plan as one HTML file, whole or not at all.
+def write_html(plan: Plan, rig: Rig, path: Path, *, folder: Path = Path()) -> Path:
+    """Write the plan as one HTML file, whole or not at all; `folder` is where files of its settings are seen from.
 
     Raises:
         PlanError: the place cannot be written.
     """
-    write_whole(path, page_html(plan, rig).encode())
+    write_whole(path, page_html(plan, rig, folder=folder).encode())
     return path
 
 
-def page_html(plan: Plan, rig: Rig) -> str:
-    """The plan page: pictures, tables, the 3D head and the plan's data in one document."""
+def page_html(plan: Plan, rig: Rig, *, folder: Path = Path()) -> str:
+    """The plan page: pictures, tables, the 3D head, the plan's data and what checks it in one document."""
     pictures = expression_pictures(plan, rig, height_px=EXPRESSION_PICTURE_PX)
     plates = marker_pictures(plan, rig, height_px=MARKER_PICTURE_PX)
     line_of = {item.name: item for item in plan.session.items}
@@ -73,8 +74,9 @@ def page_html(plan: Plan, rig: Rig) -> str:
             marker_pictures=[plate(view, picture) for view, picture in plates.items()],
             head_json=script_json(json.dumps(plan_head(rig, plan))),
             plan_json=script_json(plan_bytes(plan).decode()),
+            evidence_json=script_json(json.dumps(evidence(plan, rig, folder))),
             css=asset("style.css"),
-            scripts=scripts("three.min.js", "head.js", "viewer.js", "panel.js", "page.js"),
+            scripts=scripts("three.min.js", "head.js", "viewer.js", "panel.js", "check.js", "page.js"),
         )
     )
 

@@ -1,4 +1,4 @@
-"""What a plan has proved, in words; nothing is called proved, shortest or optimal that is not."""
+"""What a plan has proved, in words; nothing is called proved without a certificate that anybody can check."""
 
 from capture_plan.plan.record import Plan
 from capture_plan.report.words import count
@@ -20,10 +20,11 @@ def minimum_proof(plan: Plan) -> str:
 def packing_proof(plan: Plan) -> str:
     """What is proved about the number of expressions; empty where nothing is."""
     packing = plan.packing
-    whole = " for the whole list" if packing.left_out else ""
+    cut = len(packing.expressions) < packing.objective
+    shown = f"{len(packing.expressions)} of {packing.objective} are shown. " if cut else ""
     if packing.proven_optimal and packing.bound == packing.objective:
-        return f"Proved: fewer than {packing.bound} is impossible{whole}"
-    return f"Proved: at least {packing.bound} are needed{whole}" if packing.bound > 1 else ""
+        return f"{shown}Proved: fewer than {packing.bound} cannot show every blendshape"
+    return f"{shown}Proved: at least {packing.bound} are needed to show every blendshape" if packing.bound > 1 else ""
 
 
 def proofs(plan: Plan) -> list[str]:
@@ -38,7 +39,8 @@ def landmark_proofs(plan: Plan) -> list[str]:
         said.append(f"{minimum}.{check if certificate.blendshapes else ''}")
     chose = any(m.round is not None for m in layout.landmarks)
     if chose and layout.programs and all(program.proven_optimal for program in layout.programs):
-        said.append(f"{count(len(layout.programs), 'program')} chose markers, each solved to proven optimality.")
+        chose_them = f"{count(len(layout.programs), 'program')} chose markers"
+        said.append(f"{chose_them}; that no cheaper choice exists is the solver's word, which nobody can check here.")
     return said
 
 

@@ -22,8 +22,10 @@ from capture_plan.mesh.mirror import mirror_plane
 from capture_plan.rig.face.of_rig import rig_channels, rig_points
 from capture_plan.rig.face.place import face_place
 from capture_plan.rig.face.points import Found, Points
+from capture_plan.rig.face.record import Sign
 from capture_plan.rig.face.shape import border_loops, compact
 from capture_plan.rig.face.votes import names_agree
+from capture_plan.rig.lips import against_mouth
 from capture_plan.rig.profile import chin_agrees, find_chin
 from capture_plan.rig.record import Rig
 from capture_plan.rig.skin import find_skin, is_ball
@@ -51,7 +53,7 @@ class Anchors:
     """Points of the face in millimetres, the subject's own sides; `lids` and `lips` are border vertices of the surface.
 
     `found` names the anchors that geometry gave; the others are human proportions. `chin_sure` says whether the chin
-    was found where faces have it and goes down with the jaw.
+    was found where faces have it and goes down with the jaw. `against_mouth` is what speaks against the mouth.
     """
 
     midline: float
@@ -68,6 +70,7 @@ class Anchors:
     lips: Int[np.ndarray, " b"]
     found: tuple[str, ...]
     chin_sure: bool = False
+    against_mouth: tuple[Sign, ...] = ()
 
     @property
     def pupils(self) -> float:
@@ -107,8 +110,13 @@ def surface_anchors(rig: Rig, points: Points) -> Anchors:
     found = ("eyes",) if points.eyes.sure else ()
     unit = float(np.linalg.norm(eyes[0] - eyes[1]))
     mouth, corners, lips = _mouth(rig, openings, eyes.mean(axis=0), unit, x0, points.mouth)
-    how = ("mouth",) if points.mouth.sure else ()
     skin = rig.neutral[rig.skin]
+    against = (
+        ()
+        if points.mouth.places is None
+        else against_mouth(skin, mouth, rig.neutral[lips], points.mouth.places[0], unit)
+    )
+    how = ("mouth",) if points.mouth.sure and not against else ()
     middle = skin[np.abs(skin[:, 0] - x0) < 0.15 * unit]
     drop = eyes[0, 1] - mouth[1]
     between = middle[(middle[:, 1] < eyes[0, 1] - 0.1 * drop) & (middle[:, 1] > mouth[1] + 0.2 * drop)]
@@ -141,6 +149,7 @@ def surface_anchors(rig: Rig, points: Points) -> Anchors:
         lids=lids,
         lips=lips,
         found=found + how,
+        against_mouth=against,
         chin_sure=found_chin is not None and chin_agrees(chin, eyes.mean(axis=0), mouth, _with_the_jaw(rig, chin)),
     )
 

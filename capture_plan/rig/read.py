@@ -1,6 +1,6 @@
 """Reading a rig: the reader for its format, then one unit, one pose of the axes, and the face skin.
 
-Formats    a folder of OBJ (`formats/obj.py`), PLY (`ply.py`) or CSV files (`csv_folder.py`), or of one OBJ and
+Formats    a folder of OBJ (`formats/obj.py`), PLY (`ply.py`), CSV or TXT files (`csv_folder.py`), or of one OBJ and
            MakeHuman's `.target` files (`target.py`); `.npz` (`npz.py`); `.glb`, `.gltf`, `.vrm` (`gltf.py`, `vrm.py`);
            `.fbx` (`fbx.py`); a `.zip` of any of these (`zipped.py`); `.usd`, `.usda`, `.usdc`, `.usdz` (`usd.py`)
 Result     millimetres, +y up, facing +z, the subject's left +x; the origin and the vertex order stay the file's
@@ -23,7 +23,7 @@ from capture_plan.rig.face.place import face_place
 from capture_plan.rig.face.record import Understood
 from capture_plan.rig.face_skin import FacePlace, upper_neck
 from capture_plan.rig.formats.belongs import what_belongs
-from capture_plan.rig.formats.csv_folder import read_csv_folder
+from capture_plan.rig.formats.csv_folder import holds_tables, read_csv_folder
 from capture_plan.rig.formats.fbx import read_fbx
 from capture_plan.rig.formats.gltf import read_gltf
 from capture_plan.rig.formats.npz import read_npz
@@ -32,6 +32,7 @@ from capture_plan.rig.formats.ply import read_ply_folder
 from capture_plan.rig.formats.raw import RawRig, finite
 from capture_plan.rig.formats.source import Source, folder_name, is_kind
 from capture_plan.rig.formats.target import holds_targets, read_target_folder
+from capture_plan.rig.formats.twins import one_of_each
 from capture_plan.rig.formats.usd import SUFFIXES, read_usd
 from capture_plan.rig.formats.zipped import find_rig, open_zip
 from capture_plan.rig.name_map import read_name_map
@@ -94,7 +95,7 @@ def rig_from_raw(
     skin: str | None = None,
 ) -> Rig:
     """The rig of what a reader gave, in millimetres, +y up, facing +z; what is given here is not searched for."""
-    raw, turned, frame = _framed(what_belongs(finite(raw)), unit_mm, up, facing)
+    raw, turned, frame = _framed(one_of_each(what_belongs(finite(raw))), unit_mm, up, facing)
     facial = frame.channels.facial
     raw = crop_to_head(raw, facial)
     turn = axes_matrix(frame.up, frame.facing)
@@ -209,6 +210,8 @@ def read_folder(folder: Source) -> RawRig:
     for kind, reader in FOLDER_READERS.items():
         if any(is_kind(source, kind) for source in inside):
             return reader(folder)
+    if holds_tables(folder):
+        return read_csv_folder(folder)
     name = folder_name(folder)
     if not inside:
         raise RigError(f"the folder {name} is empty: give {FORMATS}")
@@ -220,7 +223,9 @@ def read_folder(folder: Source) -> RawRig:
 def is_rig(source: Source) -> bool:
     """Whether this is a folder with meshes in it, or a file that can be read where it is."""
     if source.is_dir():
-        return any(is_kind(inner, kind) for inner in source.iterdir() for kind in FOLDER_READERS)
+        return any(is_kind(inner, kind) for inner in source.iterdir() for kind in FOLDER_READERS) or holds_tables(
+            source
+        )
     return any(is_kind(source, kind) for kind in (READERS if isinstance(source, Path) else IN_ARCHIVES))
 
 

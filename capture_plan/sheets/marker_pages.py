@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from capture_plan.layout.record import Layout, MotionFit
-from capture_plan.layout.spacing import nearest_two
+from capture_plan.layout.spacing import nearest_straight, nearest_two
 from capture_plan.mesh import surface_graph
+from capture_plan.plan.predicted import error_words
 from capture_plan.progress import track
 from capture_plan.rig import Rig
 from capture_plan.rig.anchors import Anchors
@@ -40,10 +41,15 @@ def face_of(rig: Rig, head: Head, layout: Layout) -> Face:
 
 
 def nearest_words(layout: Layout, rig: Rig) -> str:
-    """' · nearest two 8.1 mm along the skin', as `check` measures it."""
+    """' · nearest two 8.1 mm straight, 9.4 mm along the skin', as `check` measures them."""
     graph = surface_graph(rig.neutral, rig.triangles[rig.skin[rig.triangles].all(axis=1)])
-    nearest = nearest_two(graph, np.array([m.vertex for m in layout.markers], dtype=int))
-    return f" · nearest two {nearest:.1f} mm along the skin" if np.isfinite(nearest) else ""
+    at = np.array([m.vertex for m in layout.markers], dtype=int)
+    straight, along = nearest_straight(rig.neutral, at), nearest_two(graph, at)
+    if not np.isfinite(straight):
+        return ""
+    return f" · nearest two {straight:.1f} mm straight" + (
+        f", {along:.1f} mm along the skin" if np.isfinite(along) else ""
+    )
 
 
 def rig_words(layout: Layout, rig: Rig) -> str:
@@ -51,8 +57,8 @@ def rig_words(layout: Layout, rig: Rig) -> str:
     worth = layout.worth
     bare = f" · {len(layout.uncovered)} blendshapes have no marker" if layout.uncovered else ""
     return (
-        f"{worth.landmarks} markers · rank {worth.rank} of {worth.full_rank} · predicted error "
-        f"{worth.error_mm:.2f} mm at {worth.noise_mm:g} mm noise{bare}{nearest_words(layout, rig)}"
+        f"{worth.landmarks} markers · rank {worth.rank} of {worth.full_rank} · {error_words(worth, layout.predictions)}"
+        f"{bare}{nearest_words(layout, rig)}"
     )
 
 

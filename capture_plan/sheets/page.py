@@ -22,6 +22,8 @@ Align = Literal["left", "centre", "right"]
 
 JPEG_QUALITY = 92  # no block is seen at 300 dpi on clay; a page of pictures stays near half a megabyte
 POINT_MM = 25.4 / 72
+DRAFT, DRAFT_PT, DRAFT_TURN = "DRAFT", 170, 52  # points and degrees: from corner to corner of either paper
+DRAFT_INK, DRAFT_OPACITY = "#b3261e", 0.2  # what lies below is still read
 MARGIN_MM = 8.0  # what common printers leave white, and a little
 
 
@@ -45,11 +47,13 @@ class Booklet:
     """A PDF being drawn; every method draws on the last page.
 
     `names` are those of the rig's blendshapes: where the fonts lack their script, each is written by its meaning.
+    `draft` is why nobody should work by these pages; it lies across each of them, nothing where it is empty.
     """
 
-    def __init__(self, sheet: Paper, title: str, names: Sequence[str] = ()) -> None:
+    def __init__(self, sheet: Paper, title: str, names: Sequence[str] = (), *, draft: str = "") -> None:
         self.paper = sheet
         self.titles: list[str] = []
+        self._draft, self._stamped = draft, 0
         self._pdf = pdf = FPDF(unit="mm", format=(sheet.width, sheet.height))
         pdf.set_auto_page_break(False)
         pdf.set_margin(0)
@@ -63,11 +67,24 @@ class Booklet:
 
     def add_page(self, title: str) -> None:
         """`title` names the page's PNG."""
+        self._stamp()
         self.titles.append(title)
         self._pdf.add_page()
 
     def bytes(self) -> bytes:
+        self._stamp()
         return bytes(self._pdf.output())
+
+    def _stamp(self) -> None:
+        """DRAFT across the last page, over all that is drawn there, and why at its top."""
+        if not self._draft or self._stamped == len(self.titles):
+            return
+        self._stamped = len(self.titles)
+        middle = self.paper.width / 2, self.paper.height / 2
+        with self._pdf.local_context(fill_opacity=DRAFT_OPACITY), self._pdf.rotation(DRAFT_TURN, *middle):
+            self.text(middle[0], middle[1] + 22, DRAFT, DRAFT_PT, bold=True, align="centre", colour=DRAFT_INK)
+        why, wide = f"{DRAFT}, does not hold: {self._draft}", self.paper.width - 2 * MARGIN_MM
+        self.text(MARGIN_MM, 6.8, why, 7.4, bold=True, colour=DRAFT_INK, fit=wide)
 
     def width(self, text: str, size: Number, *, bold: bool = False) -> Number:
         return sum(self._run_width(*run, size, bold) for run in runs(self._printable(text)))

@@ -38,8 +38,11 @@ def height(item: Item, of: Session) -> float:
     return tall + (STOP_MM if of.stop_after and item.name == of.stop_after else 0.0)
 
 
-def draw_shot_list(book: Booklet, of: Session, items: list[Item], apart: tuple[tuple[str, str, str], ...] = ()) -> None:
-    """A page of the table; below the last item what is planned apart: its heading, names and what to do."""
+def draw_shot_list(
+    book: Booklet, of: Session, items: list[Item], apart: tuple[tuple[str, str, str], ...] = (), near: str = ""
+) -> None:
+    """A page of the table; below the last item what is planned apart (its heading, names and what to do), and which
+    dots come `near` each other."""
     head_line(book, "SHOT LIST", (summary(of),))
     left, right = MARGIN_MM, book.paper.width - MARGIN_MM
     y = TOP_MM - 4
@@ -58,11 +61,13 @@ def draw_shot_list(book: Booklet, of: Session, items: list[Item], apart: tuple[t
             _stop(book, of.stop, below)
         y += height(item, of)
     note = "Clock: minutes from the start, all times are our assumptions. Difficulty 1 to 5. Sides are the actor's own."
-    foot = min(y + 4, book.paper.height - (14.5 if apart else 12))
+    foot = min(y + 4, book.paper.height - (18 if apart and near else 14.5 if apart or near else 12))
     book.text(left, foot, note, 6.6, colour=SOFT, fit=right - left)
     if apart and items[-1:] == list(of.items[-1:]):
         told = ". ".join(f"{heading} ({names.count(', ') + 1}): {names}" for heading, names, _ in apart)
         book.text(left, foot + 3.2, f"Planned apart. {told}", 6.6, colour=SOFT, fit=right - left)
+    if near and items[-1:] == list(of.items[-1:]):
+        book.text(left, foot + (6.4 if apart else 3.2), near, 6.6, bold=True, fit=right - left)
 
 
 def summary(of: Session) -> str:

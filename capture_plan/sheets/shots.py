@@ -151,7 +151,7 @@ def _facts(book: Booklet, shot: Shot, item: Item) -> None:
     e, left, right = shot.expression, MARGIN_MM, book.paper.width - MARGIN_MM
     plate = plates(book)
     y, width = plate.top + plate.tall + 9, right - left
-    book.text(left, y, f"shows {e.gain:.1%} of all movement", 10.5, bold=True)
+    book.text(left, y, f"takes {e.gain:.1%} of the expected squared error", 10.5, bold=True)
     book.text(right, y, f"{e.covered:.0%} covered after this one", 10.5, bold=True, align="right")
     start, end = max(e.covered - e.gain, 0), min(e.covered, 1)
     book.box(left, y + 2, width, 3.6, fill=WASH, line=None)

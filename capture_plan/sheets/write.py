@@ -16,8 +16,10 @@ import msgspec
 import pypdfium2
 
 from capture_plan.errors import PlanError
+from capture_plan.layout.meeting import meeting_words
 from capture_plan.layout.record import Layout
 from capture_plan.plan.record import Plan
+from capture_plan.plan.summary import expression_words
 from capture_plan.progress import track
 from capture_plan.rig import Rig
 from capture_plan.rig.kinds import apart_lines
@@ -81,7 +83,7 @@ def draw_sheets(plan: Plan, rig: Rig, *, sheet: str, dpi: int) -> Booklet:
         raise PlanError(
             f"the plan was made for rig {plan.rig.fingerprint}, this is {rig.fingerprint}: plan again or give that rig"
         )
-    book = Booklet(paper(sheet), f"{rig.name}: markers and expressions", rig.names)
+    book = Booklet(paper(sheet), f"{rig.name}: markers and expressions", rig.names, draft="; ".join(plan.draft))
     head, fit = make_head(rig), plan.layout.motion
     words = (rig_words(plan.layout, rig), take_words(fit)) if fit else (rig_words(plan.layout, rig),)
     markers = MarkerPages(book, face_of(rig, head, plan.layout), words, READS, dpi)
@@ -97,7 +99,8 @@ def draw_sheets(plan: Plan, rig: Rig, *, sheet: str, dpi: int) -> Booklet:
     markers.draw(add_page)
     for i, items in enumerate(lists):
         add_page("shot-list" if i == 0 else f"shot-list-{i + 1}")
-        draw_shot_list(book, plan.session, items, apart_lines(plan.audit.apart))
+        near = meeting_words(plan.meetings, plan.settings.landmarks.dot_mm)
+        draw_shot_list(book, plan.session, items, apart_lines(plan.audit.apart), near)
     draw_expressions(plan, head, markers, overviews, add_page)
     return book
 
@@ -144,8 +147,7 @@ def fingerprint(record: Plan | Layout) -> str:
 def packed_words(plan: Plan) -> str:
     """What the expressions are worth."""
     packing = plan.packing
-    proof = " · proven fewest" if packing.proven_optimal and packing.objective == packing.bound else ""
-    return f"{len(packing.expressions)} expressions{proof} · bars: share of all movement covered so far"
+    return f"{expression_words(packing)} · bars: share of the expected squared error that is taken so far"
 
 
 def _write_pages(pdf: bytes, titles: list[str], folder: Path, dpi: int) -> list[str]:

@@ -147,7 +147,7 @@ def by_method(take: Take, face: Face, counts: Sequence[int]) -> tuple[Scored, ..
 
 
 def from_rig(take: Take, face: Face, count: int) -> list[Scored]:
-    """The layout of least predicted error that the rig alone asks for, where there is room for it."""
+    """The layout of least upper estimate of the error that the rig alone asks for, where there is room for it."""
     try:
         designed = error_driven(face, LayoutSettings(), count)
     except CapturePlanError:

@@ -28,6 +28,8 @@
   });
   document.getElementById("print").addEventListener("click", () => print());
 
+  CapturePlan.showChecks(document.getElementById("checks"), document.getElementById("checked"), JSON.parse(read("plan-data")), JSON.parse(read("evidence-data")));
+
   const app = await CapturePlan.start(root, data);
   document.documentElement.classList.add(app ? "has-3d" : "no-3d");
   if (!app) return;

@@ -40,7 +40,10 @@ REACH = 3.5  # rho: on a human head past the crown and the throat
 
 @dataclass(frozen=True, eq=False)
 class Channels:
-    """The figures of the module's docstring; lengths in the unit of the vertices."""
+    """The figures of the module's docstring; lengths in the unit of the vertices.
+
+    `elsewhere` are blendshapes that are named for a face and lie far from this one.
+    """
 
     energy: Float[np.ndarray, "k v"]
     centre: Float[np.ndarray, "k 3"]
@@ -48,6 +51,7 @@ class Channels:
     direction: Float[np.ndarray, "k 3"]
     weight: Float[np.ndarray, " k"]
     movements: tuple[Movement | None, ...]
+    elsewhere: Bool[np.ndarray, " k"]
     middle: Float[np.ndarray, " 3"]
     rho: float
 
@@ -113,9 +117,10 @@ def find_channels(
     beyond = (np.linalg.norm(centre - middle, axis=1) > FAR * typical) | (radius > TOO_WIDE * typical)
     if (w > 0).sum() < FEW:  # a jaw and two blinks lie far from each other for their size
         beyond &= ~called
+    elsewhere = beyond & called & (radius <= TOO_WIDE * typical)
     w = _kept(w, beyond)
     w, middle, rho = _settled(neutral, a, deltas, energy, w)
-    return Channels(energy, centre, radius, D, w, movements, middle, rho)
+    return Channels(energy, centre, radius, D, w, movements, elsewhere & (w == 0), middle, rho)
 
 
 def _kept(w: Float[np.ndarray, " k"], aside: Bool[np.ndarray, " k"]) -> Float[np.ndarray, " k"]:

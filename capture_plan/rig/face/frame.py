@@ -12,8 +12,11 @@ from capture_plan.rig.face.record import Axes, Sign, Unit
 from capture_plan.rig.face.shape import Shape
 from capture_plan.rig.face.unit import find_unit
 from capture_plan.rig.face.votes import all_votes, names_agree
+from capture_plan.rig.formats.naming import listed
 from capture_plan.rig.formats.raw import RawRig
 from capture_plan.rig.record import Found
+
+ANOTHER = 5  # blendshapes named for a face that lie elsewhere: fewer may have misleading names
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +89,7 @@ def find_frame(
             [
                 *axes_note(raw, axes, given=bool(up or facing)),
                 *unit_note(raw, unit, pupils, unit_mm),
-                *["two heads move in this file: export one of them alone"] * shape.doubled,
+                *heads_note(raw, shape),
             ]
         ),
         channels=shape.channels,
@@ -141,6 +144,19 @@ def unit_note(raw: RawRig, unit: Unit, pupils: float | None, given: float | None
         ]
     told = "the file's own unit" if unit.mm == raw.unit_mm else "not sure how long a unit is: one unit"
     return [f"{told} was taken as {unit.mm:g} mm{apart}; give --unit-mm where it is not"]
+
+
+def heads_note(raw: RawRig, shape: Shape) -> list[str]:
+    """What a person should know of a second head in the file."""
+    if shape.doubled:
+        return ["two heads move in this file: export one of them alone"]
+    if shape.parted:
+        return ["two things apart from each other move in this file, two heads perhaps: export one head alone"]
+    names = [name for name, other in zip(raw.names, shape.channels.elsewhere, strict=True) if other]
+    if len(names) < ANOTHER:
+        return []
+    told = "blendshapes are named for a face and move something far from this one"
+    return [f"{len(names)} {told}, another head perhaps ({listed(names)}): export one head alone"]
 
 
 def check_given(unit_mm: float | None, up: str | None, facing: str | None) -> None:

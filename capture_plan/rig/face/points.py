@@ -26,6 +26,7 @@ NEAR = 0.35  # pupil distances
 USUAL, LOOSE = 1.0, 0.35  # pupil distances from the eyes to the mouth: four human heads 0.9 to 1.15; in logarithms
 LEAD = 0.5
 ALONE = 1.8  # trust in what is named for the mouth, or in skin that parts widely: enough without another sign
+LOPSIDED = 0.2  # rho to the mirror image: 22 avatars 0.03 at most, halves of heads 0.27 to 0.65
 WITHOUT_MOUTH, NO_FACE = 1.5, 4.0  # trust that eyes lose that no mouth fits, or one that is not below them
 BELOW, DEEP = (0.3, 1.9), 0.9  # pupil distances from the eyes down and in depth to the mouth
 
@@ -51,15 +52,26 @@ class Points:
 def find_points(shape: Shape, *, named: bool) -> Points:
     """Eyes and mouth of a head in the rig's axes; names are heeded where `named` says that they do not contradict.
 
-    Of two heads in one file none is sure; nor is a mouth that few movements show, without eyes above it.
+    Of two heads in one file none is sure, nor of half a head; nor is a mouth that few movements show, without eyes
+    above it.
     """
-    x0 = shape.mirror_across(0)[1]
+    off, x0 = shape.mirror_across(0)
     eyes = [one for one in eye_candidates(shape, x0, named=named) if _possible(one, shape)]
     mouths = mouth_candidates(shape, x0, named=named)
     points = Points(x0, *choose(eyes, mouths))
-    eyes_sure = points.eyes.sure and not shape.doubled
-    mouth_sure = points.mouth.sure and not shape.doubled and (eyes_sure or not shape.channels.few)
+    if off > LOPSIDED * shape.channels.rho:
+        return replace(points, eyes=_doubted(points.eyes), mouth=_doubted(points.mouth))
+    several = shape.doubled or shape.parted
+    eyes_sure = points.eyes.sure and not several
+    mouth_sure = points.mouth.sure and not several and (eyes_sure or not shape.channels.few)
     return replace(points, eyes=replace(points.eyes, sure=eyes_sure), mouth=replace(points.mouth, sure=mouth_sure))
+
+
+def _doubted(found: Found) -> Found:
+    """The same place, not sure, of a head whose two sides are unlike."""
+    return replace(
+        found, sure=False, signs=(*found.signs, Sign("its two sides, which do not mirror each other", "", -1.0))
+    )
 
 
 def choose(eyes: list[Candidate], mouths: list[Candidate]) -> tuple[Found, Found]:

@@ -23,7 +23,8 @@ def face_reading(rig: Rig) -> Reading:
     """How `rig` was understood; what rests on eyes and mouth is only sure where they are."""
     anchors, points, channels = face_anchors(rig), rig_points(rig), rig_channels(rig)
     file = rig.understood or by_hand(rig)
-    both = points.eyes.sure and points.mouth.sure
+    mouth_sure = points.mouth.sure and not anchors.against_mouth
+    both = points.eyes.sure and mouth_sure
     ears = "ears" in anchors.found and both
     found = points.eyes.places is not None
     return Reading(
@@ -37,8 +38,8 @@ def face_reading(rig: Rig) -> Reading:
         ),
         mouth=Spot(
             at=None if points.mouth.places is None else _vector(_lips(anchors, points)),
-            sure=points.mouth.sure and file.axes.sure,
-            signs=points.mouth.signs,
+            sure=mouth_sure and file.axes.sure,
+            signs=points.mouth.signs + anchors.against_mouth,
         ),
         nose=Spot(_vector(anchors.nose_tip) if both else None, sure=both),
         chin=Spot(_vector(anchors.chin) if both else None, sure=both and anchors.chin_sure),

@@ -38,7 +38,8 @@ LINK = 0.2  # rho between torn vertices of one opening
 CELL, CELLS = 0.15, 32  # rho, and cells to either side of the middle, in which the front is looked for
 FRONT = 0.5  # rho behind the front of its cell
 TWIN, ALIKE, BESIDE = 0.2, 0.02, 0.3  # share of the facial energy; of the size: unlike, and from middle to middle
-WITHOUT_AXES = ("near", "head", "called_eyes", "lengths", "areas", "piece", "tears", "rims", "doubled")
+LARGE, GAP = 0.2, 0.1  # of the largest area that moves, so brows and eyes are none; of the size of a head
+WITHOUT_AXES = ("near", "head", "called_eyes", "lengths", "areas", "piece", "tears", "rims", "doubled", "parted")
 COMPACT = 0.45  # least over largest extent of an eyeball, or of the half that shows
 
 
@@ -128,6 +129,21 @@ class Shape:
         apart = middle_of_box(second) - middle_of_box(first)
         off = KDTree(second).query(first[:: max(1, len(first) // SAMPLE)] + apart)[0]
         return bool(np.linalg.norm(apart) > BESIDE * size and np.median(off) < ALIKE * size)
+
+    @cached_property
+    def parted(self) -> bool:
+        """Whether two large pieces with a gap between them take like shares of what moves: two unlike heads, or a face
+        and a hand."""
+        share = np.bincount(self.piece, self.channels.moved)
+        if len(share) < 2 or np.sort(share)[-2] < TWIN:
+            return False
+        area = np.bincount(self.piece, self.areas)
+        one, other = np.argsort(share, kind="stable")[:-3:-1]
+        if min(area[one], area[other]) < LARGE * area[share > LEAST].max():
+            return False
+        first, second = (self.neutral[self.piece == number] for number in (one, other))
+        gap = np.maximum(first.min(axis=0) - second.max(axis=0), second.min(axis=0) - first.max(axis=0)).max()
+        return bool(gap > GAP * np.ptp(first, axis=0).max())
 
     @cached_property
     def mirror(self) -> Float[np.ndarray, " 3"]:

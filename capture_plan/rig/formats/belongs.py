@@ -181,18 +181,22 @@ def first_copy(body: Body, faces: list[Body]) -> Copy | None:
     return next((copy for copy in found if copy is not None), None)
 
 
-def repeats(body: Body, face: Body) -> Copy | None:
-    """How the body repeats the face: in the same triangles, or over the same surface."""
+def repeats(body: Body, face: Body, *, moves_too: bool = False) -> Copy | None:
+    """How the body repeats the face: in the same triangles, or over the same surface.
+
+    A body that `moves_too` is no cloth, so a coarser level of detail counts; nor is it a copy if it is the face's
+    mirror image, as a right hand is a left one's.
+    """
     if len(body.points) == len(face.points) and body.triangles.shape == face.triangles.shape:
         same = (body.triangles == face.triangles).all(axis=1).mean()
         R, t = rigid(body.points, face.points)
         off = float(np.sqrt(((body.points @ R.T + t - face.points) ** 2).sum(axis=1).mean()))
         if same > 1 - NEARLY and off <= RESHAPED * face.size:
-            return Copy(body, face, R, t)
+            return None if moves_too and mirrored(body.points, face.points, off) else Copy(body, face, R, t)
     sides = np.ptp(body.box, axis=0) / np.maximum(np.ptp(face.box, axis=0), 1e-12)
     if not ((sides >= 1 / SAME_SIZE) & (sides <= SAME_SIZE)).all():
         return None
-    t = over(body, face)
+    t = over(body, face, moves_too=moves_too)
     return None if t is None else Copy(body, face, np.eye(3), t)
 
 
@@ -207,7 +211,14 @@ def rigid(
     return R, middle_b - R @ middle_a
 
 
-def over(body: Body, face: Body) -> Float[np.ndarray, " 3"] | None:
+def mirrored(a: Float[np.ndarray, "n 3"], b: Float[np.ndarray, "n 3"], off: float) -> bool:
+    """Whether the mirror image of a lies nearer to b, turned and moved, than a itself, which lies `off` (rms)."""
+    image = a * [-1, 1, 1]
+    R, t = rigid(image, b)
+    return float(np.sqrt(((image @ R.T + t - b) ** 2).sum(axis=1).mean())) < off
+
+
+def over(body: Body, face: Body, *, moves_too: bool = False) -> Float[np.ndarray, " 3"] | None:
     """The translation that lays the body's surface over the face's, if it then covers it and is covered."""
     theirs, ours = body.sample, face.sample
     t = face.box.mean(axis=0) - body.box.mean(axis=0)
@@ -220,7 +231,7 @@ def over(body: Body, face: Body) -> Float[np.ndarray, " 3"] | None:
     to_face, to_body = face.tree.query(theirs[:POINTS] + t)[0], body.tree.query(ours[:POINTS] - t)[0]
     gaps = ((to_face, COVERED if nearly else COVERING), (to_body, COVERED))
     fits = all(np.median(gap) <= MIDDLE * face.size and np.quantile(gap, q) <= MOST * face.size for gap, q in gaps)
-    on = nearly or np.median(face.tree.query(body.points + t)[0]) <= ON * face.size
+    on = moves_too or nearly or np.median(face.tree.query(body.points + t)[0]) <= ON * face.size
     return t if fits and on else None
 
 

@@ -15,6 +15,7 @@ from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
 from capture_plan.rig.formats.naming import numbered, sentences
+from capture_plan.rig.formats.neutral_file import find_neutral
 from capture_plan.rig.formats.raw import RawRig, fan, vertex_parts
 from capture_plan.rig.formats.source import Source, folder_name, is_kind
 from capture_plan.rig.formats.whole_files import OtherMeshError, whole_deltas
@@ -22,11 +23,6 @@ from capture_plan.rig.formats.whole_files import OtherMeshError, whole_deltas
 VERTEX = re.compile(rb"^[ \t]*v[ \t]+([^\n]*)", re.MULTILINE)
 FACE = re.compile(rb"^[ \t]*f[ \t][^\n]*", re.MULTILINE)
 STATEMENT = re.compile(rb"^[ \t]*(v|f|o|g|usemtl)(?:[ \t]+([^\n]*))?$", re.MULTILINE)
-NEUTRAL_WORDS = (  # the best first
-    *("neutral", "base", "basis", "rest", "default", "mean", "template", "reference"),
-    *("average", "neutre", "neutro", "neutrale"),
-)
-AROUND = "pose|mesh|face|head|shape|expression|model"  # what is written in one word with these: neutralpose, basemesh
 COMMA = re.compile(rb"(?<=\d),(?=\d)")
 
 
@@ -43,7 +39,7 @@ class Faces:
 def read_obj_folder(folder: Source) -> RawRig:
     """The rig in `folder`; unit and axes are unknown. RigError when the files do not make one rig."""
     paths = sorted((p for p in folder.iterdir() if is_obj(p)), key=natural)
-    neutral_path = find_neutral(folder, paths)
+    neutral_path, chosen = find_neutral(folder, paths, read_obj_vertices)
     shapes = [path for path in paths if path != neutral_path]
     if not shapes:
         raise RigError(
@@ -92,8 +88,13 @@ def read_obj_folder(folder: Source) -> RawRig:
         parts=parts,
         part_names=part_names,
         source_index=np.arange(len(neutral), dtype=np.int32),
-        note=sentences(told, broken),
+        note=sentences(chosen, told, broken),
     )
+
+
+def read_obj_vertices(path: Source) -> Float[np.ndarray, "v 3"]:
+    """Places of all vertices, in the file's order."""
+    return parse_vertices(load(path), path)
 
 
 def is_obj(path: Source) -> bool:
@@ -104,38 +105,6 @@ def is_obj(path: Source) -> bool:
 def natural(path: Source) -> list[str | int]:
     """Sort key that puts morph_2 before morph_10."""
     return [int(piece) if piece.isdigit() else piece for piece in re.split(r"([0-9]+)", path.stem)] + [path.suffix]
-
-
-def find_neutral(folder: Source, paths: list[Source]) -> Source:
-    """The file called after the neutral: by its whole name, or else by a word in it, the best word first.
-
-    A word that stands in every file's name says nothing.
-    """
-    kind = paths[0].suffix.lower()
-    said = {path: set(words(path.stem)) for path in paths}
-    common = set.intersection(*said.values()) if len(paths) > 2 else set()
-    for whole in (True, False):
-        for word in NEUTRAL_WORDS:
-            found = [p for p in paths if (p.stem.lower() == word if whole else word in said[p] - common)]
-            if len(found) > 1:
-                listed = " and ".join(p.name for p in found[:3])
-                raise RigError(
-                    f"{folder.name}: {len(found)} files could be the neutral, {listed}: "
-                    f"rename the right one to neutral{kind}"
-                )
-            if found:
-                return found[0]
-    raise RigError(
-        f"{folder.name}: none of {len(paths)} {kind[1:].upper()} files is called neutral, base, basis, rest, default, "
-        f"template or reference: rename the neutral to neutral{kind}"
-    )
-
-
-def words(stem: str) -> list[str]:
-    """generic_neutral_mesh -> generic, neutral, mesh; headBase01 -> head, base; neutralpose -> neutral."""
-    found = [word.lower() for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+", stem)]
-    joined = re.compile(rf"(?:{AROUND})?({'|'.join(NEUTRAL_WORDS)})(?:{AROUND})?")
-    return [match[1] if (match := joined.fullmatch(word)) else word for word in found]
 
 
 def load(path: Source) -> bytes:

@@ -16,7 +16,8 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_plan.errors import RigError
-from capture_plan.rig.formats.obj import COMMA, Faces, check_same_faces, find_neutral, natural
+from capture_plan.rig.formats.neutral_file import find_neutral
+from capture_plan.rig.formats.obj import COMMA, Faces, check_same_faces, natural
 from capture_plan.rig.formats.raw import RawRig
 from capture_plan.rig.formats.shapes import rig_of_shapes
 from capture_plan.rig.formats.source import Source, is_kind
@@ -58,9 +59,9 @@ Table = dict[str, Column]
 def read_ply_folder(folder: Source) -> RawRig:
     """The rig in `folder`; unit and axes are unknown. RigError when the files do not make one rig."""
     paths = sorted((path for path in folder.iterdir() if is_kind(path, ".ply")), key=natural)
-    neutral = find_neutral(folder, paths)
+    neutral, told = find_neutral(folder, paths, read_vertices)
     shapes = [path for path in paths if path != neutral]
-    return rig_of_shapes(folder, neutral, shapes, read_faces(neutral), read_vertices, check_shape_faces)
+    return rig_of_shapes(folder, neutral, shapes, read_faces(neutral), read_vertices, check_shape_faces, told=told)
 
 
 def read_vertices(path: Source) -> Float[np.ndarray, "v 3"]:

@@ -23,10 +23,13 @@ def rig_of_shapes(
     faces: Faces,
     read_vertices: Callable[[Source], Float[np.ndarray, "v 3"]],
     check_faces: Callable[[Faces, Source, Source], None] | None = None,
+    *,
+    told: str = "",
 ) -> RawRig:
     """The rig of a neutral and its blendshapes, called after their files; unit and axes are unknown.
 
-    `check_faces(faces, neutral, shape)` refuses a blendshape whose file joins its vertices into other faces.
+    `check_faces(faces, neutral, shape)` refuses a blendshape whose file joins its vertices into other faces;
+    `told` is what has to be said of how the files were read.
     """
     if not shapes:
         raise RigError(
@@ -58,7 +61,7 @@ def rig_of_shapes(
     parts, part_names = vertex_parts(
         triangles, np.repeat(faces.labels, faces.sizes - 2), faces.part_names, len(vertices)
     )
-    names, told = numbered([path.stem for path in shapes])
+    names, twice = numbered([path.stem for path in shapes])
     return RawRig(
         name=folder_name(folder),
         neutral=vertices,
@@ -68,5 +71,5 @@ def rig_of_shapes(
         parts=parts,
         part_names=part_names,
         source_index=np.arange(len(vertices), dtype=np.int32),
-        note=sentences(told, broken),
+        note=sentences(told, twice, broken),
     )

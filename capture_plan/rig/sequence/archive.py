@@ -6,6 +6,7 @@ Weights  weights (t c), names (c), fps
 Frames that hold no numbers, or whose vertices all lie in one place, have no face: left out and counted.
 """
 
+import warnings
 import zipfile
 from collections.abc import Mapping
 from dataclasses import replace
@@ -56,13 +57,17 @@ def read_array(path: Path) -> MeshTake:
     """The meshes in one NPY array, read where they are asked for. RigError where it holds none."""
     check_size(path.stat().st_size)
     try:
-        frames = np.load(path, mmap_mode="r", allow_pickle=False)
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "Reading `.npy`")  # headers of Python 2 are as good
+            frames = np.load(path, mmap_mode="r", allow_pickle=False)
     except DAMAGE as error:
         raise RigError(f"is no NumPy array of numbers ({str(error)[:80]}): save it again with np.save") from error
     if frames.ndim == 2 and frames.shape[1] % 3 == 0 and frames.shape[1] >= 3 * FEWEST_VERTICES:
         frames = frames.reshape(len(frames), -1, 3)
     if not is_frames(frames):
-        raise RigError(f"holds an array {frames.shape} of {frames.dtype}, expected frames (t, v, 3): save meshes")
+        weights = "; weights need their names: save NPZ with weights (t, k) and names" if frames.ndim == 2 else ""
+        told = f"holds an array {frames.shape} of {frames.dtype}, expected frames (t, v, 3)"
+        raise RigError(f"{told}: save meshes{weights}")
     kept, notes = kept_frames(frames)
     return MeshTake(kept, None, None, notes=notes)
 

@@ -3,6 +3,8 @@
 Delimiter   of comma, semicolon, tab and bar the one that cuts the line of names into as many fields as most of some
             rows taken evenly from the whole file; what "sep=" says counts where two do equally well
 Decimal     a comma where more of the cells that are numbers have one than a full stop
+Lines       of messages (`messages.py`), cells between spaces (`spaced.py`) and a row for each weight (`long_table.py`)
+            are first brought into the form of a table
 Side        a table whose names run down is turned first (`turned.py`)
 Names       of the first lines the one that fits the rows best and is mostly text; what stands before is left out
 Rows        parsed by NumPy in blocks; a block with a cell that is no number, cell by cell. A row too short or too long
@@ -26,10 +28,14 @@ from capture_plan.rig.sequence.clock import Timing, timing_of
 from capture_plan.rig.sequence.columns import kind_of, plain, unit_of, why_not
 from capture_plan.rig.sequence.face_cap import as_table, is_face_cap
 from capture_plan.rig.sequence.frames import evenly
+from capture_plan.rig.sequence.json_take import read_json
 from capture_plan.rig.sequence.json_weights import known
+from capture_plan.rig.sequence.long_table import across_names
+from capture_plan.rig.sequence.messages import as_frames
 from capture_plan.rig.sequence.presence import answer, face_of, other_faces, refuse_takes, without_face
 from capture_plan.rig.sequence.rows import Rows, table_of
 from capture_plan.rig.sequence.scale import stated_in
+from capture_plan.rig.sequence.spaced import with_names, without_spaces
 from capture_plan.rig.sequence.sparse import fill_cells
 from capture_plan.rig.sequence.text import COMMA, NOTHING, Lines, TextTable, lines_of, split, text_of, to_number
 from capture_plan.rig.sequence.turned import upright
@@ -40,16 +46,21 @@ FIRST = 12  # lines among which the names are looked for
 SAMPLE = 200  # rows that tell delimiter, decimal sign and which columns are numbers
 BLOCK = 4096  # rows parsed at once
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
-
+JSON = re.compile(r"\s*(?:\{\s*\"|\[\s*[\[{\"])")
 DIGIT = re.compile(r"\d")
 AMOUNT = re.compile(r"[-+\d][-+\d:;.,TZ ]*%?")  # a number, a timecode, a date
 
 
 def read_csv(path: Path) -> WeightTable:
     """The frames of a table of text. RigError that names the row where it is none."""
-    lines = lines_of(*text_of(path))
+    text, notes = text_of(path)
+    if JSON.match(text):
+        return read_json(path)
+    lines = lines_of(text, notes)
     if is_face_cap(lines.texts):
         return weights_of(as_table(lines))
+    lines = without_spaces(as_frames(lines))
+    lines = across_names(with_names(lines, DELIMITERS), DELIMITERS)
     return weights_of(find_table(upright(lines, DELIMITERS)))
 
 

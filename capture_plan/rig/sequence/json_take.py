@@ -4,6 +4,7 @@ Frames     a list at the top, or below "frames", "data", ...; or a line for each
 Numbered   {"0": frame, "1": frame, ...} or {"0.033": frame, ...}
 Columns    {name: [weight, ...], ...}
 One        a single frame
+Long       an object for each weight (`json_long.py`)
 Parts of a document are decoded one at a time, when they are needed.
 """
 
@@ -19,6 +20,7 @@ import msgspec
 from capture_plan.errors import RigError
 from capture_plan.rig.sequence.columns import kind_of, plain, unit_of, why_not
 from capture_plan.rig.sequence.json_frames import BESIDE, SHAPE_KEYS, Recording
+from capture_plan.rig.sequence.json_long import gathered
 from capture_plan.rig.sequence.json_several import is_frame, only_take
 from capture_plan.rig.sequence.json_weights import is_category, is_number, known
 from capture_plan.rig.sequence.text import text_of
@@ -29,6 +31,7 @@ FRAME_KEYS = ("frames", "weights", "weightmat", "data", "values", "results", "sa
 RATE_KEYS = ("fps", "exportfps", "framerate", "samplerate")
 HEAD_KEYS = ("metadata", "meta", "info", "header", "settings", "data", "take", "recording")
 NO_NUMBER = re.compile(r"(?<=[\[:,\s])(?:NaN|-?Infinity)(?=\s*[,\]}])")
+TRAILING = re.compile(r",(\s*[\]}])")  # a comma before a bracket, as hand-made writers leave it
 NUMBERED = re.compile(r"\D*(\d+(?:\.\d+)?)\D*")
 USUAL_KEYS = (*FRAME_KEYS, *HEAD_KEYS, *SHAPE_KEYS)
 Document = list[msgspec.Raw] | dict[str, msgspec.Raw]
@@ -40,6 +43,13 @@ def read_json(path: Path) -> WeightTable:
     """The frames of a JSON file. RigError where it holds no weights that can be told."""
     text, notes = text_of(path)
     document = decode(text)
+    if (
+        isinstance(document, list)
+        and document
+        and is_category(opened(document[0]))
+        and (rows := gathered(whole(document)))
+    ):
+        document = parts_again(rows)
     take = None if is_plain(document) else only_take(whole(document))
     told = (*notes, *([f"of the file, '{take.name}' is read"] if take and plain(take.name) not in USUAL_KEYS else []))
     part = document if take is None else parts_again(take.part)
@@ -52,7 +62,8 @@ def read_json(path: Path) -> WeightTable:
 def decode(text: str) -> Document:
     """The parts of a document, each still undecoded; of JSON lines, the lines. RigError where it is neither."""
     problem: Exception | None = None
-    for some in (text, NO_NUMBER.sub("null", text) if "NaN" in text or "Infinity" in text else text):
+    plainer = NO_NUMBER.sub("null", text) if "NaN" in text or "Infinity" in text else text
+    for some in dict.fromkeys((text, plainer, TRAILING.sub(r"\1", plainer))):
         try:
             return msgspec.json.decode(some, type=Document)
         except UNREADABLE as error:

@@ -18,6 +18,7 @@ from capture_plan.rig.sequence.columns import MANY, plain, why_not
 LABEL_KEYS = (
     *("categoryname", "name", "displayname", "label", "shape", "shapename", "key", "id", "blendshape"),
     *("blendshapename", "channel", "target", "morph", "location"),
+    *("blendshapelocation", "parameter", "expression", "k", "n"),
 )
 SCORE_KEYS = ("score", "value", "weight", "coefficient", "intensity", "amount", "v", "w")
 QUOTED = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)(e[+-]?\d+)?\s*%?", re.IGNORECASE)

@@ -1,8 +1,8 @@
 """Reading a take: the reader for its format, then the rig's unit and axes, and the head held still.
 
 Meshes    a folder of numbered OBJ or PLY files (`meshes.py`); `.npz`, `.npy` (`archive.py`); USD (`usd_take.py`)
-Weights   `.csv`, `.txt` (`delimited.py`), `.json` (`json_take.py`), `.npz` on a rig; `.glb`, `.gltf`, `.vrm`
-          (`animation.py`) and USD with their own. What a full weight is: `scale.py`
+Weights   `.csv`, `.txt`, `.log` (`delimited.py`), `.json` (`json_take.py`), packed as `.gz` too, `.npz` on a rig;
+          `.glb`, `.gltf`, `.vrm` (`animation.py`) and USD with their own. What a full weight is: `scale.py`
 Result    millimetres, +y up, facing +z. Meshes are laid onto the rig's neutral; without a rig, unit and axes are found
           from the frames themselves, as those of a rig are from its blendshapes
 """
@@ -39,7 +39,7 @@ from capture_plan.rig.sequence.usd_take import read_usd_take
 from capture_plan.rig.sequence.weights import WeightTable
 
 TABLES = {
-    **dict.fromkeys((".csv", ".tsv", ".tab", ".txt"), read_csv),
+    **dict.fromkeys((".csv", ".tsv", ".tab", ".txt", ".log", ".dat"), read_csv),
     **dict.fromkeys((".json", ".jsonl", ".ndjson"), read_json),
     ".npz": read_archive,
     ".npy": read_array,
@@ -102,7 +102,7 @@ def read_sequence(
 
 def read_take(path: Path) -> WeightTable | MeshTake:
     """The take as its file has it."""
-    suffix = path.suffix.lower()
+    suffix = (Path(path.stem) if path.suffix.lower() == ".gz" else path).suffix.lower()
     if not path.exists():
         raise RigError(f"{path.name} does not exist: give {FORMATS}")
     if path.is_dir():

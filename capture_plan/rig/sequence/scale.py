@@ -8,7 +8,8 @@ Beyond   do values go beyond weights of 0 to 1? The sum of signs:
          columns   share of the columns that get there
          whole     nearly all values are whole numbers
 Full     1 where they do not; else what names, units or cells say (%, 0-255), else by how far the second highest column
-         gets: 100 in most takes, 255 or 1000 above what per cent reach, 10 where many columns end just below it
+         gets: 100 in most takes, 255 or 1000 above what per cent reach, 10 where many columns end just below it, 5
+         where most are action units and none gets beyond it (A to E of Ekman and Friesen 1978, counted as 1 to 5)
 What is unlikely or has two answers is said to be uncertain: all near 0, all a little above 1, nobody past half of
 the way, some columns or some frames on another scale. A name map settles it: full = 255.
 """
@@ -33,6 +34,8 @@ NEGATIVE = 0.3  # of the columns
 TINY = 0.05  # no take of a face stays below it
 HALF = 0.6  # of full: blinks and jaws go further in a take that shows a face
 TEN = (6.0, 10.01)  # a take in per cent has columns that get further, one of 0 to 10 has many that end here
+UNITS = re.compile(r"(?:.*[^a-z])?AU[ _]?\d{1,2}(?:[^0-9].*)?", re.IGNORECASE)  # names of action units
+FIVE = (2.0, 5.01)  # how far units get on their scale of five
 PER_CENT_MOST = 150.0
 SCALES = (255.0, 1000.0, 1023.0, 4095.0, 10_000.0, 32_767.0, 65_535.0)  # bytes, per mille, sliders, words
 SAMPLE = 10_000  # frames, evenly over the take
@@ -148,6 +151,12 @@ def beyond_one(
         full = next(scale for scale in SCALES if reach <= scale + 0.5)
     elif TEN[0] < reach <= TEN[1] and highest.max() <= TEN[1]:
         full = 10.0
+    elif (
+        FIVE[0] < reach
+        and highest.max() <= FIVE[1]
+        and 2 * sum(bool(UNITS.fullmatch(c)) for c in columns) > len(columns)
+    ):
+        full = 5.0
     exact = whole and full in SCALES and highest.max() == full
     sure = exact or (full == 100 and HALF * full <= reach <= 1.1 * full)
     told = f"{'' if sure else 'it is not certain, but '}weights reach {furthest(columns, highest)}"

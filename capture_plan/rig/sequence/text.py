@@ -1,5 +1,6 @@
 """The text of a file whatever its encoding, in lines, without what is no data.
 
+Packed     gzip files are unpacked
 Encoding   by its mark (UTF-8, UTF-16, UTF-32); without one, UTF-16 where every other byte is 0, else UTF-8, else the
            Windows code page 1252, which is said
 Lines      ended as on any system; "sep=;" and lines that begin with # are left out, the first is remembered
@@ -7,7 +8,10 @@ Lines      ended as on any system; "sep=;" and lines that begin with # are left 
 
 import codecs
 import csv
+import gzip
+import io
 import re
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -80,7 +84,7 @@ def text_of(path: Path) -> tuple[str, tuple[str, ...]]:
     """The file's text, at most `MOST_BYTES` of it, and what has to be said of its encoding."""
     if path.stat().st_size > MOST_BYTES:
         raise RigError(f"has {path.stat().st_size / 1e6:,.0f} MB, more than {MOST_BYTES / 1e6:,.0f} MB: cut the take")
-    content = path.read_bytes()
+    content = unpacked(path.read_bytes())
     try:
         return content.decode(encoding_of(content)), ()
     except UnicodeDecodeError as error:
@@ -89,6 +93,20 @@ def text_of(path: Path) -> tuple[str, tuple[str, ...]]:
         return content.decode("cp1252", errors="replace"), (
             "it is not UTF-8: its text is read as Windows code page 1252",
         )
+
+
+def unpacked(content: bytes) -> bytes:
+    """What a gzip file holds; other contents as they are. RigError where it is damaged or holds too much."""
+    if not content.startswith(b"\x1f\x8b"):
+        return content
+    try:
+        with gzip.open(io.BytesIO(content)) as file:
+            text = file.read(MOST_BYTES + 1)
+    except (OSError, EOFError, zlib.error) as error:
+        raise RigError("is no whole gzip file: copy it again, or unpack it") from error
+    if len(text) > MOST_BYTES:
+        raise RigError(f"unpacks to more than {MOST_BYTES / 1e6:,.0f} MB: cut the take")
+    return text
 
 
 def encoding_of(content: bytes) -> str:

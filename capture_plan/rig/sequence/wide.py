@@ -3,12 +3,14 @@
 Affix     what stands before or behind the same names in several columns and says nothing of a face itself: a side does
 Two       affixes are of two faces, or of two versions of one, where their columns of the same names hold other numbers;
           the meshes of one face (`Head.jawOpen`, `Teeth.jawOpen`) hold the same
+Ways      affixes that stand for opposite directions behind one name are no faces: chinRaise_u and chinRaise_d, pupil_x
+          and pupil_y
 Read      the face with the most numbers, of equals the first; the columns of the others are left out, and named
 """
 
 import re
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -22,6 +24,7 @@ ABOUT = re.compile(
     r"std|sd|stdev|stddev|dev|var|variance|vel|velocity|speed|acc|accel|acceleration|conf|confidence|prob|quality|err|"
     r"error|diff|delta|d|min|max|raw|unfiltered|prev|previous|old"
 )  # what is no weight itself, or not the one that was meant
+OPPOSITE = (("u", "d"), ("up", "down"), ("upper", "lower"), ("in", "out"), ("top", "bottom"), ("x", "y"), ("y", "z"))
 LEAST = 2  # names that two affixes share
 SHARED = 0.5  # of the names of the smaller one
 MOST = 24  # affixes of one stem looked at: more are names with a common ending
@@ -77,14 +80,21 @@ def stems_of(columns: Sequence[str]) -> dict[Affix, dict[str, int]]:
     for c, name in enumerate(columns):
         for affix, stem in cuts(name):
             by_stem[stem].setdefault(affix, c)
+    ways = {affix for affixes in by_stem.values() for affix in directions(affixes)}
     found: dict[Affix, dict[str, int]] = defaultdict(dict)
     for stem, affixes in by_stem.items():
         if not 1 < len(affixes) <= MOST:
             continue
         for affix, c in affixes.items():
-            if says_the_same(columns[c], stem):
+            if affix not in ways and says_the_same(columns[c], stem):
                 found[affix][stem] = c
     return {affix: stems for affix, stems in found.items() if len(stems) >= LEAST}
+
+
+def directions(affixes: Iterable[Affix]) -> set[Affix]:
+    """The affixes of one name that stand for directions: those of which the opposite is there too."""
+    ends = {plain(after): (before, after) for before, after in affixes if not before}
+    return {ends[end] for pair in OPPOSITE if set(pair) <= set(ends) for end in pair}
 
 
 def disjoint(stems: Mapping[Affix, dict[str, int]]) -> dict[Affix, dict[str, int]]:

@@ -1,0 +1,127 @@
+"""A plan for who trusts nobody: plan, rig and a checker of one file that imports nothing of ours.
+
+Written    plan.json, rig.npz and verify_plan.py, whose docstring says what each array is taken for
+rig.npz    the rig as it is, and what a reader could not compute in one evening: what is seen, where keep-outs lie,
+           partners and rules, what each blendshape is worth, recorded motion. All of it is found anew from the rig and
+           the settings; nothing is copied from what the plan claims
+"""
+
+import io
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from capture_plan.errors import RigError
+from capture_plan.expressions.listing import blendshape_importance
+from capture_plan.expressions.problem import state_problem
+from capture_plan.layout.empirical import place_ibug68
+from capture_plan.layout.face import see_face
+from capture_plan.layout.shell.takes import Takes
+from capture_plan.layout.task import Task, task_of
+from capture_plan.mesh.mirror import mirror_plane
+from capture_plan.plan.collide import collide
+from capture_plan.plan.files import plan_bytes, write_whole
+from capture_plan.plan.places import read_cameras_of, read_rules_of, read_takes_of, read_target, with_zones_found
+from capture_plan.plan.record import Plan
+from capture_plan.rig import Rig
+from capture_plan.rig.audit import audit
+from capture_plan.rig.regions import MIDDLE
+
+Arrays = dict[str, Any]
+
+
+def write_verifier(plan: Plan, rig: Rig, folder: Path, *, plan_folder: Path = Path()) -> list[Path]:
+    """Write plan, rig and checker into `folder`; `plan_folder` is where files of the settings are seen from.
+
+    Raises:
+        PlanError: a file of the settings is not there, or the place cannot be written.
+        RigError: a file of the settings is unusable.
+        InfeasibleError: the settings cannot be followed on this rig.
+    """
+    packed = io.BytesIO()
+    np.savez_compressed(packed, **given_arrays(plan, rig, plan_folder))
+    script = files("capture_plan.exports").joinpath("verify_plan.py").read_bytes()
+    contents = {"plan.json": plan_bytes(plan), "rig.npz": packed.getvalue(), "verify_plan.py": script}
+    for name, content in contents.items():
+        write_whole(folder / name, content)
+    return [folder / name for name in contents]
+
+
+def given_arrays(plan: Plan, rig: Rig, plan_folder: Path) -> Arrays:
+    """Everything in rig.npz."""
+    report = audit(rig)
+    settings = with_zones_found(plan.settings, plan_folder)
+    face = see_face(rig, report.used, read_cameras_of(rig, plan.settings, plan_folder))
+    task = task_of(face, settings.landmarks)
+    takes = read_takes_of(rig, plan.settings, plan_folder, plan.rig.names)
+    return {
+        "neutral": rig.neutral,
+        "triangles": rig.triangles,
+        "deltas": rig.deltas,
+        "names": np.array(rig.names),
+        "meanings": np.array(rig.meanings, dtype=str).reshape(-1, 2),
+        "skin": rig.skin,
+        "source_index": rig.source_index,
+        "used": np.array(report.used),
+        "audit": np.array(msgspec.json.encode(report).decode()),
+        **place_arrays(task),
+        **rule_arrays(plan, rig, report.used, plan_folder),
+        **(take_arrays(takes) if takes else {}),
+    }
+
+
+def place_arrays(task: Task) -> Arrays:
+    """What is seen, what is shut, what mirrors what, and where the middle of the face is."""
+    face = task.face
+    shut = np.zeros(len(face.rig.neutral), dtype=bool)
+    shut[np.delete(task.sites.vertices, task.open_, axis=0)] = True
+    try:
+        points68 = place_ibug68(face.rig)
+    except RigError:  # no eyes and mouth to lay them on
+        points68 = np.empty(0, dtype=int)
+    return {
+        "visibility": face.visibility,
+        "shut": shut,
+        "mirror": face.mirror,
+        "mirror_x_mm": np.array(mirror_plane(face.rig.neutral)),
+        "midline_mm": np.array(face.regions.anchors.midline),
+        "middle_mm": np.array(MIDDLE * face.regions.anchors.pupils),
+        "sided": np.array(face.regions.sided),
+        "points68": points68,
+    }
+
+
+def rule_arrays(plan: Plan, rig: Rig, used: tuple[str, ...], plan_folder: Path) -> Arrays:
+    """Who is performed with whom, who never is, and how much of the whole importance each blendshape has."""
+    settings = plan.settings.expressions
+    apart = collide(rig, used, settings)
+    problem = state_problem(rig, used, settings, read_rules_of(plan.settings, plan_folder), apart)
+    worth = blendshape_importance(rig, problem.names, settings, read_target(rig, plan.settings, plan_folder))
+    share = dict(zip(problem.names, worth / worth.sum(), strict=True))
+    kinds = ("pairs", "local", "relaxed", "exclusive", "colliding", "drivers")
+    return {
+        **{kind: np.array(getattr(problem, kind), dtype=str).reshape(-1, 2) for kind in kinds},
+        "most_things": np.array(problem.most_things or 0),
+        "importance": np.array([share.get(name, 0.0) for name in used]),
+    }
+
+
+def take_arrays(takes: Takes) -> Arrays:
+    """The shell of the skin that takes move, and each take as shapes and how much of each is in every frame."""
+    first = takes.first
+    found = [(p, person, one) for p, person in enumerate(takes.subjects) for one in person.recordings]
+    own = {f"person{p}_neutral": person.shell.vertices for p, person in enumerate(takes.subjects)}
+    for q, (_, _, one) in enumerate(found):
+        own |= {f"take{q}_weights": one.weights, f"take{q}_shapes": one.shapes[:, np.searchsorted(one.at, first.at)]}
+    return own | {
+        "take_person": np.array([p for p, _, _ in found]),
+        "take_share": np.array([one.share for _, _, one in found]),
+        "take_name": np.array([one.sequence.name for _, _, one in found]),
+        "shell_at": first.at,
+        "shell_triangles": first.shell.triangles,
+        "shell_fixed": first.shell.fixed,
+        "shell_importance": takes.s[first.at],
+    }

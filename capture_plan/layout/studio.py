@@ -1,0 +1,124 @@
+"""The fewest landmarks that tell as much as they should: the default method.
+
+Goal      E(S) = sqrt(trace(G C(S))) <= target, as many mixes told apart as can be (`worth`), every wish kept, every
+          blendshape of a cover on some site of S
+Grow      from a cover: the site that lowers E most for each of its landmarks; where E is small enough and the rank is
+          not full, the site that answers most to the mixes that nobody sees yet
+Shrink    exchanges at this number (`search`), then again without the landmark that is missed least, while this holds
+End       growth ends, short of the target, where another landmark lowers E by less than WORTHWHILE of it, or at the
+          ceiling: what cannot be had is not forced; and a landmark whose loss raises E by less than that is not kept
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Int
+
+from capture_plan.layout.gains import rank_gains
+from capture_plan.layout.search import Choice, Search
+from capture_plan.progress import track
+
+WORTHWHILE = 0.01  # of the error, for each landmark: what the fiftieth brings where errors fall as 1 / sqrt(number)
+USUAL = 68  # points that people are used to
+ABOVE = 1.5  # times what is usual or needed in any case: nobody glues more on a face in silence
+
+
+def ceiling(cover: int, full_rank: int) -> int:
+    """Most landmarks that are proposed where nobody gave a number: half as many again as the usual 68, as a cover has,
+    or as have coordinates enough to tell all mixes apart."""
+    return int(np.ceil(ABOVE * max(USUAL, cover, full_rank / 3)))
+
+
+def fewest(search: Search, start: Choice, target_mm: float) -> Choice:
+    """Sites that reach the goal from `start` on with as few landmarks as were found, the most telling first.
+
+    The budget of `search` is the ceiling; `start` reaches every blendshape of its covers within the limits.
+    """
+    goal = Goal(search, target_mm)
+    settled = goal.settled(goal.grown(start))
+    return search.in_order(goal.shrunk(goal.settled(goal.told_apart(settled))))
+
+
+@dataclass(frozen=True, eq=False)
+class Goal:
+    """What a choice has to reach, and the ways there from another."""
+
+    search: Search
+    target_mm: float
+
+    def error(self, chosen: Choice) -> float:
+        """E, millimetres."""
+        return self.search.score(chosen)[2] ** 0.5
+
+    def rank(self, chosen: Choice) -> int:
+        """Mixes that a choice tells apart."""
+        return self.search.observation.worth(self.vertices(chosen)).rank
+
+    def vertices(self, chosen: Choice) -> Int[np.ndarray, " m"]:
+        """The landmarks of a choice."""
+        return self.search.sites.members(np.array(chosen, dtype=int))
+
+    def grown(self, chosen: Choice) -> Choice:
+        """More sites one after another, until E is at most the target or a further landmark is not worth its while."""
+        search, gains = self.search, self.search.gains(chosen)
+        for _ in track(range(search.budget), "Adding landmarks that tell most", total=search.budget):
+            squared, short = float(np.sum(search.observation.gram * gains.C)), search.shortfall(chosen)
+            among = search.next(chosen)
+            if not len(among) or (squared <= self.target_mm**2 and not short):
+                break
+            each = gains.all(among) / search.size[among]
+            if each.max() < 2 * WORTHWHILE * squared and not short:  # the square falls twice as fast
+                break
+            new = int(among[each.argmax()])
+            chosen, gains = (*chosen, new), gains.step(search.rows((new,)), -1)
+        return chosen
+
+    def told_apart(self, chosen: Choice) -> Choice:
+        """More sites, while each of them tells mixes apart that none before it did."""
+        search, rank = self.search, self.rank(chosen)
+        while rank < search.observation.full_rank and len(among := search.next(chosen)):
+            answers = rank_gains(search.observation, search.all_rows[among], self.vertices(chosen))
+            more = (*chosen, int(among[answers.argmax()]))
+            if self.rank(more) <= rank:
+                break
+            chosen, rank = more, self.rank(more)
+        return chosen
+
+    def settled(self, chosen: Choice) -> Choice:
+        """The same number after exchanges, unless these tell fewer mixes apart."""
+        better = self.of(self.search.landmarks(chosen)).swap_all(chosen)
+        return better if self.rank(better) >= self.rank(chosen) else chosen
+
+    def shrunk(self, chosen: Choice) -> Choice:
+        """Without landmarks that the goal does not need, exchanging what is left each time."""
+        while (fewer := self.next_fewer(chosen)) is not None:
+            chosen = fewer
+        return chosen
+
+    def next_fewer(self, chosen: Choice) -> Choice | None:
+        """One landmark fewer, or two where sites are pairs; None where neither is enough."""
+        for count in range(self.search.landmarks(chosen) - 1, self.search.landmarks(chosen) - 3, -1):
+            search, kept = self.of(count), self.search.in_order(chosen)
+            while kept and search.landmarks(kept) > count:
+                kept = kept[:-1]
+            if kept and self.enough(fewer := search.swap_all(search.fill(kept)), than=chosen):
+                return fewer
+        without = (tuple(other for other in chosen if other != site) for site in reversed(self.search.in_order(chosen)))
+        return next((fewer for fewer in without if fewer and self.enough(fewer, than=chosen)), None)
+
+    def enough(self, fewer: Choice, *, than: Choice) -> bool:
+        """Whether a choice of fewer landmarks serves as well as another."""
+        search = self.search
+        spared = search.landmarks(than) - search.landmarks(fewer)
+        before = self.error(than)
+        most = self.target_mm if before <= self.target_mm else before * (1 + WORTHWHILE) ** spared
+        return (
+            spared > 0
+            and search.misses(fewer) <= search.misses(than)
+            and self.rank(fewer) >= self.rank(than)
+            and self.error(fewer) <= most
+        )
+
+    def of(self, budget: int) -> Search:
+        """The same problem at another number of landmarks."""
+        return replace(self.search, budget=budget)

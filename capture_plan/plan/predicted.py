@@ -1,0 +1,67 @@
+"""What error a plan predicts, in words, each time with the solve that it is of.
+
+Predicted error   of weights solved between 0 and 1, as takes are solved: simulated for performances (`layout.predict`)
+Upper estimate    of weights of any size and sign, by formula (`Observation.error`): search, budgets and bounds use it
+"""
+
+from math import ceil
+
+from capture_plan.layout.predict import LEAST, MOST
+from capture_plan.layout.record import Prediction, Worth
+
+SOLVE = "weights solved between 0 and 1"
+ANY_WEIGHTS = "weights of any size"
+FRAMES_WITHIN = f"{MOST - LEAST:.0%} of frames"
+FINEST = 0.001  # millimetres; what is nearer to the truth is not said
+
+
+def at_noise(predictions: tuple[Prediction, ...], noise_mm: float) -> tuple[Prediction, ...]:
+    """Those of one noise; the first is the headline, where there are any."""
+    return tuple(one for one in predictions if one.noise_mm == noise_mm)
+
+
+def error_words(worth: Worth, predictions: tuple[Prediction, ...]) -> str:
+    """'predicted error 0.14 mm, upper estimate 0.18 mm under 0.2 mm of noise'."""
+    told = [f"predicted error {one.error_mm:.2f} mm" for one in at_noise(predictions, worth.noise_mm)[:1]]
+    return ", ".join([*told, f"upper estimate {worth.error_mm:.2f} mm"]) + f" under {worth.noise_mm:g} mm of noise"
+
+
+def prediction_words(predictions: tuple[Prediction, ...]) -> list[str]:
+    """Every prediction with its spread and standard error, a sentence for each noise; what the rig cannot show."""
+    noises = dict.fromkeys(one.noise_mm for one in predictions)
+    told = [
+        f"Predicted error of the skin (root mean square) under {noise:g} mm of noise, {SOLVE}: "
+        f"{'; '.join(map(_one, at_noise(predictions, noise)))}."
+        for noise in noises
+    ]
+    if predictions:
+        told.append(f"The upper estimate is for {ANY_WEIGHTS}: search, budgets and bounds speak of it.")
+    return [*told, *beyond_words(predictions)]
+
+
+def beyond_words(predictions: tuple[Prediction, ...]) -> list[str]:
+    """What the rig cannot show of each take, where it is anything."""
+    takes = {one.performance: one.beyond_mm for one in predictions if one.beyond_mm is not None}
+    return [
+        f"What the rig cannot show of {name}: {beyond_mm:.2f} mm (root mean square) is left of it even where all of "
+        "the skin is measured without noise, and is part of its predicted error."
+        for name, beyond_mm in takes.items()
+        if beyond_mm >= 0.005
+    ]
+
+
+def known_to(prediction: Prediction) -> float:
+    """The standard error as it is printed: thousandths, never better than it is."""
+    return max(ceil(prediction.standard_error_mm / FINEST), 1) * FINEST
+
+
+def within(prediction: Prediction) -> str:
+    """'0.10 to 0.17 mm'."""
+    return f"{prediction.low_mm:.2f} to {prediction.high_mm:.2f} mm"
+
+
+def _one(prediction: Prediction) -> str:
+    return (
+        f"{prediction.performance} {prediction.error_mm:.3f} ± {known_to(prediction):.3f} mm, "
+        f"{FRAMES_WITHIN} {within(prediction)}"
+    )

@@ -1,0 +1,83 @@
+"""What a browser needs to check a plan without a network, a rig and us: figures of the rig, nothing that the plan says.
+
+moved    r[m, k]  share of its largest movement by which blendshape k moves the skin under marker m
+sites    each set of blendshapes that a place on the skin can stand for, once, with how many landmarks it costs
+shared   pairs of blendshapes that share skin, with the number of vertices;  barred  pairs that no face does at once
+along    markers nearer to each other along the skin than twice the spacing, millimetres;  places  where they lie
+The script `assets/check.js` does the sums: cover, prices, distances, sides, disjointness, clique.
+"""
+
+import json
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from capture_plan.errors import CapturePlanError
+from capture_plan.exports.verify import given_arrays
+from capture_plan.exports.verify_plan import Face, Scans, within
+from capture_plan.plan.files import plan_bytes
+from capture_plan.plan.record import Plan
+from capture_plan.rig import Rig
+
+DIGITS = 6  # of a share: finer than the difference that a float32 delta makes
+
+
+def evidence(plan: Plan, rig: Rig, folder: Path) -> dict[str, Any]:
+    """What `check.js` reads; `{"missing": why}` where files are missing or the settings cannot be followed.
+
+    `folder` is where files of the settings are seen from.
+    """
+    try:
+        arrays = given_arrays(plan, rig, folder)
+    except CapturePlanError as error:
+        return {"missing": str(error)}
+    face = Face(json.loads(plan_bytes(plan)), arrays)
+    return {"used": face.used, **places(plan, face), **sites(face), **skin_shared(Scans(face))}
+
+
+def places(plan: Plan, face: Face) -> dict[str, Any]:
+    """Where each marker's vertex lies, what moves it, and who is near it along the skin."""
+    at = {m.name: m.vertex for m in plan.layout.markers if 0 <= m.vertex < len(face.x)}
+    names = {vertex: name for name, vertex in at.items()}
+    near = {name: within(face.neighbours, vertex, 2 * face.want["spacing_mm"]) for name, vertex in at.items()}
+    return {
+        "places": {name: np.round(face.x[vertex], 3).tolist() for name, vertex in at.items()},
+        "moved": {name: np.round(face.reach[:, vertex].astype(float), DIGITS).tolist() for name, vertex in at.items()},
+        "along": [
+            [name, names[vertex], round(far, 4)]
+            for name, found in near.items()
+            for vertex, far in found.items()
+            if vertex in names and name < names[vertex]
+        ],
+        "middle": [float(face.rig["midline_mm"]), float(face.rig["middle_mm"])],
+    }
+
+
+def sites(face: Face) -> dict[str, Any]:
+    """What places can stand for: sets that are alike once."""
+    covers = face.covers[:, face.sites].any(axis=2).T[face.open]
+    distinct = {
+        (int(n), tuple(np.flatnonzero(row).tolist())) for n, row in zip(face.size[face.open], covers, strict=True)
+    }
+    return {"sites": sorted(distinct)}
+
+
+def skin_shared(scans: Scans) -> dict[str, Any]:
+    """Who shares skin with whom, who is barred from whom, and who is performed as one."""
+    shared = [
+        [a, b, int((scans.active[a] & scans.active[b]).sum())]
+        for a, b in combinations(scans.names, 2)
+        if (scans.active[a] & scans.active[b]).any()
+    ]
+    return {
+        "names": scans.names,
+        "shared": shared,
+        "barred": sorted(sorted(pair) for pair in scans.barred),
+        "partners": scans.rules["pairs"] + scans.rules["local"],
+        "together": scans.together,
+        "numbers": scans.number,
+        "pairs": scans.rules["pairs"],
+        "most": scans.most,
+    }

@@ -1,0 +1,64 @@
+"""What a plan says of its errors: which solve each is of, at which noise, and what the rig cannot show."""
+
+import pytest
+
+from capture_plan.layout.record import Prediction, Reference, Worth
+from capture_plan.plan.predicted import beyond_words, error_words, known_to, prediction_words
+from capture_plan.plan.summary import worth_words
+from capture_plan.report.contents import compare_row, error_tile, headline, predicted_row
+
+WORTH = Worth(landmarks=20, rank=5, full_rank=6, condition=9.0, noise_mm=0.5, error_mm=0.41)
+MIXES = Prediction("3 to 8 blendshapes at once", 0.5, 0.3123, 0.2, 0.45, 0.0011)
+USUAL = Prediction("3 to 8 blendshapes at once", 0.2, 0.1423, 0.1, 0.19, 0.0001)
+TAKE = Prediction("anna", 0.5, 0.9, 0.7, 1.2, 0.002, beyond_mm=0.8)
+
+
+def test_every_error_is_said_with_the_solve_that_it_is_of():
+    usual, noisy, upper, _ = prediction_words((USUAL, MIXES, TAKE))
+    for sentence, noise in ((usual, "0.2 mm of noise"), (noisy, "0.5 mm of noise")):
+        assert noise in sentence
+        assert "weights solved between 0 and 1" in sentence
+    assert "anna 0.900 ± 0.002 mm, 90% of frames 0.70 to 1.20 mm" in noisy
+    assert "upper estimate is for weights of any size" in upper
+
+
+def test_what_the_rig_cannot_show_of_a_take_is_said_once_and_only_where_there_is_any():
+    shown = Prediction("bert", 0.5, 0.3, 0.2, 0.4, 0.001, beyond_mm=0.0)
+    other = Prediction("anna", 0.2, 0.85, 0.7, 1.1, 0.002, beyond_mm=0.8)
+    (line,) = beyond_words((other, TAKE, shown, MIXES))
+    assert "cannot show of anna: 0.80 mm" in line
+
+
+def test_a_standard_error_is_never_printed_smaller_than_it_is():
+    for prediction in (MIXES, USUAL, TAKE):
+        assert known_to(prediction) >= prediction.standard_error_mm
+        assert known_to(prediction) - prediction.standard_error_mm <= 0.001
+
+
+def test_the_headline_is_predicted_at_the_noise_of_the_settings():
+    assert headline(WORTH, (USUAL, MIXES, TAKE)) == MIXES.error_mm
+    assert error_words(WORTH, (USUAL, MIXES)) == "predicted error 0.31 mm, upper estimate 0.41 mm under 0.5 mm of noise"
+    assert worth_words(WORTH, (USUAL, MIXES)).startswith("20 landmarks, rank 5 of 6, predicted error 0.31 mm")
+    tile = error_tile(WORTH, (USUAL, MIXES))
+    assert (tile.name, tile.figure, tile.unit) == ("Predicted error", "0.31", "mm")
+    assert "weights solved between 0 and 1, 3 to 8 blendshapes at once" in tile.note
+
+
+@pytest.mark.parametrize("predictions", [(), (USUAL,)], ids=["none", "of another noise"])
+def test_where_nothing_was_predicted_the_upper_estimate_has_its_own_name(predictions):
+    tile = error_tile(WORTH, predictions)
+    assert (tile.name, tile.figure) == ("Upper estimate", "0.41")
+    assert "weights of any size" in tile.note
+    assert error_words(WORTH, predictions) == "upper estimate 0.41 mm under 0.5 mm of noise"
+
+
+def test_rows_of_tables_keep_both_errors_apart():
+    row = compare_row("mine", WORTH, own=True, error_mm=MIXES.error_mm, share=1.0)
+    assert (row["error"], row["upper"]) == ("0.312 mm", "0.410 mm")
+    assert predicted_row(TAKE)["beyond"] == "0.800 mm"
+    assert predicted_row(MIXES)["beyond"] == ""
+
+
+def test_another_layout_brings_its_own_predictions():
+    other = Reference(68, 4, 4, 3.0, 0.5, 0.62, (), (MIXES,))
+    assert "predicted error 0.31 mm, upper estimate 0.62 mm" in worth_words(other, other.predictions)
