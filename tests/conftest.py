@@ -1,4 +1,4 @@
-"""One Chromium for all tests that look at a page, with WebGL drawn in software and nothing asked of a network."""
+"""What many tests share: a Chromium that draws in software and asks no network, and the sample's face and layout."""
 
 import os
 import shutil
@@ -34,3 +34,23 @@ def cache_of_the_tests(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(folder / "cache"))
         yield
+
+
+@pytest.fixture(scope="session")
+def face():
+    """The sample head with all blendshapes that a plan uses."""
+    from capture_plan.layout.face import see_face
+    from capture_plan.rig import sample_rig
+    from capture_plan.rig.audit import audit
+
+    rig = sample_rig()
+    return see_face(rig, audit(rig).used)
+
+
+@pytest.fixture(scope="session")
+def studio(face):
+    """The layout of the sample that nobody changed a setting of."""
+    from capture_plan.layout.design import design_layout
+    from capture_plan.layout.settings import LayoutSettings
+
+    return design_layout(face, LayoutSettings())

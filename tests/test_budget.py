@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.budget import keepable, replan, spend_budget
 from capture_plan.layout.design import design_layout
-from capture_plan.layout.face import SIXTY_EIGHT, see_face
+from capture_plan.layout.face import SIXTY_EIGHT
 from capture_plan.layout.follow import SINGLE_COVER
 from capture_plan.layout.limits import Limit
 from capture_plan.layout.search import Search
@@ -22,7 +22,6 @@ from capture_plan.plan.settings import Settings
 from capture_plan.plan.summary import summary
 from capture_plan.report.proofs import proofs
 from capture_plan.rig import sample_rig
-from capture_plan.rig.audit import audit
 
 NO_CONSTRAINT = np.zeros((0, 9), dtype=bool)
 NO_COVER = np.empty(0, dtype=int)
@@ -292,12 +291,6 @@ def test_the_last_of_a_nested_order_is_missed_least(seed):
         lost = [error(observation, sites, kept[kept != site]) ** 2 for site in kept]
         lost = (np.array(lost) - error(observation, sites, kept) ** 2) / sites.size[kept]
         assert lost.argmin() == n - 1
-
-
-@pytest.fixture(scope="module")
-def face():
-    rig = sample_rig()
-    return see_face(rig, audit(rig).used)
 
 
 @pytest.fixture(scope="module")

@@ -21,23 +21,15 @@ from capture_plan.layout.compare import (
     least_upper,
 )
 from capture_plan.layout.compare_page import comparison_text, verdicts
-from capture_plan.layout.face import see_face
 from capture_plan.layout.given import read_layouts, take_weights
 from capture_plan.layout.reconstruct import Errors, Score
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.shell.takes import takes_of
 from capture_plan.rig import sample_rig
-from capture_plan.rig.audit import audit
 from capture_plan.rig.sequence import Sequence, read_sequence
 from capture_plan.rig.sequence.frames import PosedFrames
 
 SETTINGS = LayoutSettings()
-
-
-@pytest.fixture(scope="module")
-def face():
-    rig = sample_rig()
-    return see_face(rig, audit(rig).used)
 
 
 def played():

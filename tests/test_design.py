@@ -8,26 +8,13 @@ from msgspec.structs import replace
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.design import design_layout
-from capture_plan.layout.face import SIXTY_EIGHT, see_face
+from capture_plan.layout.face import SIXTY_EIGHT
 from capture_plan.layout.follow import SINGLE_COVER, decided_in, follow
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.task import task_of
 from capture_plan.mesh.mirror import mirror_map
-from capture_plan.rig import sample_rig
-from capture_plan.rig.audit import audit
 
 SETTINGS = LayoutSettings()
-
-
-@pytest.fixture(scope="module")
-def face():
-    rig = sample_rig()
-    return see_face(rig, audit(rig).used)
-
-
-@pytest.fixture(scope="module")
-def studio(face):
-    return design_layout(face, SETTINGS)
 
 
 def test_a_supervisor_gets_full_rank_at_the_error_of_68_points_with_fewer_markers(studio):

@@ -5,7 +5,6 @@ import pytest
 from msgspec.structs import replace
 
 from capture_plan.layout.design import design_layout
-from capture_plan.layout.face import see_face
 from capture_plan.layout.meeting import GAP_MM, NEUTRAL, meeting_words, meetings
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.spacing import nearest_straight
@@ -17,7 +16,6 @@ from capture_plan.plan.make import make_plan
 from capture_plan.plan.record import sealed
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import sample_rig
-from capture_plan.rig.audit import audit
 
 COVER = LayoutSettings(method="cover")
 
@@ -25,11 +23,6 @@ COVER = LayoutSettings(method="cover")
 @pytest.fixture(scope="module")
 def rig():
     return sample_rig()
-
-
-@pytest.fixture(scope="module")
-def face(rig):
-    return see_face(rig, audit(rig).used)
 
 
 @pytest.fixture(scope="module")

@@ -53,8 +53,9 @@ def moved(plan):
 
 
 def dropped(plan):
-    kept = tuple(m for m in plan.layout.landmarks if m.round != 0)
-    return replace(plan, layout=replace(plan.layout, landmarks=kept))
+    first, *kept = plan.layout.landmarks
+    order = tuple(name for name in plan.layout.order if name != first.name)
+    return replace(plan, layout=replace(plan.layout, landmarks=tuple(kept), order=order))
 
 
 def boasting(plan):

@@ -3,7 +3,7 @@
 import pytest
 
 from capture_plan.layout.record import Prediction, Reference, Worth
-from capture_plan.plan.predicted import beyond_words, error_words, known_to, prediction_words
+from capture_plan.plan.predicted import beyond_words, error_words, headline_words, known_to, prediction_words
 from capture_plan.plan.summary import worth_words
 from capture_plan.report.contents import compare_row, error_tile, headline, predicted_row
 
@@ -18,7 +18,7 @@ def test_every_error_is_said_with_the_solve_that_it_is_of():
     for sentence, noise in ((usual, "0.2 mm of noise"), (noisy, "0.5 mm of noise")):
         assert noise in sentence
         assert "weights solved between 0 and 1" in sentence
-    assert "anna 0.900 ± 0.002 mm, 90% of frames 0.70 to 1.20 mm" in noisy
+    assert "anna 0.900 ± 0.002 mm, 9 of 10 frames 0.70 to 1.20 mm" in noisy
     assert "upper estimate is for weights of any size" in upper
 
 
@@ -62,3 +62,8 @@ def test_rows_of_tables_keep_both_errors_apart():
 def test_another_layout_brings_its_own_predictions():
     other = Reference(68, 4, 4, 3.0, 0.5, 0.62, (), (MIXES,))
     assert "predicted error 0.31 mm, upper estimate 0.62 mm" in worth_words(other, other.predictions)
+
+
+def test_where_there_is_room_for_one_figure_it_is_what_the_solve_is_expected_to_give():
+    assert headline_words(WORTH, (USUAL, MIXES)) == "predicted error 0.31 mm under 0.5 mm of noise"
+    assert headline_words(WORTH, ()) == "upper estimate 0.41 mm under 0.5 mm of noise"

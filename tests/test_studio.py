@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from capture_plan.layout.design import design_layout
-from capture_plan.layout.face import SIXTY_EIGHT, see_face
+from capture_plan.layout.face import SIXTY_EIGHT
 from capture_plan.layout.follow import EVEN, target_of
 from capture_plan.layout.methods import search_of
 from capture_plan.layout.record import Worth
@@ -17,8 +17,6 @@ from capture_plan.layout.sites import Sites
 from capture_plan.layout.studio import WORTHWHILE, Goal, ceiling, fewest
 from capture_plan.layout.task import task_of
 from capture_plan.layout.worth import Observation
-from capture_plan.rig import sample_rig
-from capture_plan.rig.audit import audit
 
 K = 5
 
@@ -78,6 +76,37 @@ def test_what_cannot_be_had_ends_where_another_landmark_is_not_worth_its_while()
     assert goal.error(goal.of(len(found) + 1).fill(found)) > goal.error(found) * (1 - 1.5 * WORTHWHILE)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_where_the_target_cannot_be_had_every_landmark_is_worth_its_while(seed):
+    search = problem(seed, s=80, budget=80)
+    found = fewest(search, start_of(search), target_mm=0.0)
+    goal = Goal(search, 0.0)
+    spared = [tuple(other for other in found if other != site) for site in found]
+    kept = [one for one in spared if search.misses(one) == 0 and goal.rank(one) == K]
+    assert all(goal.error(one) > goal.error(found) * (1 + WORTHWHILE) for one in kept)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_exchange_of_one_landmark_lowers_its_error(seed):
+    search = problem(seed, s=40, budget=40)
+    target = 1.1 * Goal(search, 0.0).error(tuple(range(12)))
+    found = fewest(search, start_of(search), target)
+    exchanged = replace(search, budget=len(found)).swap_all(found)
+    assert Goal(search, target).error(exchanged) == pytest.approx(Goal(search, target).error(found))
+
+
+def test_a_mix_that_one_site_alone_tells_keeps_that_site_though_others_lower_the_error_more():
+    search, shy = problem(6, s=30, budget=30), 7
+    deltas = search.observation.deltas.copy()
+    deltas[4] = 0
+    deltas[:, shy] = 0
+    deltas[4, shy] = 0.05
+    search = replace(search, observation=replace(search.observation, deltas=deltas), covers=search.covers[:0])
+    found = fewest(search, (0,), Goal(search, 0.0).error((0, 1, 2, 3)))
+    assert shy in found
+    assert Goal(search, 0.0).rank(found) == K
+
+
 def test_it_never_goes_above_the_ceiling():
     search = problem(4, s=60, budget=9, noise_mm=3.0)
     assert len(fewest(search, start_of(search), target_mm=0.0)) <= 9
@@ -106,17 +135,6 @@ def test_points_that_tell_less_than_dots_anywhere_are_no_target():
     assert target_of({SIXTY_EIGHT: worth(0.18), EVEN: worth(0.25)}) == (SIXTY_EIGHT, 0.18)
     assert target_of({SIXTY_EIGHT: worth(2.11), EVEN: worth(0.25)}) == (EVEN, 0.25)
     assert target_of({EVEN: worth(0.25), "single set cover": worth(0.1)}) == (EVEN, 0.25)
-
-
-@pytest.fixture(scope="module")
-def face():
-    rig = sample_rig()
-    return see_face(rig, audit(rig).used)
-
-
-@pytest.fixture(scope="module")
-def studio(face):
-    return design_layout(face, LayoutSettings())
 
 
 def test_a_budget_of_as_many_landmarks_is_hardly_better(face, studio):
@@ -150,6 +168,13 @@ def test_wider_zones_without_dots_end_in_a_number_that_people_glue(face):
 def test_planned_again_from_itself_it_stays_as_small(face, studio):
     again = design_layout(face, LayoutSettings(), former=studio)
     assert len(again.landmarks) <= len(studio.landmarks)
+
+
+def test_planned_again_from_too_few_it_reaches_every_blendshape(face, studio):
+    few = design_layout(face, LayoutSettings(method="budget", budget=4))
+    again = design_layout(face, LayoutSettings(), former=few)
+    assert set(few.uncovered) > set(studio.uncovered)
+    assert again.uncovered == studio.uncovered
 
 
 def test_a_budget_that_binds_is_spent_as_a_whole(face):

@@ -156,7 +156,9 @@ def test_the_time_tag_of_osc_counts_seconds_and_their_parts():
     assert seconds("2.5") == "2.5"
 
 
-@pytest.mark.parametrize("content", [gzip.compress(b"time,jawOpen\n" * 99)[:-9], b"\x1f\x8bnothing"])
+@pytest.mark.parametrize(
+    "content", [gzip.compress(b"time,jawOpen\n" * 99, mtime=0)[:-9], b"\x1f\x8bnothing"], ids=["cut off", "no gzip"]
+)
 def test_a_damaged_packed_take_is_refused_in_one_line(tmp_path, content):
     with pytest.raises(RigError, match="no whole gzip file") as error:
         read(tmp_path / "take.csv.gz", content)

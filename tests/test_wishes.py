@@ -33,12 +33,6 @@ METHODS = (
 
 
 @pytest.fixture(scope="module")
-def face():
-    rig = sample_rig()
-    return see_face(rig, audit(rig).used)
-
-
-@pytest.fixture(scope="module")
 def pin(face):
     """The allowed vertex furthest to the right that nobody chose: its mirror image is far."""
     chosen = {m.vertex for m in design_layout(face, COVER).landmarks}

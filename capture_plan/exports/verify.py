@@ -14,10 +14,8 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from capture_plan.errors import RigError
 from capture_plan.expressions.listing import blendshape_importance
 from capture_plan.expressions.problem import state_problem
-from capture_plan.layout.empirical import place_ibug68
 from capture_plan.layout.face import see_face
 from capture_plan.layout.shell.takes import Takes
 from capture_plan.layout.task import Task, task_of
@@ -78,10 +76,6 @@ def place_arrays(task: Task) -> Arrays:
     face = task.face
     shut = np.zeros(len(face.rig.neutral), dtype=bool)
     shut[np.delete(task.sites.vertices, task.open_, axis=0)] = True
-    try:
-        points68 = place_ibug68(face.rig)
-    except RigError:  # no eyes and mouth to lay them on
-        points68 = np.empty(0, dtype=int)
     return {
         "visibility": face.visibility,
         "shut": shut,
@@ -90,7 +84,7 @@ def place_arrays(task: Task) -> Arrays:
         "midline_mm": np.array(face.regions.anchors.midline),
         "middle_mm": np.array(MIDDLE * face.regions.anchors.pupils),
         "sided": np.array(face.regions.sided),
-        "points68": points68,
+        "points68": np.empty(0, dtype=int) if face.points68 is None else face.points68,
     }
 
 

@@ -27,7 +27,8 @@ from pathlib import Path
 import numpy as np
 
 STILL, RANK, PRIOR_SD = 0.01, 1e-4, 0.2  # share of motion; share of singular values; standard deviation of weights
-FORMATS, ORDERED = (3, 4), ("budget", "motion")
+FORMATS, ORDERED = (3, 4), ("studio", "budget", "motion")
+EVEN, USUAL = "dots spread evenly", 68
 SAME = 2e-4  # the plan rounds to four decimals
 
 
@@ -252,8 +253,9 @@ def check_distances(face):
     straight = np.linalg.norm(x[:, None] - x[None], axis=2)[np.triu_indices(len(v), 1)].min(initial=np.inf)
     told = "; ".join(f"{a} and {b}: {far:.2f} mm" for far, a, b in sorted(close)[:3])
     if least and face.want["method"] != "trivial":
-        what = f"markers stand at least {least:g} mm apart along the skin"
-        yield what, not close, told or f"none closer; straight, the nearest two are {straight:.2f} mm apart"
+        what = f"markers stand at least {least:g} mm apart, straight and along the skin"
+        holds = not close and straight >= least - 1e-6
+        yield what, holds, told or f"none closer along it; straight, the nearest two are {straight:.2f} mm apart"
 
 
 def check_worth(face):
@@ -263,7 +265,7 @@ def check_worth(face):
     full = max(1, int((strength > RANK * strength[0]).sum()))
     at, order = {m["name"]: m["vertex"] for m in layout["landmarks"]}, layout["order"]
     others = {name: (one["vertices"], one) for name, one in layout["references"].items()}
-    wanted = 1 + (len(face.rig["points68"]) > 0)
+    wanted = 2 + (len(face.rig["points68"]) > 0)
     yield "other layouts stand beside it", len(others) == wanted, ", ".join(others)
     for name, (v, said) in {"the layout": ([*at.values()], layout["worth"]), **others}.items():
         sigma = np.linalg.svd(face.deltas[:, v].astype(float).reshape(k, -1), compute_uv=False)
@@ -275,6 +277,9 @@ def check_worth(face):
         yield what, holds, f"{len(v)} landmarks, rank {rank} of {full}, {error:.4f} mm"
         if name.startswith("68"):
             yield f"{name} stand where they belong", v == face.rig["points68"].tolist(), f"{len(v)} points"
+        elif name == EVEN:
+            enough = len(v) == len({*v}) == min(USUAL, int(face.moving.sum()))
+            yield f"{name} are as many, on skin that moves", enough and face.moving[v].all(), f"{len(v)} dots"
         elif name in others:
             missed = face.covers[:, face.sites].any(axis=(1, 2)) & ~face.covers[:, v].any(axis=1)
             yield f"{name} covers every blendshape", not missed.any(), f"{int(missed.sum())} missed"
@@ -295,9 +300,10 @@ def check_error_bound(face):
     layout, said, sigma = face.plan["layout"], face.plan["layout"]["error_bound"], face.want["noise_mm"]
     budget = face.want["budget"] or face.want["number"] or len(layout["landmarks"])
     yield "the layout keeps its budget", len(layout["landmarks"]) <= budget, f"{len(layout['landmarks'])} of {budget}"
-    if layout["method"] != "budget":
-        yield "a bound of the error is stated for budgets alone", said is None, layout["method"]
+    if layout["method"] not in ("studio", "budget"):
+        yield "a bound of the error is stated where the method looks for the least", said is None, layout["method"]
         return
+    budget = budget if layout["method"] == "budget" else len(layout["landmarks"])
     share, k = dict(zip(said["vertices"], said["shares"], strict=True)), len(face.used)
     lam, A = (
         np.array([share.get(v, 0.0) for v in face.sites[:, 0].tolist()]),

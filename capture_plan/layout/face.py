@@ -25,6 +25,7 @@ from capture_plan.visibility import Camera, camera_visibility, global_visibility
 from capture_plan.visibility.views import Views, camera_views
 
 SIXTY_EIGHT = "68 points (iBUG)"
+USUAL = 68  # points that people are used to
 
 
 @dataclass(frozen=True, eq=False)

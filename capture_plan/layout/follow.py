@@ -15,7 +15,7 @@ from msgspec.structs import replace
 
 from capture_plan.layout.baselines import candidates, farthest_points
 from capture_plan.layout.by_motion import fit_of
-from capture_plan.layout.face import SIXTY_EIGHT, Face
+from capture_plan.layout.face import SIXTY_EIGHT, USUAL, Face
 from capture_plan.layout.head import pose_error
 from capture_plan.layout.naming import name_head_markers, name_landmarks
 from capture_plan.layout.predict import Performance, performances, predictions
@@ -32,7 +32,6 @@ from capture_plan.rig import Rig
 SINGLE_COVER = "single set cover"
 EVEN = "dots spread evenly"
 TARGETS = (SIXTY_EIGHT, EVEN)
-USUAL = 68  # points that people are used to
 
 
 @dataclass(frozen=True, eq=False)

@@ -36,8 +36,9 @@ def meetings(
         a, b = np.triu_indices(len(at), 1)
         apart = np.round(np.linalg.norm(p[a] - p[b], axis=1), 2)
         near = np.flatnonzero(apart < dot_mm + GAP_MM)
-        nearest = near[np.argsort(apart[near], kind="stable")].tolist()
-        found += [Meeting(name, (markers[a[n]].name, markers[b[n]].name), float(apart[n])) for n in nearest]
+        nearest = near[np.argsort(apart[near], kind="stable")]
+        dots = [(markers[int(i)].name, markers[int(j)].name) for i, j in zip(a[nearest], b[nearest], strict=True)]
+        found += [Meeting(name, two, float(far)) for two, far in zip(dots, apart[nearest], strict=True)]
     return tuple(found)
 
 

@@ -83,13 +83,13 @@ def room_for(spacing: Spacing | None, candidates: Int[np.ndarray, " n"], most: i
 
 def enough_for(task: Task, target_mm: float, former: Layout | None) -> tuple[Cover, Int[np.ndarray, " n"]]:
     """The fewest landmarks of a cover under all wishes, and as few sites as were found that reach the target."""
-    cover, start = cover_of(task, "count"), cover_of(task, "lexicographic").chosen
+    cover, start = cover_of(task, "count"), tuple(cover_of(task, "lexicographic").chosen.tolist())
     most = ceiling(int(task.sites.size[cover.chosen].sum()), task.observation.full_rank)
     search = search_of(task, most)
     if former:
         kept = keepable(search, sites_in(task, former))
         start = start if search.uncovered(kept) else kept
-    return cover, np.array(fewest(search, tuple(np.array(start).tolist()), target_mm), dtype=int)
+    return cover, np.array(fewest(search, start, target_mm), dtype=int)
 
 
 def search_of(task: Task, budget: int, *, covered: bool = True) -> Search:

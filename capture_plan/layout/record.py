@@ -46,6 +46,11 @@ class Landmark(Struct, frozen=True, forbid_unknown_fields=True):
     round: int | None
     views: tuple[View, ...] = ()
 
+    @property
+    def stands_for(self) -> str:
+        """Its blendshapes in words; a landmark that was chosen for the error alone may stand for none."""
+        return ", ".join(self.blendshapes) or "several, each a little"
+
 
 class HeadPose(Struct, frozen=True, forbid_unknown_fields=True):
     """Root mean square errors of a head pose fitted to the head markers under the noise of the plan: its rotation, its

@@ -20,14 +20,13 @@ ORDERED = ("studio", *BUDGETED)  # methods that choose all landmarks as one set,
 class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Lengths in millimetres, shares from 0 to 1.
 
-    `method`: `studio` is the fewest landmarks found that reach every blendshape, tell all mixes apart and predict no
-    larger error than 68 points do, those of iBUG or as many spread evenly, whichever is better; it ends earlier where
-    another landmark is not worth its while (`layout.studio`). `adaptive`
-    is Algorithm 1 of Zell & McDonnell 2022; `trivial` has `rounds` sites for every blendshape next to each other,
-    `distance` has them at the spacing; `cover` is their single set cover, at the spacing where that is not 0; `budget`
-    has the least upper estimate that `budget` landmarks buy; `motion` loses least of a recorded take. `weights`: fewest
-    landmarks first and then the best places (`lexicographic`), the paper's own sum (`paper`), or the number alone
-    (`count`).
+    `method`: `studio` is the fewest landmarks found that reach every blendshape, tell all mixes apart and have no
+    larger upper estimate of the error than 68 points, those of iBUG or as many spread evenly, whichever is better; it
+    ends earlier where another landmark is not worth its while (`layout.studio`). `adaptive` is Algorithm 1 of Zell &
+    McDonnell 2022; `trivial` has `rounds` sites for every blendshape next to each other, `distance` has them at the
+    spacing; `cover` is their single set cover, at the spacing where that is not 0; `budget` has the least upper
+    estimate that `budget` landmarks buy; `motion` loses least of a recorded take. `weights`: fewest landmarks first and
+    then the best places (`lexicographic`), the paper's own sum (`paper`), or the number alone (`count`).
     `epsilon`: a vertex can stand for a blendshape that moves it by this share of the blendshape's largest movement;
     0.3 to 0.7 is the working range. `alpha`: weight of visibility against displacement. `rounds`: landmarks that a
     blendshape gets at most from the multi-cover. `spacing_mm`: least distance between landmarks, straight and so along

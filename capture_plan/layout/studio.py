@@ -14,12 +14,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Int
 
+from capture_plan.layout.face import USUAL
 from capture_plan.layout.gains import rank_gains
 from capture_plan.layout.search import Choice, Search
 from capture_plan.progress import track
 
 WORTHWHILE = 0.01  # of the error, for each landmark: what the fiftieth brings where errors fall as 1 / sqrt(number)
-USUAL = 68  # points that people are used to
 ABOVE = 1.5  # times what is usual or needed in any case: nobody glues more on a face in silence
 
 
@@ -97,13 +97,14 @@ class Goal:
 
     def next_fewer(self, chosen: Choice) -> Choice | None:
         """One landmark fewer, or two where sites are pairs; None where neither is enough."""
-        for count in range(self.search.landmarks(chosen) - 1, self.search.landmarks(chosen) - 3, -1):
-            search, kept = self.of(count), self.search.in_order(chosen)
-            while kept and search.landmarks(kept) > count:
+        order, most = self.search.in_order(chosen), self.search.landmarks(chosen)
+        for count in (most - 1, most - 2):
+            search, kept = self.of(count), order
+            while search.landmarks(kept) > max(count, 0):
                 kept = kept[:-1]
             if kept and self.enough(fewer := search.swap_all(search.fill(kept)), than=chosen):
                 return fewer
-        without = (tuple(other for other in chosen if other != site) for site in reversed(self.search.in_order(chosen)))
+        without = (tuple(other for other in chosen if other != site) for site in reversed(order))
         return next((fewer for fewer in without if fewer and self.enough(fewer, than=chosen)), None)
 
     def enough(self, fewer: Choice, *, than: Choice) -> bool:

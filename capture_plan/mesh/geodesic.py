@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import dijkstra
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from capture_plan.mesh.geometry import half_edges
 
@@ -96,7 +96,7 @@ def straight_table(points: Float[np.ndarray, "v 3"], at: Int[np.ndarray, " n"], 
     A point is at distance 0 from itself, which the table holds. No way along a surface is shorter, so that points which
     are kept apart straight are kept apart along it too.
     """
-    tree = cKDTree(points[at])
+    tree = KDTree(points[at])
     pairs = tree.query_pairs(radius_mm, output_type="ndarray")
     a, b = at[pairs[:, 0]], at[pairs[:, 1]]
     apart = np.maximum(np.linalg.norm(points[a] - points[b], axis=1), 1e-9)  # stored, though on one place

@@ -148,7 +148,7 @@ def landmark_table(layout: Layout) -> mo.Html:
                 "Side": row["side"],
                 "Seen from": row["seen"],
                 "Vertex": row["vertex"],
-                "Stands for": ", ".join(row["blendshapes"]) or "added so that blendshapes can be told apart",
+                "Stands for": row["stands_for"],
             }
             for row in marker_rows(layout.markers)
         ],

@@ -29,7 +29,7 @@ def handles(face: Face, found: Evaluation) -> tuple[Landmark, ...]:
     ours = next(one for one in found.scored if (one.method, one.markers) == (methods.OURS, m))
     at = np.array(ours.vertices)
     order = at[np.argsort(-face.rig.neutral[at, 1], kind="stable")]
-    return name_landmarks(face, LayoutSettings(), order, [None] * m, "motion")
+    return name_landmarks(face, LayoutSettings(), order, [None] * m)
 
 
 def handle_knobs(markers: tuple[Landmark, ...], take: Take) -> Any:

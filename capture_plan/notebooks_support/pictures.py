@@ -37,7 +37,7 @@ def figure_view(figure: Figure, words: str, *, name: str) -> mo.Html:
 def incidence_figure(face: Face, settings: LayoutSettings, vertices: Int[np.ndarray, " m"]) -> Figure:
     """Which landmarks stand for which blendshape, landmarks named as on the sheets, from the top of the face down."""
     order = vertices[np.argsort(-face.rig.neutral[vertices, 1], kind="stable")]
-    names = tuple(one.label for one in name_landmarks(face, settings, order, [0] * len(order), "cover"))
+    names = tuple(one.label for one in name_landmarks(face, settings, order, [0] * len(order)))
     return incidence(face.used, names, face.reach(settings)[:, order], epsilon=settings.epsilon)
 
 

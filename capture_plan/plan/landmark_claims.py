@@ -56,14 +56,17 @@ def landmark_claims(plan: Plan, task: Task) -> list[Claim]:
 
 
 def mirrored_claim(plan: Plan, task: Task) -> Claim:
-    """Landmarks that mirror each other are called so: other side, same region, same number of it."""
+    """Landmarks that mirror each other are called so: other side; same region and number where places have names and no
+    pair of landmarks lies across a border of regions."""
     at = {m.vertex: m for m in plan.layout.landmarks}
     pairs = [(m, at[n]) for m in at.values() if (n := int(task.face.mirror[m.vertex])) in at and n != m.vertex]
-    other = {"left": "right", "right": "left", "middle": "middle"}
+    other, regions = {"left": "right", "right": "left", "middle": "middle"}, task.face.regions
+    named = regions.known and all(regions.region(a.vertex) == regions.region(b.vertex) for a, b in pairs)
     unlike = [
         f"{a.name} {a.label}, {b.name} {b.label}"
         for a, b in pairs
-        if a.vertex < b.vertex and (b.side != other[a.side] or a.region != b.region or b.label != _other_side(a.label))
+        if a.vertex < b.vertex
+        and (b.side != other[a.side] or (named and (a.region != b.region or b.label != _other_side(a.label))))
     ]
     return claim("mirrored landmarks have mirrored names", not unlike, "; ".join(unlike) or f"{len(pairs) // 2} pairs")
 

@@ -11,7 +11,7 @@ from capture_plan.layout.record import Prediction, Worth
 
 SOLVE = "weights solved between 0 and 1"
 ANY_WEIGHTS = "weights of any size"
-FRAMES_WITHIN = f"{MOST - LEAST:.0%} of frames"
+FRAMES_WITHIN = f"{10 * (MOST - LEAST):.0f} of 10 frames"
 FINEST = 0.001  # millimetres; what is nearer to the truth is not said
 
 
@@ -24,6 +24,13 @@ def error_words(worth: Worth, predictions: tuple[Prediction, ...]) -> str:
     """'predicted error 0.14 mm, upper estimate 0.18 mm under 0.2 mm of noise'."""
     told = [f"predicted error {one.error_mm:.2f} mm" for one in at_noise(predictions, worth.noise_mm)[:1]]
     return ", ".join([*told, f"upper estimate {worth.error_mm:.2f} mm"]) + f" under {worth.noise_mm:g} mm of noise"
+
+
+def headline_words(worth: Worth, predictions: tuple[Prediction, ...]) -> str:
+    """'predicted error 0.14 mm under 0.2 mm of noise', where there is room for one figure only."""
+    found = at_noise(predictions, worth.noise_mm)
+    figure = f"predicted error {found[0].error_mm:.2f} mm" if found else f"upper estimate {worth.error_mm:.2f} mm"
+    return f"{figure} under {worth.noise_mm:g} mm of noise"
 
 
 def prediction_words(predictions: tuple[Prediction, ...]) -> list[str]:

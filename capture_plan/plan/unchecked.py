@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from capture_plan.layout.follow import SINGLE_COVER
-from capture_plan.layout.settings import BY_ERROR
+from capture_plan.layout.settings import BY_ERROR, ORDERED
 from capture_plan.plan.claims import Claim
 from capture_plan.plan.record import Plan
 
@@ -35,7 +35,9 @@ def _solver_alone(plan: Plan) -> list[str]:
         found.append("whether each expression is the most important one possible after those before it")
     if packing.kept is not None:
         found.append(f"whether {packing.kept} blendshapes stayed where they were when the list was edited")
-    if layout.programs:
+    if layout.method in ORDERED:
+        found.append("whether other landmarks would serve better, or fewer as well (a search chose them)")
+    elif layout.programs:
         found.append("whether other landmarks would serve better under these settings (only the solver can say)")
     if layout.method in BY_ERROR:
         unproved = [one.bound for one in layout.programs if one.bound > layout.certificate.landmarks]

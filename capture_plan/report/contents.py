@@ -177,7 +177,7 @@ def marker_rows(landmarks: tuple[Landmark, ...]) -> list[dict[str, Any]]:
             "side": landmark.side,
             "why": ROLE_TEXT.get(landmark.role, ""),
             "glyph": glyph(looks[landmark.region]),
-            "blendshapes": landmark.blendshapes,
+            "stands_for": landmark.stands_for,
             "seen": percent(landmark.visibility),
             "vertex": f"{landmark.source_vertex:,}",
         }

@@ -12,7 +12,7 @@ import numpy as np
 from capture_plan.layout.record import Layout, MotionFit
 from capture_plan.layout.spacing import nearest_straight, nearest_two
 from capture_plan.mesh import surface_graph
-from capture_plan.plan.predicted import error_words
+from capture_plan.plan.predicted import headline_words
 from capture_plan.progress import track
 from capture_plan.rig import Rig
 from capture_plan.rig.anchors import Anchors
@@ -56,10 +56,7 @@ def rig_words(layout: Layout, rig: Rig) -> str:
     """What the markers tell of the rig."""
     worth = layout.worth
     bare = f" · {len(layout.uncovered)} blendshapes have no marker" if layout.uncovered else ""
-    return (
-        f"{worth.landmarks} markers · rank {worth.rank} of {worth.full_rank} · {error_words(worth, layout.predictions)}"
-        f"{bare}{nearest_words(layout, rig)}"
-    )
+    return f"{worth.landmarks} markers · {headline_words(worth, layout.predictions)}{bare}{nearest_words(layout, rig)}"
 
 
 def take_words(fit: MotionFit) -> str:

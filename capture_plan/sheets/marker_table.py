@@ -32,7 +32,7 @@ class Column(NamedTuple):
     cell: Callable[[Landmark], str]
 
 
-READS = Column("reads", 5.8, lambda landmark: ", ".join(landmark.blendshapes))
+READS = Column("reads", 5.8, lambda landmark: landmark.stands_for)
 VERTEX = Column("vertex of the scan", 7.4, lambda landmark: f"{landmark.source_vertex:,}")
 
 

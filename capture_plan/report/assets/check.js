@@ -40,7 +40,7 @@ CapturePlan.check = function (plan, rig) {
   let straight = Infinity;
   markers.forEach((a, i) => markers.slice(i + 1).forEach((b) => { straight = Math.min(straight, Math.hypot(...a.position.map((x, n) => x - b.position[n]))); }));
   if (wants.spacing_mm && wants.method !== "trivial") {
-    say(`Markers stand ${wants.spacing_mm} mm apart along the skin`, !near.length, some(near) || `straight, the nearest two are ${straight.toFixed(1)} mm apart`);
+    say(`Markers stand ${wants.spacing_mm} mm apart, straight and along the skin`, !near.length && straight > wants.spacing_mm - 0.01, some(near) || `straight, the nearest two are ${straight.toFixed(1)} mm apart`);
   }
 
   // expressions: once each, disjoint, partners together

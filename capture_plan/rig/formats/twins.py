@@ -5,7 +5,7 @@ Main       of two bodies that repeat each other the one that more blendshapes mo
            as fine, the first in the file
 Copy       repeats a main face (`belongs.py`), and it is plain which is the lesser: it lies on the face, it is coarser,
            it has fewer blendshapes, or the same blendshapes move both. Two equal heads, each with blendshapes of its
-           own, are for a person to choose from (`face/shape.py`)
+           own, are for a person to choose from (`face/shape.py`); plates drawn over a still head are no faces
 With it    what stands to a copy beside the face as eyes and teeth do to the face; meshes that are called of the same
            level as a copy on the face, and lie on another mesh
 """
@@ -37,6 +37,7 @@ from capture_plan.rig.skin import is_ball
 
 AS_MANY = 0.8  # of the blendshapes that move another body
 AS_FINE = 0.7  # of the vertices for an area: a level of detail has half of them; eyes in the same mesh make it denser
+FLAT = 0.15  # of its longest spread; masks of a face have 0.3 or more
 SHARED = 0.5  # of the blendshapes that move a copy move the face too
 LEVEL = re.compile(r"lod[ _-]?(\d+)", re.IGNORECASE)
 
@@ -96,6 +97,7 @@ def moving_copies(raw: RawRig, moves: Bool[np.ndarray, "k v"]) -> list[Body]:
     for i, body in enumerate(heads):
         gone = [copy.body for copy in copies]
         mains = [one for one in heads[:i] if is_face(one, faces) and not overlaps(one, (*gone, body))]
+        mains = [one for one in mains if not is_plate(one)]
         if not overlaps(body, gone):
             copies += list(copy_of(body, mains, moves))[:1]
     rest = [body for body in every if not overlaps(body, [one for copy in copies for one in (copy.body, copy.face)])]
@@ -113,6 +115,12 @@ def overlaps(body: Body, others: Iterable[Body]) -> bool:
 def is_face(body: Body, faces: list[Body]) -> bool:
     """Whether a body is one of the faces, or a large piece of one."""
     return any(body is face or np.isin(body.at, face.at).all() for face in faces)
+
+
+def is_plate(body: Body) -> bool:
+    """Whether a body is nearly flat, as lids, brows and lips are that are drawn over a still head."""
+    spread = np.sqrt(np.clip(np.linalg.eigvalsh(np.cov(body.points.T)), 0, None))
+    return bool(spread[0] < FLAT * spread[-1])
 
 
 def ranked(found: list[Body], faces: list[Body], moves: Bool[np.ndarray, "k v"]) -> list[Body]:
