@@ -60,7 +60,7 @@ class Model:
     def value(self, parts: Sequence[Items]) -> float:
         """The model of the best order of these expressions."""
         logs = self.left(self.ordered(parts))
-        hard = sum(self.instance.cost(items) for items in parts) if self.instance.costs else 0
+        hard = sum(map(self.hard, parts)) if self.instance.costs else 0
         behind = max(0.0, float((logs - self.least(len(logs))).max()))
         return float(logs.mean() + END * logs[-1] + BEHIND * behind + PRICE * hard)
 
@@ -69,8 +69,18 @@ class Model:
         gains = np.cumsum([self.gain(items) for items in parts])
         return np.log(np.maximum(1 - gains / self.start, LEAST)) / 2
 
-    def least(self, length: int) -> Float[np.ndarray, " j"]:
-        """log sqrt(E*_J / E_0); without lists to beat the starting error, which nothing exceeds."""
+    @cached_property
+    def hard(self) -> Callable[[Items], int]:
+        """Points of difficulty of an expression."""
+        return cache(self.instance.cost)
+
+    @cached_property
+    def least(self) -> Callable[[int], Float[np.ndarray, " j"]]:
+        """log sqrt(E*_J / E_0) of a list of so many expressions."""
+        return cache(self._least)
+
+    def _least(self, length: int) -> Float[np.ndarray, " j"]:
+        """Without lists to beat it is the starting error, which nothing exceeds."""
         curves = [np.pad(curve, (0, max(length - len(curve), 0)), "edge")[:length] for curve in self.to_beat]
         return np.min(curves, axis=0) if curves else np.zeros(length)
 

@@ -21,7 +21,7 @@ from capture_plan.expressions.importance import (
 )
 from capture_plan.expressions.instance import PlaceError
 from capture_plan.expressions.listing import Proofs, Target, blendshape_importance, packing_record
-from capture_plan.expressions.minimum import minimum
+from capture_plan.expressions.minimum import heaviest_first, minimum, shortest
 from capture_plan.expressions.problem import Pairs, Problem, state_problem
 from capture_plan.expressions.record import Packing
 from capture_plan.expressions.rules import Rules
@@ -91,10 +91,10 @@ def early_list(rig: Rig, problem: Problem, settings: PackingSettings, target: Ta
     It starts from the shortest lists whose first expressions weigh most by expected error and by the paper's
     importance. Raises PlaceError where an item is locked beyond the end of the list.
     """
-    lists: list[list[Items]] = []
+    found, lists = shortest(problem.instance), list[list[Items]]()
     for importance in ("error", "paper"):
         weigh = item_importance(rig, problem, change(settings, importance=importance), target)
-        order, bound = minimum(problem.instance, weigh)
+        order = heaviest_first(found, weigh)
         lists.append([frozenset(items.tolist()) for items in order.expressions])
     fewest = min(map(len, lists))
     by_greed, _ = list_expressions(problem, "greedy", item_importance(rig, problem, settings, target))
@@ -103,7 +103,7 @@ def early_list(rig: Rig, problem: Problem, settings: PackingSettings, target: Ta
     model = replace(model, to_beat=tuple(model.left(parts) for parts in rivals))
     best = early(model, [parts for parts in lists if len(parts) == fewest])
     expressions = tuple(np.array(sorted(items)) for items in best)
-    return Order(expressions, in_best_order(model, best)), bound
+    return Order(expressions, in_best_order(model, best)), found.bound
 
 
 def list_expressions(problem: Problem, method: str, weigh: Weigh, accept: Answer = always) -> tuple[Order, int]:
