@@ -29,6 +29,7 @@ from capture_plan.expressions.sequential import Order, Weigh, one_after_another,
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.rig import Rig
 
+WAYS = ("error", "paper")  # in which blendshapes are weighed for the lists that `early` starts from
 Answer = Callable[[tuple[str, ...], str], bool]  # (blendshapes of the expression so far, the one proposed for it)
 
 
@@ -92,12 +93,12 @@ def early_list(rig: Rig, problem: Problem, settings: PackingSettings, target: Ta
     importance. Raises PlaceError where an item is locked beyond the end of the list.
     """
     found, lists = shortest(problem.instance), list[list[Items]]()
-    for importance in ("error", "paper"):
-        weigh = item_importance(rig, problem, change(settings, importance=importance), target)
+    weighs = {way: item_importance(rig, problem, change(settings, importance=way), target) for way in WAYS}
+    for weigh in weighs.values():
         order = heaviest_first(found, weigh)
         lists.append([frozenset(items.tolist()) for items in order.expressions])
     fewest = min(map(len, lists))
-    by_greed, _ = list_expressions(problem, "greedy", item_importance(rig, problem, settings, target))
+    by_greed, _ = list_expressions(problem, "greedy", weighs[settings.importance])
     model = model_of(rig, problem, settings, target)
     rivals = [*lists, [frozenset(items.tolist()) for items in by_greed.expressions]]
     model = replace(model, to_beat=tuple(model.left(parts) for parts in rivals))
