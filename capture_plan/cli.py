@@ -46,7 +46,7 @@ Paper = Literal["a4", "letter"]
 Dpi = Annotated[int, typer.Option(min=72, max=600, help="Resolution of the page pictures.")]
 Method = Literal["studio", "adaptive", "trivial", "distance", "cover", "budget", "motion"]
 Weights = Literal["lexicographic", "paper", "count"]
-Packer = Literal["minimum", "sequential", "greedy"]
+Packer = Literal["early", "minimum", "sequential", "greedy"]
 
 
 class Export(StrEnum):
@@ -138,7 +138,7 @@ def plan(
     dot_mm: Annotated[float | None, typer.Option(help="Diameter of a marker, millimetres [3].")] = None,
     head_markers: Annotated[int | None, typer.Option(help="Markers for the head's own motion, 3 to 5 [none].")] = None,
     cameras: Annotated[str | None, typer.Option(help="Camera file (TOML), or frontal, or head-mounted-pair.")] = None,
-    expressions: Annotated[Packer | None, typer.Option(help="How expressions are packed [minimum].")] = None,
+    expressions: Annotated[Packer | None, typer.Option(help="How expressions are packed [early].")] = None,
     mu: Annotated[float | None, typer.Option(help="Share of movement that makes a vertex active [0.3].")] = None,
     paired: Annotated[bool | None, typer.Option(help="Perform left and right together [yes].")] = None,
     limit: Annotated[int | None, typer.Option(help="Most expressions there is time for.")] = None,

@@ -190,7 +190,7 @@ def who_is_best(errors):
 @app.cell
 def error_by_scans(errors):
     parts.figure_view(
-        figures.error_by_scans(errors, ours="minimum", cut="one at a time"),
+        figures.error_by_scans(errors, ours="early", cut="one at a time"),
         "Error of the rig over all blendshapes and the skin; random is the mean of three lists.",
         name="error-by-scans",
     )

@@ -36,7 +36,6 @@ from capture_plan.rig.sample.motion import sample_motion
 FREE = {
     r"seal": "it is made anew",
     r"versions\.\*": "a plan may have been made elsewhere",
-    r"packing\.order_proven": "the solver's word, said to be unchecked",
     r"packing\.solver_bound": "the solver's word, said to be unchecked",
     r"packing\.kept": "the former list is not in the plan",
     r"layout\.programs(\.#\.bound)?": "under a budget the fewest landmarks are the solver's word, said to be unchecked",

@@ -1,10 +1,13 @@
 """What `check` prints: every correction once, nothing lost, and what no check can recompute."""
 
+from pathlib import Path
+
 import pytest
 from msgspec.structs import replace
 
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.plan.advice import correction, corrections, say_names, stated
+from capture_plan.plan.again import packing_again
 from capture_plan.plan.check import check_plan
 from capture_plan.plan.check_page import as_rows, check_lines
 from capture_plan.plan.claims import CHANGED, Claim, claim
@@ -135,3 +138,20 @@ def test_what_only_the_solver_knows_is_said(plan):
     weaker = replace(plan, packing=replace(plan.packing, bound=shown))
     assert any(f"proved here: at least {shown}" in line for line in unchecked(weaker, ()))
     assert not any("proved here" in line for line in unchecked(plan, ()))
+
+
+def test_the_order_is_the_solvers_word_but_for_an_early_list_whose_order_is_checked(plan):
+    def told(method):
+        packing = replace(plan.packing, method=method, order_proven=True)
+        return any("most important one possible" in line for line in unchecked(replace(plan, packing=packing), ()))
+
+    assert told("minimum")
+    assert not told("early")
+
+
+def test_an_early_order_is_found_out_where_it_is_not_kept_and_where_nothing_is_claimed(plan):
+    first, second, *rest = plan.packing.expressions
+    unsaid = replace(plan, packing=replace(plan.packing, order_proven=False))
+    swapped = replace(plan, packing=replace(plan.packing, expressions=(second, first, *rest)))
+    proved = [packing_again(one, RIG, Path(), plan.packing.colliding).order_proven for one in (plan, unsaid, swapped)]
+    assert proved == [True, True, False]

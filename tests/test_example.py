@@ -111,6 +111,27 @@ def test_weights_are_the_best_there_are():
     assert np.abs(found.weights - shown).max() < 0.01
 
 
+def test_what_nobody_asked_for_keeps_its_shape_however_much_of_it_a_scan_shows():
+    prior, truth, rng = ball(2)
+    shown, asked = np.array([[1.0, 1.0, 0.02, 0.4]]), np.array([[1.0, 1.0, 0.0, 0.0]])
+    noise = rng.normal(0, 0.3, prior.surface.neutral.shape)
+    found = rebuild_and_weigh(prior, scans(shown, truth, prior.surface.neutral) + noise, asked, beta=1e-4)
+    assert found.weights[0, 2:].max() > 0.01
+    assert np.array_equal(found.deltas[2:], prior.deltas[2:])
+    assert not np.allclose(found.deltas[:2], prior.deltas[:2])
+
+
+def test_a_scan_tells_nothing_of_the_shape_of_what_it_was_not_asked_to_show():
+    """Of two scans in which one blendshape each was asked for, it is corrected as by its own scan alone."""
+    prior, truth, _ = ball(2, k=2)
+    asked, shown = np.eye(2), np.array([[1.0, 0.2], [0.2, 1.0]])
+    both = scans(shown, truth, prior.surface.neutral)
+    found = rebuild_and_weigh(prior, both, asked, beta=1e-4, gamma=1e6)
+    alone = [rebuild(prior, both[[j]], asked[[j]], beta=1e-4)[j] for j in (0, 1)]
+    assert np.allclose(found.weights, asked, atol=1e-3)
+    assert np.allclose(found.deltas, alone, atol=1e-2)
+
+
 def test_hard_keeps_still_vertices_still():
     W = np.ones((1, len(NAMES)))
     still = np.linalg.norm(SOURCE, axis=2) == 0

@@ -283,7 +283,7 @@ def test_the_same_input_gives_the_same_packing(rig, used, packing):
 
 
 def test_uniqueness_changes_the_order_and_not_the_number(rig, used, packing):
-    unique = pack(rig, used, PackingSettings(uniqueness=1.0))
+    unique = pack(rig, used, PackingSettings(method="minimum", uniqueness=1.0))
     assert unique.objective == packing.objective
     assert packing_faults(rig, used, unique, 0.3) == ()
 

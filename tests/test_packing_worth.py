@@ -45,7 +45,7 @@ def score(order, count, rms_mm, target="wide"):
 def curves(minimum, alone, chance):
     """One face: the same scans 0, 5, 10 of the packed lists, and twice as many one at a time."""
     return {
-        "minimum": ((0, 5, 10), minimum),
+        "early": ((0, 5, 10), minimum),
         "greedy": ((0, 5, 10), minimum),
         RANDOM: ((0, 5, 10), chance),
         ALONE: ((0, 5, 10, 20), alone),
@@ -96,8 +96,8 @@ def test_sentences_name_the_winner_of_every_face_and_say_when_another_is_better(
     good = curves((4.0, 1.0, 0.5), (4.0, 2.0, 1.5, 0.1), (4.0, 3.0, 2.0))
     bad = curves((4.0, 2.0, 1.0), (4.0, 1.0, 0.9, 0.1), (4.0, 3.0, 0.5))
     said = worth_sentences({"wide": good, "narrow": bad})
-    assert "After 5 scans the best list is minimum or greedy, alike (wide); one at a time (narrow)." in said
-    assert "Of whole packed lists the best is minimum or greedy, alike (wide); random (narrow)." in said
+    assert "After 5 scans the best list is early or greedy, alike (wide); one at a time (narrow)." in said
+    assert "Of whole packed lists the best is early or greedy, alike (wide); random (narrow)." in said
     assert any("between 100 % more and 50 % less after 5 scans" in sentence for sentence in said)
     assert worth_sentences({"wide": good})[0].endswith("(every face).")
 
@@ -121,7 +121,7 @@ def test_terms_start_at_nothing_and_end_at_everything():
 
 def test_an_error_has_its_unit_a_panel_for_each_face_and_says_where_one_at_a_time_ends():
     one = curves((4.0, 1.0, 0.5), (4.0, 2.0, 1.5, 0.1), (4.0, 3.0, 2.0))
-    figure = figures.error_by_scans({"wide": one, "narrow": one, "elf": one}, ours="minimum", cut=ALONE)
+    figure = figures.error_by_scans({"wide": one, "narrow": one, "elf": one}, ours="early", cut=ALONE)
     assert {"Wide", "Narrow", "Elf", "error of the rig, mm (rms)", "one at a time ends at 20 scans: 0.100 mm"} <= set(
         text(figure)
     )

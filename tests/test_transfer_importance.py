@@ -10,7 +10,7 @@ from capture_plan.errors import RigError
 from capture_plan.rig import sample_rig
 from capture_plan.transfer.deformation import deformation_transfer
 from capture_plan.transfer.importance import local_maps, mean_square, transfer_importance
-from capture_plan.transfer.targets import HABIT, lower, wider
+from capture_plan.transfer.targets import HABIT_SQUARE, another_person, lower, wider
 
 SAMPLE = sample_rig()
 NAMES = ("jawOpen", "eyeBlinkLeft", "browInnerUp", "mouthSmileLeft", "noseSneerRight", "mouthPucker")
@@ -21,7 +21,17 @@ ENERGY = np.square(RIG.displacement[:, RIG.skin]).mean(axis=1)
 
 
 def test_without_a_target_it_is_the_habit_of_the_movement():
-    assert np.allclose(transfer_importance(RIG), HABIT**2 * ENERGY)
+    assert np.allclose(transfer_importance(RIG), HABIT_SQUARE * ENERGY)
+
+
+def test_a_persons_habits_are_as_large_as_expected():
+    people = [another_person(RIG, seed, name="person") for seed in range(4)]
+    found = [
+        np.square(p.deltas - deformation_transfer(RIG.neutral, RIG.triangles, RIG.deltas, p.neutral)) for p in people
+    ]
+    true = np.mean([each[:, RIG.skin].sum(axis=2).mean(axis=1).sum() for each in found])
+    expected = np.mean([transfer_importance(RIG, p.neutral).sum() for p in people])
+    assert 0.6 < expected / true < 1.6  # with the habit of one axis in place of three: 0.5
 
 
 def test_the_rigs_own_face_and_a_turned_one_add_nothing():

@@ -82,13 +82,7 @@ def blendshape_importance(
     Raises:
         RigError: a target has another number of vertices.
     """
-    targets = target if isinstance(target, tuple) else () if target is None else (target,)
-    for one in targets:
-        if len(one) != len(rig.neutral):
-            raise RigError(
-                f"the target neutral has {len(one):,} vertices, {rig.name} has {len(rig.neutral):,}: "
-                "bring the target onto the rig's mesh first"
-            )
+    targets = listed(rig, target)
     if settings.importance == "error":
         return expected_error(rig, used, targets)
     active = active_sets(rig, used, settings.mu)
@@ -97,6 +91,18 @@ def blendshape_importance(
         return np.maximum(strength, LEAST)  # alpha = 1 without a target
     distortion = triangle_distortion(rig.neutral, targets, rig.triangles, active, settings.distortion_form)
     return np.maximum((1 - settings.distortion) * strength + settings.distortion * distortion, LEAST)
+
+
+def listed(rig: Rig, target: Target) -> tuple[Float[np.ndarray, "v 3"], ...]:
+    """None, one or several targets. RigError where one has another number of vertices."""
+    targets = target if isinstance(target, tuple) else () if target is None else (target,)
+    for one in targets:
+        if len(one) != len(rig.neutral):
+            raise RigError(
+                f"the target neutral has {len(one):,} vertices, {rig.name} has {len(rig.neutral):,}: "
+                "bring the target onto the rig's mesh first"
+            )
+    return targets
 
 
 def expected_error(

@@ -12,6 +12,8 @@ Order    Given both: the first expression is the heaviest after which the rest f
          is not 0, one program holds S and the colouring of the rest (whole.py).
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
@@ -26,30 +28,54 @@ from capture_plan.progress import track
 CUTS = 40  # per expression; real rigs need fewer than 20
 
 
+@dataclass(frozen=True, eq=False)
+class Shortest:
+    """As few expressions as could be found: `colours` of the items at cost `budget`, each number with its proof."""
+
+    instance: Instance
+    colours: Int[np.ndarray, " g"]
+    budget: int
+    easiest: bool
+    bound: int
+
+
 def minimum(instance: Instance, weigh: Weigh) -> tuple[Order, int]:
     """The fewest expressions for the items, and the proven bound on their number.
+
+    Raises PlaceError where an item is locked beyond the last expression.
+    """
+    found = shortest(instance)
+    return heaviest_first(found, weigh), found.bound
+
+
+def shortest(instance: Instance) -> Shortest:
+    """The fewest expressions at the least cost, in no order yet, for as many orders as are wanted.
 
     Raises PlaceError where an item is locked beyond the last expression.
     """
     colours, bound = fewest_colours(instance)
     j = int(colours.max()) + 1
     check_places(instance, j)
-    instance, colours, budget, easiest = _easiest(instance, colours, j)
-    left = np.ones(len(instance), dtype=bool)
-    expressions, proven = [], easiest
+    return Shortest(*_easiest(instance, colours, j), bound)
+
+
+def heaviest_first(found: Shortest, weigh: Weigh) -> Order:
+    """As many expressions, each the heaviest that is possible after those before it."""
+    instance, colours, budget, proven = found.instance, found.colours, found.budget, found.easiest
+    j, left, expressions = int(colours.max()) + 1, np.ones(len(instance), dtype=bool), []
     for e in track(range(j), "ordering expressions"):
         if not left.any():
             break  # without a proof of the number, filling up expressions may save one
         try:
-            found, colours = _next_expression(instance, weigh(~left), left, e, j - e - 1, budget)
+            one, colours = _next_expression(instance, weigh(~left), left, e, j - e - 1, budget)
         except UndecidedError:
-            found = Heaviest(_heaviest_colour(instance, weigh(~left), left, colours, e), proven=False)
-            colours[found.items] = -1
-        left[found.items] = False
-        budget -= instance.cost(found.items.tolist())
-        expressions.append(found.items)
-        proven &= found.proven
-    return Order(tuple(expressions), proven), bound
+            one = Heaviest(_heaviest_colour(instance, weigh(~left), left, colours, e), proven=False)
+            colours = np.where(np.isin(np.arange(len(colours)), one.items), -1, colours)
+        left[one.items] = False
+        budget -= instance.cost(one.items.tolist())
+        expressions.append(one.items)
+        proven &= one.proven
+    return Order(tuple(expressions), proven)
 
 
 def fewest_colours(instance: Instance) -> tuple[Int[np.ndarray, " g"], int]:

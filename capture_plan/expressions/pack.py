@@ -1,23 +1,27 @@
-"""From a rig to its packing: the problem, importance, one of three methods, and the record of what was proved.
+"""From a rig to its packing: the problem, importance, one of four methods, and the record of what was proved.
 
 Items    an item is a blendshape, or what is performed together with it (problem.py); its importance is their sum
-Method   `sequential` is Algorithm 1 of Carrigan et al. 2020, `greedy` its baseline, `minimum` the shortest list
+Method   `sequential` is Algorithm 1 of Carrigan et al. 2020, `greedy` its baseline, `minimum` the shortest list,
+         `early` the list of that length whose first expressions leave the least error
 """
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
+from msgspec.structs import replace as change
 
 from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.expressions.colouring import largest_clique
+from capture_plan.expressions.early import Items, early, in_best_order, model_of
 from capture_plan.expressions.importance import (
     cosine_similarity,
     uniqueness,
 )
 from capture_plan.expressions.instance import PlaceError
 from capture_plan.expressions.listing import Proofs, Target, blendshape_importance, packing_record
-from capture_plan.expressions.minimum import minimum
+from capture_plan.expressions.minimum import heaviest_first, minimum, shortest
 from capture_plan.expressions.problem import Pairs, Problem, state_problem
 from capture_plan.expressions.record import Packing
 from capture_plan.expressions.rules import Rules
@@ -25,6 +29,7 @@ from capture_plan.expressions.sequential import Order, Weigh, one_after_another,
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.rig import Rig
 
+WAYS = ("error", "paper")  # in which blendshapes are weighed for the lists that `early` starts from
 Answer = Callable[[tuple[str, ...], str], bool]  # (blendshapes of the expression so far, the one proposed for it)
 
 
@@ -57,9 +62,12 @@ def pack(
     if not used:
         raise RigError(f"{rig.name}: no blendshape moves the skin: nothing to pack into expressions")
     problem = state_problem(rig, used, settings, rules, apart)
-    weigh = item_importance(rig, problem, settings, target)
     with places_by_name(problem):
-        order, bound = list_expressions(problem, settings.method, weigh, accept)
+        if settings.method == "early":
+            order, bound = early_list(rig, problem, settings, target)
+        else:
+            weigh = item_importance(rig, problem, settings, target)
+            order, bound = list_expressions(problem, settings.method, weigh, accept)
     chosen = [problem.blendshapes(items.tolist()) for items in order.expressions]
     worth = blendshape_importance(rig, problem.names, settings, target)
     return packing_record(rig, problem, settings, chosen, worth, proofs_of(problem, bound, order_proven=order.proven))
@@ -76,6 +84,27 @@ def places_by_name(problem: Problem) -> Iterator[None]:
             f"'{name}' is locked to E{beyond.number + 1:02d}, the list ends with E{beyond.length:02d}: "
             "lock it to an earlier one"
         ) from None
+
+
+def early_list(rig: Rig, problem: Problem, settings: PackingSettings, target: Target) -> tuple[Order, int]:
+    """The shortest list whose first expressions leave little error, and a proven bound on the number.
+
+    It starts from the shortest lists whose first expressions weigh most by expected error and by the paper's
+    importance. Raises PlaceError where an item is locked beyond the end of the list.
+    """
+    found, lists = shortest(problem.instance), list[list[Items]]()
+    weighs = {way: item_importance(rig, problem, change(settings, importance=way), target) for way in WAYS}
+    for weigh in weighs.values():
+        order = heaviest_first(found, weigh)
+        lists.append([frozenset(items.tolist()) for items in order.expressions])
+    fewest = min(map(len, lists))
+    by_greed, _ = list_expressions(problem, "greedy", weighs[settings.importance])
+    model = model_of(rig, problem, settings, target)
+    rivals = [*lists, [frozenset(items.tolist()) for items in by_greed.expressions]]
+    model = replace(model, to_beat=tuple(model.left(parts) for parts in rivals))
+    best = early(model, [parts for parts in lists if len(parts) == fewest])
+    expressions = tuple(np.array(sorted(items)) for items in best)
+    return Order(expressions, in_best_order(model, best)), found.bound
 
 
 def list_expressions(problem: Problem, method: str, weigh: Weigh, accept: Answer = always) -> tuple[Order, int]:

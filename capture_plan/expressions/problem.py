@@ -62,6 +62,10 @@ class Problem:
         """The numbers of all blendshapes of some items."""
         return tuple(sorted(k for i in items for k in self.items[i]))
 
+    def items_of(self, expressions: Iterable[tuple[int, ...]]) -> list[frozenset[int]]:
+        """The items of every expression given by its blendshapes; of an item that is split, where its first is."""
+        return [frozenset(i for i, item in enumerate(self.items) if item[0] in ks) for ks in expressions]
+
     def hard_in(self, expressions: list[tuple[int, ...]]) -> tuple[tuple[str, str, int], ...]:
         """(a, b, cost) of movements performed at once though it is hard, each movement under its first name."""
         place = {i: e for e, ks in enumerate(expressions) for i, item in enumerate(self.items) if item[0] in ks}

@@ -44,13 +44,14 @@ class Packing(Struct, frozen=True, forbid_unknown_fields=True):
     `objective` counts the whole list; a limit shows its first expressions only: `unscanned` are the blendshapes of the
     others, and `left_out` all of these. `bound` is a lower limit on `objective` under the same pairs and rules that
     anybody can check: the clique, or movements counted. `solver_bound` is the solver's own, which may be higher.
-    `order_proven` says that each expression is proved the most important one possible after those before it: of all,
-    or (`minimum`) of those that keep the list shortest. `clique` names blendshapes no two of which fit into one
-    expression, so that anybody can check a limit without a solver; a partner in it stands for its pair, whose active
-    set is the union of both. `pairs` are left/right partners that are performed together; `relaxed` those pairs that
-    had to be split. `exclusive` are blendshapes that no face performs at once, kept apart although they may share no
-    active vertex: conflicts in the clique are of either kind. `drivers` are pairs of a corrective and what it
-    corrects: the corrective counts as active wherever either is.
+    `order_proven` says that each expression is proved the most important one possible after those before it: of all, or
+    (`minimum`) of those that keep the list shortest; of a list that is `early` only that no other order of the same
+    expressions leaves less expected error after any of them, locked ones aside. `clique` names blendshapes no two of
+    which fit into one expression, so that anybody can check a limit without a solver; a partner in it stands for its
+    pair, whose active set is the union of both. `pairs` are left/right partners that are performed together; `relaxed`
+    those pairs that had to be split. `exclusive` are blendshapes that no face performs at once, kept apart although
+    they may share no active vertex: conflicts in the clique are of either kind. `drivers` are pairs of a corrective and
+    what it corrects: the corrective counts as active wherever either is.
 
     `local` are upper/lower partners of lips and lids that are performed together. `colliding` are blendshapes whose
     surfaces would run through each other. An expression asks for `most_things` separate movements at most (nothing

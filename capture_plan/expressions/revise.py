@@ -21,6 +21,7 @@ from ortools.sat.python import cp_model
 from capture_plan.errors import InfeasibleError
 from capture_plan.expressions.colouring import Assigned, assigned, assignment
 from capture_plan.expressions.cpsat import solve
+from capture_plan.expressions.early import proves_order
 from capture_plan.expressions.instance import FREE, Instance, check_places
 from capture_plan.expressions.listing import Target, blendshape_importance, packing_record
 from capture_plan.expressions.minimum import fewest_colours
@@ -63,7 +64,7 @@ def repack(
     was = {name: e for e, expression in enumerate(former.expressions) for name in expression.blendshapes}
     kept = sum(was.get(name) == where[problem.item_of(name)] for name in problem.names)
     worth = blendshape_importance(rig, problem.names, settings, target)
-    proofs = proofs_of(problem, bound, order_proven=False)
+    proofs = proofs_of(problem, bound, order_proven=proves_order(rig, problem, settings, target, chosen))
     return packing_record(rig, problem, settings, chosen, worth, proofs, kept=int(kept))
 
 
@@ -91,8 +92,9 @@ def another(
         )
     chosen = [problem.blendshapes(np.flatnonzero(where == e).tolist()) for e in np.unique(where)]
     worth = blendshape_importance(rig, problem.names, settings, target)
+    proven = proves_order(rig, problem, settings, target, chosen)
     return packing_record(
-        rig, problem, settings, chosen, worth, proofs_of(problem, first.solver_bound, order_proven=False)
+        rig, problem, settings, chosen, worth, proofs_of(problem, first.solver_bound, order_proven=proven)
     )
 
 

@@ -58,7 +58,9 @@ class Edits(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 class PackingSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Shares from 0 to 1, after Carrigan et al. 2020.
 
-    `method`: `minimum` is the provably shortest list, `sequential` the paper's Algorithm 1, `greedy` its baseline.
+    `method`: `early` is of the provably shortest lists one whose first expressions leave little error in the rebuilt
+    rig, and so does the whole, what one scan cannot take apart counted; `minimum` is the provably shortest list whose
+    first expressions are proved the most important, `sequential` the paper's Algorithm 1, `greedy` its baseline.
     `mu`: a vertex is active where a blendshape moves it by this share of the blendshape's largest movement; 0.25 to 0.4
     is the paper's range. `paired`: left and right partners are performed together. `local_pairs`: so are the upper and
     the lower half of a movement of lips or lids. `poseable`: what no face can do at once is kept apart (closed and wide
@@ -67,11 +69,12 @@ class PackingSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     what a scan of a blendshape is worth: the `error` that it is expected to take from the rebuilt rig, or the strength
     and distortion of the `paper`. `distortion`:
     weight of triangle distortion against displacement, used when a target neutral is known (1 - alpha of eq. 4), read
-    as `distortion_form` says. `uniqueness`: beta of eq. 4. `limit`: the most expressions there is time for; the rest is
+    as `distortion_form` says. `uniqueness`: beta of eq. 4, for all methods but `early`.
+    `limit`: the most expressions there is time for; the rest is
     listed as left out. `edits`: an artist's decisions about single blendshapes.
     """
 
-    method: Literal["minimum", "sequential", "greedy"] = "minimum"
+    method: Literal["early", "minimum", "sequential", "greedy"] = "early"
     mu: Annotated[float, Meta(gt=0, le=1)] = 0.3
     paired: bool = True
     local_pairs: bool = False
@@ -84,3 +87,7 @@ class PackingSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     uniqueness: Share = 0.0
     limit: Number | None = None
     edits: Edits = field(default_factory=Edits)
+
+    def __post_init__(self) -> None:
+        if self.uniqueness and self.method == "early":
+            raise ValueError("uniqueness is a term of the paper's order, which 'early' has not: set method 'minimum'")

@@ -74,9 +74,10 @@ def importance_ablation(
 ) -> tuple[AblationRow, ...]:
     """Orders without importance, with each of the paper's terms alone, with all, and by expected error.
 
-    Distortion needs a target."""
+    Distortion needs a target. An `early` list has no importance of single blendshapes: `minimum` stands for it."""
     problem = state_problem(rig, used, settings, rules, apart)
-    paper, error = replace(settings, importance="paper"), replace(settings, importance="error")
+    method = "minimum" if settings.method == "early" else settings.method  # an order by importance alone
+    paper, error = (replace(settings, importance=importance, method=method) for importance in ("paper", "error"))
     strength = blendshape_importance(rig, problem.names, paper, None)
     count = np.array([float(len(item)) for item in problem.items])
     weighs: dict[str, Weigh] = {"none": lambda packed: count}
@@ -86,7 +87,7 @@ def importance_ablation(
     for terms, (alpha, beta) in forms.items():
         weighs[terms] = item_importance(rig, problem, replace(paper, distortion=alpha, uniqueness=beta), target)
     weighs["expected error"] = item_importance(rig, problem, error, target)
-    return tuple(_judged(problem, settings.method, terms, weigh, strength) for terms, weigh in weighs.items())
+    return tuple(_judged(problem, method, terms, weigh, strength) for terms, weigh in weighs.items())
 
 
 def _judged(problem: Problem, method: str, terms: str, weigh: Weigh, strength: Float[np.ndarray, " k"]) -> AblationRow:

@@ -140,7 +140,11 @@ def expression_knobs() -> Any:
     return knob_group(
         method=(
             _choice(
-                {"minimum": "Minimum: provably shortest", "sequential": "Sequential: the paper's"},
+                {
+                    "early": "Early: shortest, least error first",
+                    "minimum": "Minimum: shortest, most important first",
+                    "sequential": "Sequential: the paper's",
+                },
                 start.method,
                 "Method",
             ),

@@ -12,7 +12,7 @@ from capture_plan.notebooks_support.knobs import knob_group, slider
 from capture_plan.plan.packing_worth import ALONE, RANDOM, Curve, Errors, error_after
 from capture_plan.report.words import count, percent
 
-OURS = "minimum"
+OURS = "early"
 AFTER = (5, 10, 15, 20)
 ALIKE = 0.01  # errors that differ by less than this share are called alike
 
@@ -87,14 +87,14 @@ def worth_sentences(errors: Errors) -> list[str]:
     )
     said += [
         f"Deformation transfer without a scan is off by {before} over these faces; all {count(scans, 'expression')} "
-        f"of the minimum leave {whole}, {count(curves[0][ALONE][0][-1], 'scan')} one at a time {alone}.",
+        f"of the early list leave {whole}, {count(curves[0][ALONE][0][-1], 'scan')} one at a time {alone}.",
         _price([of[OURS] for of in curves], [of[ALONE] for of in curves]),
     ]
     return said
 
 
 def _against(curves: Sequence[dict[str, Curve]], rival: str, reached: Sequence[int]) -> str:
-    """How much less or more the minimum leaves than another list, over all faces."""
+    """How much less or more the early list leaves than another list, over all faces."""
     parts = []
     for n in reached:
         less = [1 - _at(of[OURS], n) / _at(of[rival], n) for of in curves]
@@ -102,7 +102,7 @@ def _against(curves: Sequence[dict[str, Curve]], rival: str, reached: Sequence[i
     if rival == RANDOM:
         less = [1 - of[OURS][1][-1] / of[rival][1][-1] for of in curves]
         parts.append(f"{_less(less)} after all")
-    return f"Against {rival}, the minimum leaves {'; '.join(parts)}."
+    return f"Against {rival}, the early list leaves {'; '.join(parts)}."
 
 
 def _less(shares: Sequence[float]) -> str:
@@ -121,7 +121,7 @@ def _at(curve: Curve, n: int) -> float:
 
 
 def _price(packed: Sequence[Curve], alone: Sequence[Curve]) -> str:
-    """How many scans one at a time it takes to be as good as the whole minimum."""
+    """How many scans one at a time it takes to be as good as the whole early list."""
     needed = [
         next((n for n, error in zip(*single, strict=True) if error <= curve[1][-1]), None)
         for curve, single in zip(packed, alone, strict=True)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
+from capture_plan.expressions.early import proves_order
 from capture_plan.expressions.listing import Proofs, blendshape_importance, packing_record
 from capture_plan.expressions.problem import state_problem
 from capture_plan.expressions.record import Packing
@@ -53,7 +54,10 @@ def packing_again(plan: Plan, rig: Rig, folder: Path, apart: Pairs | None = None
     lists = [set(names) for names in (*(one.blendshapes for one in said.expressions), *said.unscanned)]
     lists.append(set(place).difference(*lists))
     chosen = [own for names in lists if (own := tuple(sorted(place[name] for name in names & set(place))))]
-    worth = blendshape_importance(rig, problem.names, settings, read_target(rig, plan.settings, folder))
+    target = read_target(rig, plan.settings, folder)
+    worth = blendshape_importance(rig, problem.names, settings, target)
+    early = settings.method == "early"
+    ordered = proves_order(rig, problem, settings, target, chosen) if early else said.order_proven
     clique = tuple(name for name in problem.names if name in said.clique)
-    proofs = Proofs(said.solver_bound, order_proven=said.order_proven, clique=clique)
+    proofs = Proofs(said.solver_bound, order_proven=ordered, clique=clique)
     return packing_record(rig, problem, settings, chosen, worth, proofs, kept=said.kept)

@@ -1,6 +1,6 @@
 """What a list of expressions is worth beside other lists: the error of another face's rig after its first scans.
 
-Lists   minimum, sequential, greedy   the methods of a packing, all of the same problem (`pack.py`)
+Lists   early, minimum, sequential, greedy   the methods of a packing, all of the same problem (`pack.py`)
         paper's importance            minimum, weighed by displacement as Carrigan et al. 2020 do, where the others
                                       are weighed as the settings say
         random                        greedy by random importance: full expressions in a random order; some, by seed
@@ -17,9 +17,9 @@ from msgspec.structs import replace
 
 from capture_plan.cache import cached, digest
 from capture_plan.expressions.listing import blendshape_importance
-from capture_plan.expressions.pack import item_importance, list_expressions, places_by_name
+from capture_plan.expressions.pack import early_list, item_importance, list_expressions, places_by_name
 from capture_plan.expressions.problem import Pairs, Problem, state_problem
-from capture_plan.expressions.sequential import Weigh
+from capture_plan.expressions.sequential import Order, Weigh
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.expressions.together import bases_of
 from capture_plan.rig import Rig
@@ -27,7 +27,7 @@ from capture_plan.transfer.score import Pose, Score, score_orders
 from capture_plan.transfer.targets import all_targets, another_person
 
 PAPER, RANDOM, ALONE = "paper's importance", "random", "one at a time"
-METHODS = ("minimum", "sequential", "greedy")
+METHODS = ("minimum", "sequential", "greedy")  # beside `early`
 SEEDS = (0, 1, 2)  # of the random lists
 PEOPLE_SEED = 7  # any: the same persons every time
 COUNTS = (0, 1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 18, 20, 25, 30, 40, 60, 80, 120)  # scans after which the error is taken
@@ -43,7 +43,10 @@ def rival_lists(rig: Rig, used: tuple[str, ...], settings: PackingSettings, *, a
     """The lists by name, in the order of the table above; random ones by 'random' and their seed."""
     problem = state_problem(rig, used, settings, None, apart)
     weigh = item_importance(rig, problem, settings, None)
-    lists = {method: _list(problem, method, weigh) for method in METHODS}
+    with places_by_name(problem):
+        best, _ = early_list(rig, problem, settings, None)
+    lists = {"early": _poses(problem, best)}
+    lists |= {method: _list(problem, method, weigh) for method in METHODS}
     of_paper = item_importance(rig, problem, replace(settings, importance="paper"), None)
     lists[PAPER] = _list(problem, "minimum", of_paper)
     for seed in SEEDS:
@@ -108,6 +111,10 @@ def _curve(scores: Sequence[Score]) -> Curve:
 def _list(problem: Problem, method: str, weigh: Weigh) -> tuple[Pose, ...]:
     with places_by_name(problem):
         order, _ = list_expressions(problem, method, weigh)
+    return _poses(problem, order)
+
+
+def _poses(problem: Problem, order: Order) -> tuple[Pose, ...]:
     chosen = [problem.blendshapes(items.tolist()) for items in order.expressions]
     return tuple(_pose(problem, tuple(problem.names[k] for k in expression)) for expression in chosen)
 

@@ -31,7 +31,7 @@ def _solver_alone(plan: Plan) -> list[str]:
     if packing.solver_bound > packing.bound:
         proved = f"the solver says no; proved here: at least {packing.bound}"
         found.append(f"whether fewer than {packing.solver_bound} expressions are enough ({proved})")
-    if packing.order_proven:
+    if packing.order_proven and packing.method != "early":
         found.append("whether each expression is the most important one possible after those before it")
     if packing.kept is not None:
         found.append(f"whether {packing.kept} blendshapes stayed where they were when the list was edited")

@@ -3,6 +3,13 @@
 from capture_plan.plan.record import Plan
 from capture_plan.report.words import count
 
+ORDERED = {
+    "early": "In no other order do the first of these expressions leave less expected error.",
+    "minimum": "Each expression is proved the most important one possible after those before it, of those that keep "
+    "the list shortest.",
+    "sequential": "Each expression is proved the most important one possible after those before it.",
+}
+
 
 def minimum_proof(plan: Plan) -> str:
     """What is proved about the number of landmarks; empty where nothing is."""
@@ -43,6 +50,5 @@ def expression_proofs(plan: Plan) -> list[str]:
         clique = f" No two of these fit into one expression: {', '.join(packing.clique)}."
         said.append(f"{proof}.{clique if len(packing.clique) > 1 else ''}")
     if packing.order_proven:
-        among = ", of those that keep the list shortest" if packing.method == "minimum" else ""
-        said.append(f"Each expression is proved the most important one possible after those before it{among}.")
+        said.append(ORDERED[packing.method])
     return said

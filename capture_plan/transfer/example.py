@@ -9,7 +9,9 @@ Model      min sum_t a_t ( sum_j |sum_k W_jk X_kt - Y_jt|^2 + beta sum_k |X_kt -
 Solution   X = P + U W' (W U W' + beta I)^-1 (Y - W P),  U = diag u[., t], in every cell by itself
            where W is held (Carrigan et al. 2020, section 4.3, keep 0 and 1): what a scan shows more than the prior is
            shared out among its blendshapes by u. Then deltas from gradients, one Poisson problem each.
-           Else in turns with a bounded least squares problem for each row of W: the energy never rises.
+           Else in turns with a bounded least squares problem for each row of W: the energy never rises. Then a scan
+           shows what nobody asked for with its transferred gradients P, at any W: an X that fitted it would change by
+           what the scan shows more, divided by a small W: many times too much.
 
 `hard` keeps a vertex still that blendshape k leaves still on the source, the variant named in Carrigan et al. 2020,
 section 4.1: what a scan shows there belongs to the others. Without it some of every correction leaks over the face.
@@ -71,16 +73,37 @@ def rebuild_and_weigh(
     gamma: float = GAMMA,
     hard: bool = True,
 ) -> Rebuilt:
-    """The same where the actor may have shown other weights than asked for."""
+    """The target's deltas and the weights shown, where the actor may have shown others than asked for.
+
+    Raises:
+        RigError: scans of another mesh, or another number of them than rows of weights.
+    """
     check_scans(prior, scans, asked)
-    Y, u = cells(prior.surface, scans - prior.surface.neutral), prior.freedom(hard=hard)
-    X, W, energies = prior.cells, asked, []
+    Y, u, P = cells(prior.surface, scans - prior.surface.neutral), prior.freedom(hard=hard), prior.cells
+    X, W, wanted, energies = P, asked, asked != 0, []
     for _ in track(range(ROUNDS), "fitting blendshapes and weights in turns"):
-        X = best_gradients(prior, Y, W, u, beta)
-        W = best_weights(prior.surface, X, Y, asked, gamma)
-        energies.append(energy(prior, X, Y, W, u, beta) + gamma * float(np.square(W - asked).sum()))
-    changed = np.flatnonzero((W != 0).any(axis=0) | (prior.cells != X).any(axis=1))
+        A, B = np.where(wanted, W, 0), np.where(wanted, 0, W)
+        X = best_gradients(prior, Y - B @ P, A, u, beta)
+        W = _weights_of_each(prior, X, Y, asked, gamma)
+        A, B = np.where(wanted, W, 0), np.where(wanted, 0, W)
+        energies.append(energy(prior, X, Y - B @ P, A, u, beta) + gamma * float(np.square(W - asked).sum()))
+    changed = np.flatnonzero(wanted.any(axis=0))
     return Rebuilt(integrate(prior, X, changed, hard=hard), W, tuple(energies))
+
+
+def _weights_of_each(
+    prior: Prior,
+    X: Float[np.ndarray, "k n"],
+    Y: Float[np.ndarray, "j n"],
+    asked: Float[np.ndarray, "j k"],
+    gamma: float,
+) -> Float[np.ndarray, "j k"]:
+    """W of every scan, in which X is seen of what was asked for and P of all else."""
+    shapes = (np.where(row[:, None] != 0, X, prior.cells) for row in asked)
+    rows = (
+        best_weights(prior.surface, x, y[None], row[None], gamma)[0] for x, y, row in zip(shapes, Y, asked, strict=True)
+    )
+    return np.stack(list(rows))
 
 
 def best_gradients(

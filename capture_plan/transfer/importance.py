@@ -2,7 +2,7 @@
 
 Data       d[k]   deltas of the rig on the skin, millimetres;  e[k] deformation transfer onto the target's neutral
            J      how the space around each vertex is stretched from the rig's neutral to the target's
-Expected   mean_v |e[k] - J d[k]|^2 + HABIT^2 mean_v |J d[k]|^2                                              (mm^2)
+Expected   mean_v |e[k] - J d[k]|^2 + HABIT_SQUARE mean_v |J d[k]|^2                                         (mm^2)
            what triangles cannot tell of this face, and what no neutral tells: a person moves everything otherwise by a
            share of the movement. Without a target J is the identity and the first term is not known: 0.
 
@@ -17,7 +17,7 @@ from jaxtyping import Float
 
 from capture_plan.rig import Rig
 from capture_plan.transfer.deformation import deformation_transfer, similarity
-from capture_plan.transfer.targets import HABIT
+from capture_plan.transfer.targets import HABIT_SQUARE
 
 CONTROLS = 300  # on a face about 10 mm apart
 AROUND_MM = 15.0  # standard deviation of the weights of a fit: a lip with the teeth behind it, not both corners
@@ -32,12 +32,24 @@ def transfer_importance(rig: Rig, target: Float[np.ndarray, "n 3"] | None = None
     Raises:
         RigError: the target has another number of vertices.
     """
+    return foreseen(rig, target)[1].mean(axis=1)
+
+
+def foreseen(
+    rig: Rig, target: Float[np.ndarray, "n 3"] | None = None
+) -> tuple[Float[np.ndarray, "k v 3"], Float[np.ndarray, "k s"]]:
+    """Deltas by deformation transfer (mm), and their expected squared error at every vertex of the skin (mm^2).
+
+    Raises:
+        RigError: the target has another number of vertices.
+    """
     d = rig.deltas[:, rig.skin].astype(float)
     if target is None:
-        return HABIT**2 * mean_square(d)
-    e = deformation_transfer(rig.neutral, rig.triangles, rig.deltas, target)[:, rig.skin]
+        return rig.deltas, HABIT_SQUARE * np.square(d).sum(axis=2)
+    e = deformation_transfer(rig.neutral, rig.triangles, rig.deltas, target)
     carried = np.einsum("vxy,kvy->kvx", local_maps(rig.neutral, target, rig.neutral[rig.skin]), d)
-    return mean_square(e - carried) + HABIT**2 * mean_square(carried)
+    squares = np.square(e[:, rig.skin] - carried).sum(axis=2) + HABIT_SQUARE * np.square(carried).sum(axis=2)
+    return e, squares
 
 
 def mean_square(x: Float[np.ndarray, "k v 3"]) -> Float[np.ndarray, " k"]:

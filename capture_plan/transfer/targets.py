@@ -24,6 +24,7 @@ from capture_plan.rig import Rig
 Map = Callable[[np.ndarray], np.ndarray]
 STEP = 1e-3  # mm: far above rounding, far below any curve of phi
 HABIT = 0.25  # A of another person: a smile a quarter wider or narrower
+HABIT_SQUARE = 3 * HABIT**2  # of |d|^2: once along the movement, twice across it, for r x d has no part along r
 WAVE_MM = 60.0  # over which a person's habit changes: a cheek, not a pore
 WAVES = 64  # that make up a random field
 BUMPS = 12  # on either side, that make another face

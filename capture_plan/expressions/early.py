@@ -1,0 +1,197 @@
+"""The list whose first expressions leave the least error, of the shortest lists: local search from several lists.
+
+Data       gain[S]      what a scan of the items S takes from the expected squared error (`transfer/expected.py`)
+           E_0          the expected squared error before the first scan;  E_J = E_0 - the first J gains
+Variables  parts        a colouring of the items with the fewest colours, given; order: by gain, locked places aside
+           E*_J         the least that any of the lists to beat leaves after J scans
+Model      min mean_J log sqrt(E_J) + END log sqrt(E_end) + BEHIND max_J max(0, log sqrt(E_J / E*_J))
+               + PRICE (what is hard to perform at once, points)
+Moves      Kempe chain  of two expressions: items that conflict with each other, and with each other's, change places
+           exchange     of one item for one, or of one for none, where nothing is left that conflicts
+           Neither adds an expression, so that a number that was proved the fewest stays so.
+Search     The first move that lowers the model is made, until none does; from the list given, from others, and from
+           the best one so far shaken by random chains. Of all these lists the lowest is taken: it is no proved optimum.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+import numpy as np
+from jaxtyping import Float
+
+from capture_plan.expressions.conflicts import conflict_graph
+from capture_plan.expressions.instance import FREE, Instance
+from capture_plan.expressions.listing import Target, blendshape_importance, listed
+from capture_plan.expressions.problem import Problem
+from capture_plan.expressions.settings import PackingSettings
+from capture_plan.rig import Rig
+from capture_plan.transfer.expected import expectation, mean_expectation
+
+END = 0.1  # of the error after the whole list: 1 costs the first fifteen scans 15 %
+BEHIND = 1.0  # of the scan after which another list is furthest ahead: without, the end was bought with J = 15
+PRICE = 0.01  # a point of difficulty is worth one per cent of error
+SHAKES, CHAINS = 4, 12  # random lists that are tried, and the chains that make each
+GAIN = 1e-9  # a move that lowers the model by less is rounding
+LEAST = 1e-12  # of E_0: no list leaves nothing
+
+Items = frozenset[int]
+Gain = Callable[[Items], float]
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """Lists of `instance` judged by what they leave of `start`, the squared error before any scan."""
+
+    instance: Instance
+    gain: Gain
+    start: float
+    to_beat: tuple[Float[np.ndarray, " _"], ...] = ()
+
+    @cached_property
+    def rivals(self) -> tuple[Items, ...]:
+        """Whom each item excludes."""
+        return tuple(frozenset(np.flatnonzero(row).tolist()) for row in conflict_graph(self.instance.sets))
+
+    def ordered(self, parts: Sequence[Items]) -> list[Items]:
+        """The expressions by gain, the largest first, those with a locked item at its place."""
+        return in_places(self.instance, sorted(parts, key=lambda items: (-self.gain(items), min(items))))
+
+    def value(self, parts: Sequence[Items]) -> float:
+        """The model of the best order of these expressions."""
+        logs = self.left(self.ordered(parts))
+        hard = sum(map(self.hard, parts)) if self.instance.costs else 0
+        behind = max(0.0, float((logs - self.least(len(logs))).max()))
+        return float(logs.mean() + END * logs[-1] + BEHIND * behind + PRICE * hard)
+
+    def left(self, parts: Sequence[Items]) -> Float[np.ndarray, " j"]:
+        """log sqrt(E_J / E_0) after each expression of a list, in its order."""
+        gains = np.cumsum([self.gain(items) for items in parts])
+        return np.log(np.maximum(1 - gains / self.start, LEAST)) / 2
+
+    @cached_property
+    def hard(self) -> Callable[[Items], int]:
+        """Points of difficulty of an expression."""
+        return cache(self.instance.cost)
+
+    @cached_property
+    def least(self) -> Callable[[int], Float[np.ndarray, " j"]]:
+        """log sqrt(E*_J / E_0) of a list of so many expressions."""
+        return cache(self._least)
+
+    def _least(self, length: int) -> Float[np.ndarray, " j"]:
+        """Without lists to beat it is the starting error, which nothing exceeds."""
+        curves = [np.pad(curve, (0, max(length - len(curve), 0)), "edge")[:length] for curve in self.to_beat]
+        return np.min(curves, axis=0) if curves else np.zeros(length)
+
+    def fits(self, items: Items) -> bool:
+        """Whether an expression may hold these items."""
+        chosen = list(items)
+        return bool(self.instance.things[chosen].sum() <= self.instance.most)
+
+
+def model_of(rig: Rig, problem: Problem, settings: PackingSettings, target: Target) -> Model:
+    """The model of a problem on a rig; the paper's importance takes the place of the expected error where it is asked
+    for, and several targets count alike."""
+    rows = [rig.names.index(name) for name in problem.names]
+    known = [expectation(rig, one) for one in listed(rig, target) or (None,)]
+    expected = mean_expectation(known).among(rows)
+    if settings.importance == "paper":
+        expected = expected.weighed(blendshape_importance(rig, problem.names, settings, target))
+    return Model(problem.instance, cache(lambda items: expected.gain(problem.blendshapes(items))), expected.start)
+
+
+def in_best_order(model: Model, parts: Sequence[Items]) -> bool:
+    """Whether no other order of these expressions takes more after any number of scans, but for what is locked."""
+    gains, best = ([model.gain(items) for items in order] for order in (parts, model.ordered(parts)))
+    return bool(np.allclose(gains, best, rtol=0, atol=GAIN * model.start))
+
+
+def proves_order(
+    rig: Rig, problem: Problem, settings: PackingSettings, target: Target, chosen: Sequence[tuple[int, ...]]
+) -> bool:
+    """Whether expressions, given by their blendshapes, stand as `early` promises; no other method promises this."""
+    if settings.method != "early":
+        return False
+    return in_best_order(model_of(rig, problem, settings, target), problem.items_of(chosen))
+
+
+def early(model: Model, lists: Sequence[Sequence[Items]]) -> list[Items]:
+    """The lowest list that is found from `lists`, in order; all of these have as few expressions as there can be."""
+    best = min((descend(model, list(parts)) for parts in lists), key=model.value)
+    rng = np.random.default_rng(0)
+    for _ in range(SHAKES):
+        tried = descend(model, shaken(model, best, rng))
+        if model.value(tried) < model.value(best) - GAIN:
+            best = tried
+    return model.ordered(best)
+
+
+def descend(model: Model, parts: list[Items]) -> list[Items]:
+    """The list after every move that lowers the model, the first that does made each time."""
+    value = model.value(parts)
+    pairs = [(a, b) for a in range(len(parts)) for b in range(a)]
+    unchanged = 0
+    while unchanged < len(pairs):
+        a, b = pairs[0]
+        pairs.append(pairs.pop(0))
+        unchanged += 1
+        for first, second in moves(model, parts[a], parts[b]):
+            tried = parts.copy()
+            tried[a], tried[b] = first, second
+            lower = model.value(tried)
+            if lower < value - GAIN:
+                parts, value, unchanged = tried, lower, 0
+                break
+    return parts
+
+
+def moves(model: Model, a: Items, b: Items) -> Iterator[tuple[Items, Items]]:
+    """What two expressions may become, neither of them empty."""
+    for chain in chains(model.rivals, a, b):
+        yield from _changed(model, a, b, chain)
+    for i in sorted(a):
+        for j in sorted(b):
+            if model.rivals[i].isdisjoint(b - {j}) and model.rivals[j].isdisjoint(a - {i}):
+                yield from _changed(model, a, b, frozenset((i, j)))
+
+
+def chains(rivals: Sequence[Items], a: Items, b: Items) -> list[Items]:
+    """Connected components of the conflicts between two expressions."""
+    left, found = a | b, []
+    while left:
+        chain, reached = set[int](), {min(left)}
+        while reached:
+            chain |= reached
+            reached = {j for i in reached for j in rivals[i]} & left - chain
+        found.append(frozenset(chain))
+        left -= chain
+    return found
+
+
+def shaken(model: Model, parts: Sequence[Items], rng: np.random.Generator) -> list[Items]:
+    """The list after CHAINS random chains."""
+    new = list(parts)
+    for _ in range(CHAINS if len(new) > 1 else 0):
+        a, b = rng.choice(len(new), 2, replace=False).tolist()
+        every = [
+            pair for chain in chains(model.rivals, new[a], new[b]) for pair in _changed(model, new[a], new[b], chain)
+        ]
+        if every:
+            new[a], new[b] = every[int(rng.integers(len(every)))]
+    return new
+
+
+def in_places(instance: Instance, parts: Sequence[Items]) -> list[Items]:
+    """The expressions in this order, but those with a locked item at its place."""
+    if (instance.place == FREE).all():
+        return list(parts)
+    at = {int(place): items for items in parts if (place := instance.place[list(items)].max()) != FREE}
+    rest = iter([items for items in parts if items not in at.values()])
+    return [at[e] if e in at else next(rest) for e in range(len(parts))]
+
+
+def _changed(model: Model, a: Items, b: Items, chain: Items) -> Iterator[tuple[Items, Items]]:
+    first, second = (a - chain) | (b & chain), (b - chain) | (a & chain)
+    if first and second and {first, second} != {a, b} and model.fits(first) and model.fits(second):
+        yield first, second

@@ -1,0 +1,182 @@
+"""Lists whose first expressions leave little expected error: laws, and all lists of small cases tried."""
+
+from dataclasses import replace
+from functools import cache
+from itertools import combinations, permutations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from capture_plan.expressions import PackingSettings, packing_faults
+from capture_plan.expressions.conflicts import maximal_sets
+from capture_plan.expressions.early import BEHIND, END, Model, chains, early, in_best_order, moves
+from capture_plan.expressions.instance import FREE, Instance
+from capture_plan.expressions.pack import pack
+from capture_plan.expressions.settings import Edits
+from capture_plan.rig import sample_rig
+from capture_plan.rig.audit import audit
+from capture_plan.transfer.example import BETA
+from capture_plan.transfer.expected import Expectation, expectation, mean_expectation
+from capture_plan.transfer.importance import transfer_importance
+from capture_plan.transfer.targets import another_person
+
+few = settings(max_examples=15, deadline=None)
+seeds = st.integers(0, 100_000)
+
+
+def small(seed, items=5):
+    """Items at five vertices, what a scan of each is expected to give, and every list of three expressions."""
+    rng = np.random.default_rng(seed)
+    active = rng.random((items, 5)) < 0.2
+    instance = Instance.free(maximal_sets(active))
+    expected = Expectation(rng.exponential(1, (items, 4)), rng.exponential(0.01, (items, 4)))
+    model = Model(instance, cache(lambda chosen: expected.gain(sorted(chosen))), expected.start)
+    return model, [parts for parts in lists_of(items) if all(fits(instance, part) for part in parts)]
+
+
+def lists_of(items, length=3):
+    for where in np.ndindex(*(length,) * items):
+        if len(set(where)) == length and list(dict.fromkeys(where)) == list(range(length)):
+            yield [frozenset(np.flatnonzero(np.equal(where, e)).tolist()) for e in range(length)]
+
+
+def fits(instance, part):
+    return (instance.sets[sorted(part)].sum(axis=0) <= 1).all() and instance.things[sorted(part)].sum() <= instance.most
+
+
+@few
+@given(seeds)
+def test_no_list_is_worse_than_those_it_started_from(seed):
+    model, lists = small(seed)
+    if not lists:
+        return
+    found = early(model, [lists[0], lists[-1]])
+    values = [model.value(parts) for parts in lists]
+    assert model.value(found) <= min(values[0], values[-1]) + 1e-12
+    assert frozenset(found) in {frozenset(parts) for parts in lists}
+
+
+def test_most_small_cases_end_at_the_best_of_all_lists():
+    cases = [case for case in map(small, range(30)) if case[1]]
+    ends = [model.value(early(model, lists[:1])) - min(map(model.value, lists)) for model, lists in cases]
+    assert np.mean(np.array(ends) < 1e-9) > 0.8
+
+
+@few
+@given(seeds)
+def test_the_order_leaves_least_after_every_scan(seed):
+    model, lists = small(seed)
+    for parts in lists[:1]:
+        best = model.left(model.ordered(parts))
+        assert all((best <= model.left(order) + 1e-9).all() for order in permutations(parts))
+        assert in_best_order(model, model.ordered(parts))
+        gains = [model.gain(part) for part in model.ordered(parts)]
+        assert in_best_order(model, model.ordered(parts)[::-1]) == (max(gains) - min(gains) < 1e-9 * model.start)
+
+
+@few
+@given(seeds)
+def test_moves_keep_every_item_once_and_none_that_conflict_together(seed):
+    model, lists = small(seed)
+    for a, b, _ in lists[:3]:
+        for first, second in moves(model, a, b):
+            assert first | second == a | b
+            assert not first & second
+            assert fits(model.instance, first)
+            assert fits(model.instance, second)
+
+
+def test_a_chain_is_what_must_change_places_together():
+    rivals = (frozenset({1}), frozenset({0, 2}), frozenset({1}), frozenset())
+    assert set(chains(rivals, frozenset({0, 2}), frozenset({1, 3}))) == {frozenset({0, 1, 2}), frozenset({3})}
+
+
+@few
+@given(seeds)
+def test_locked_items_stay_at_their_places(seed):
+    model, lists = small(seed)
+    if not lists:
+        return
+    place = np.full(5, FREE)
+    place[0] = 2
+    locked = replace(model, instance=replace(model.instance, place=place))
+    found = early(locked, lists[:1])
+    assert 0 in found[2]
+    assert in_best_order(locked, found)
+
+
+def test_the_model_is_what_its_letters_say():
+    model, lists = small(3)
+    ahead = np.array([-0.9, -1.0, -1.1])
+    judged = replace(model, to_beat=(ahead, np.zeros(3)))
+    logs = model.left(model.ordered(lists[0]))
+    behind = max(0.0, (logs - ahead).max())
+    assert judged.value(lists[0]) == pytest.approx(logs.mean() + END * logs[-1] + BEHIND * behind)
+    assert model.value(lists[0]) == pytest.approx(logs.mean() + END * logs[-1])
+
+
+@few
+@given(seeds)
+def test_a_gain_is_the_error_that_the_rebuild_takes_away(seed):
+    """The rebuild's own formula on drawn persons: e = (I - U W' (W U W' + beta)^-1 W) d, W a row of ones."""
+    rng = np.random.default_rng(seed)
+    v, u = rng.exponential(1, (3, 2)), rng.exponential(0.001, (3, 2))
+    left = 0.0
+    for t in range(2):
+        s = u[:, t] / (u[:, t].sum() + BETA)
+        e = np.eye(3) - np.outer(s, np.ones(3))
+        left += np.trace(e @ np.diag(v[:, t]) @ e.T)
+    assert Expectation(v, u).gain((0, 1, 2)) == pytest.approx(v.sum() - left)
+
+
+def test_a_scan_of_one_takes_nearly_all_and_one_beside_another_place_costs_nothing():
+    v, u = np.array([[1.0, 0], [0, 2.0]]), np.array([[1.0, 0], [0, 1.0]])
+    apart = Expectation(v, u)
+    assert apart.gain((0,)) == pytest.approx(1, abs=1e-3)
+    assert apart.gain((0, 1)) == pytest.approx(apart.gain((0,)) + apart.gain((1,)))
+    meeting = Expectation(np.ones((2, 1)), np.ones((2, 1)))
+    assert meeting.gain((0, 1)) < 0.6 * (meeting.gain((0,)) + meeting.gain((1,)))
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return sample_rig()
+
+
+@pytest.fixture(scope="module")
+def used(rig):
+    return audit(rig).used
+
+
+def test_expectations_add_up_to_what_a_scan_of_each_is_worth(rig):
+    target = another_person(rig, 5, name="person").neutral
+    for one in (None, target):
+        assert expectation(rig, one).v.sum(axis=1) == pytest.approx(transfer_importance(rig, one))
+    both = mean_expectation([expectation(rig), expectation(rig, target)])
+    assert both.start == pytest.approx((expectation(rig).start + expectation(rig, target).start) / 2)
+
+
+def test_the_number_stays_the_proved_one_and_the_list_holds(rig, used):
+    found, least = (pack(rig, used, PackingSettings(method=method)) for method in ("early", "minimum"))
+    assert found.objective == least.objective == found.bound
+    assert found.proven_optimal
+    assert found.order_proven
+    assert packing_faults(rig, used, found, 0.3) == ()
+    apart = {frozenset(pair) for pair in found.exclusive}
+    performed = [frozenset(pair) for e in found.expressions for pair in combinations(e.blendshapes, 2)]
+    assert apart.isdisjoint(performed)
+
+
+def test_locks_and_a_target_are_followed(rig, used):
+    target = another_person(rig, 5, name="person").neutral
+    found = pack(rig, used, PackingSettings(edits=Edits(locked={"jawOpen": 4})), target=target)
+    assert "jawOpen" in found.expressions[3].blendshapes
+    assert found.order_proven
+    assert packing_faults(rig, used, found, 0.3) == ()
+
+
+def test_uniqueness_belongs_to_the_papers_order():
+    with pytest.raises(ValueError, match="uniqueness is a term of the paper's order"):
+        PackingSettings(uniqueness=0.5)
