@@ -35,7 +35,7 @@ from capture_plan.rig.sample.motion import sample_motion
 # What no check can find out when the seal was made anew with the change, a reason each.
 FREE = {
     r"seal": "it is made anew",
-    r"versions\.\*": "a plan may have been made elsewhere",
+    r"versions(\.\*)?": "a plan may have been made elsewhere, said to be unchecked",
     r"packing\.order_proven": "the solver's word, said to be unchecked",
     r"packing\.solver_bound": "the solver's word, said to be unchecked",
     r"packing\.kept": "the former list is not in the plan",
@@ -44,6 +44,7 @@ FREE = {
     r"settings\..*": "a wish that the plan keeps as well as the one it was made for",
     r"rig\.(up|facing|unit_mm|skin)": "a correction to what was found anyway",
 }
+LEAST = 2e-4  # numbers of a plan carry four decimals, the last of which may be rounded otherwise elsewhere
 CONTAINERS = ("keep_out", "caps", "references", "versions", "locked", "references_mm")
 Path_ = tuple[str | int, ...]
 
@@ -71,39 +72,58 @@ def value_at(document: Any, path: Path_) -> Any:
 
 
 def changes(value: Any, others: list[Any], rng: random.Random) -> list[Any]:
-    """Other values in place of one: of its own kind, as a careless or a crooked hand would write them."""
+    """Other values in place of one: of its own kind, as a careless or a crooked hand would write them; `others` are
+    what stands in the same place of other records."""
+    another = rng.choice(others)
     if isinstance(value, bool):
         return [not value]
     if isinstance(value, int):
-        return [value + 1, value - 1, -value, 0, 2 * value]
+        return [value + 1, value - 1, -value, 0, 2 * value, another]
     if isinstance(value, float):
-        return [1.01 * value, 1.5 * value, value + 1, -value, 0.0]
+        return [value + max(0.01 * abs(value), LEAST), 1.5 * value + LEAST, value + 1, -value - LEAST, 0.0, another]
     if isinstance(value, str):
-        return ["", value[::-1], rng.choice(others)]
+        return ["", value[::-1], another, another, f"{value} "]
     if isinstance(value, list):
-        mixed = rng.sample(value, len(value))
-        return [[], value[1:], value[:-1], mixed, [*value, *value[:1]]]
+        mixed, one = rng.sample(value, len(value)), rng.randrange(len(value) + 1)
+        return [[], value[:one] + value[one + 1 :], value[:-1], mixed, [*value, *value[:1]], another]
     if isinstance(value, dict):
-        return [{}, dict(list(value.items())[1:])]
-    return [5, "x", True, [], {}]
+        names = [*value]
+        turned = dict(zip(names, [*value.values()][1:] + [*value.values()][:1], strict=True))
+        return [{}, {name: value[name] for name in names if name != rng.choice(names)}, turned, another]
+    return [5, 0.5, "x", True, [], {}, another]
 
 
-def tampered(document: dict[str, Any], number: int, seed: int) -> tuple[str, dict[str, Any]]:
-    """The kind of the field that was changed, and the document with the change."""
-    rng = random.Random(f"{seed}:{number}")
-    by_kind: dict[str, list[Path_]] = defaultdict(list)
+def by_kind(document: dict[str, Any]) -> dict[str, list[Path_]]:
+    """The places of every kind of field."""
+    found: dict[str, list[Path_]] = defaultdict(list)
     for path in paths_of(document):
-        by_kind[kind_of(path)].append(path)
-    kinds = sorted(by_kind)
-    kind = kinds[number % len(kinds)]
-    path = rng.choice(by_kind[kind])
-    changed = copy.deepcopy(document)
+        found[kind_of(path)].append(path)
+    return found
+
+
+def tampered(
+    document: dict[str, Any], number: int, seed: int, *, kinds: dict[str, list[Path_]] | None = None
+) -> tuple[str, dict[str, Any]]:
+    """The kind of the field that was changed, and the document with the change; `kinds` are its places by kind."""
+    rng, kinds = random.Random(f"{seed}:{number}"), kinds or by_kind(document)
+    kind = sorted(kinds)[number % len(kinds)]
+    path = rng.choice(kinds[kind])
+    changed = _with_own(document, path)
     held, old = value_at(changed, path[:-1]), value_at(document, path)
-    if rng.random() < 0.2:
+    if rng.random() < 0.1:
         held.pop(path[-1])
     else:
-        held[path[-1]] = rng.choice(changes(old, [value_at(document, one) for one in by_kind[kind]], rng))
+        held[path[-1]] = rng.choice(changes(old, [value_at(document, one) for one in kinds[kind]], rng))
     return kind, changed
+
+
+def _with_own(document: Any, path: Path_) -> Any:
+    """The document with its own copy of all that holds the place."""
+    if not path:
+        return document
+    own = copy.copy(document)
+    own[path[0]] = _with_own(document[path[0]], path[1:])
+    return own
 
 
 def verdict(document: dict[str, Any], plan: Plan, path: Path, *, resealed: bool) -> str:
@@ -168,9 +188,10 @@ def outcomes(path: Path, count: int, seed: int, *, resealed: bool) -> Counter[tu
     """How often each verdict fell on each kind of field."""
     plan, document = read_plan(path), json.loads(path.read_bytes())
     found: Counter[tuple[str, str]] = Counter()
+    kinds = by_kind(document)
     with answers_kept():
         for number in range(count):
-            kind, changed = tampered(document, number, seed)
+            kind, changed = tampered(document, number, seed, kinds=kinds)
             found[verdict(changed, plan, path, resealed=resealed), kind] += 1
     return found
 

@@ -29,6 +29,7 @@ from capture_plan.plan.sentence_claims import sentence_claims
 from capture_plan.plan.structure import check_structure
 from capture_plan.rig import Rig
 from capture_plan.rig.audit import audit
+from capture_plan.rig.audited import audit_once
 
 
 def check_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> tuple[Claim, ...]:
@@ -47,10 +48,10 @@ def claims_of(plan: Plan, rig: Rig, folder: Path, *, quick: bool = False) -> Ite
     """The claims of `check_plan`, one after the other as they are found.
 
     With `quick` the plan's word is taken for what costs most of the time: recorded takes, and which surfaces run
-    through each other.
+    through each other; the audit may be one that was found before.
     """
-    seal = seal_claim(plan)
-    plan, report = replace(plan, settings=with_zones_found(plan.settings, folder)), audit(rig)
+    seal, report = seal_claim(plan), (audit_once if quick else audit)(rig)
+    plan = replace(plan, settings=with_zones_found(plan.settings, folder))
     yield seal
     yield draft_claim(plan)
     yield audit_claim(plan, report)

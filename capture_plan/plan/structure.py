@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from capture_plan.errors import PlanError
 from capture_plan.layout.follow import SINGLE_COVER
 from capture_plan.layout.record import Layout
+from capture_plan.layout.settings import ORDERED
 from capture_plan.plan.record import DECIDING, Plan
 from capture_plan.rig import Rig
 
@@ -38,6 +39,9 @@ def _names(plan: Plan) -> Iterator[str]:
     marks = [m.name for m in layout.markers]
     yield from (f"has {count} markers called {name}" for name, count in Counter(marks).items() if count > 1)
     yield from (f"has an order with '{name}', which is no landmark" for name in layout.order if name not in marks)
+    ordered = {m.name for m in layout.landmarks} if layout.method in ORDERED else set()
+    if set(layout.order) != ordered:
+        yield f"has an order of {len(set(layout.order))} landmarks where {len(ordered)} have one"
 
 
 def _lengths(plan: Plan) -> Iterator[str]:

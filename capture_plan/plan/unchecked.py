@@ -44,7 +44,8 @@ def _solver_alone(plan: Plan) -> list[str]:
         found += [
             f"whether fewer than {bound:g} landmarks see every blendshape under these wishes" for bound in unproved
         ]
-    return [*found, f"whether no cheaper {SINGLE_COVER} exists"]
+    made_with = ", ".join(f"{name} {number}" for name, number in plan.versions.items())
+    return [*found, f"whether no cheaper {SINGLE_COVER} exists", f"whether {made_with} made the plan"]
 
 
 def _not_asked(claims: Sequence[Claim]) -> list[str]:
