@@ -83,7 +83,8 @@ def changes(value: Any, others: list[Any], rng: random.Random) -> list[Any]:
     if isinstance(value, int):
         return [value + 1, value - 1, -value, 0, 2 * value, another]
     if isinstance(value, float):
-        return [value + max(0.01 * abs(value), LEAST), 1.5 * value + LEAST, value + 1, -value - LEAST, 0.0, another]
+        others = [value + max(0.01 * abs(value), LEAST), 1.5 * value + LEAST, value + 1, -value - LEAST, 0.0, another]
+        return [one for one in others if not isinstance(one, float) or abs(one - value) >= LEAST]
     if isinstance(value, str):
         words = [word for several in choices() if value in several for word in several if word != value]
         return [rng.choice(words)] if words and rng.random() < 0.7 else ["", value[::-1], another, f"{value} "]
