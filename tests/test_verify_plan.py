@@ -15,6 +15,7 @@ import pytest
 from capture_plan.exports import verify_plan, write_verifier
 from capture_plan.plan.files import read_plan
 from capture_plan.rig import sample_rig
+from tests.lies import LIES as CONSISTENT
 from tests.tampering import KINDS, answers_kept, is_free, tampered, verdict
 
 # What the checker leaves to `check`, as its docstring says.
@@ -317,6 +318,16 @@ def test_a_forged_plan_fails_with_the_lie_named(given, made, kind, forge, named)
     told = failed(lie, rig)
     assert any(named in line for line in told), told
     assert verdict(lie, read_plan(made[kind]), made[kind], resealed=True) in ("caught", "refused")
+
+
+@pytest.mark.parametrize(
+    ("kind", "lie"), [one[:2] for one in CONSISTENT if one[2]], ids=[one[1].__name__ for one in CONSISTENT if one[2]]
+)
+def test_lies_that_agree_with_themselves_fail(given, kind, lie):
+    plan, rig = given[kind]
+    document = copy.deepcopy(plan)
+    lie(document)
+    assert failed(document, rig)
 
 
 @pytest.mark.parametrize("kind", KINDS)

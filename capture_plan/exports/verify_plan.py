@@ -9,10 +9,10 @@ Given in rig.npz, taken as true: the mesh (millimetres, y up, the face looks alo
   vertex is seen; vertices shut by keep-outs and limits; the mirror map (tested below); left/right partners, correctives
   (`drivers`) and what no face does at once; how much each blendshape matters; 68 points; recorded motion.
 Not looked at: sentences, session times, regions and words of labels but for their side, cameras' views, hard pairs,
-  overlap warnings, the order of expressions, the error predicted for weights between 0 and 1, dots that meet when the
-  face moves, blendshapes that a take does not show and notes on it, which blendshapes a later program is about, whether
-  a program's choice is the cheapest, settings that show nowhere else, versions and the seal. `capture-plan check` looks
-  at these too.
+  overlap warnings, the order of expressions and whether that of landmarks is the best, the error predicted for weights
+  between 0 and 1, dots that meet when the face moves, blendshapes that a take does not show and notes on it, which
+  blendshapes a later program is about, whether a program's choice is the cheapest, settings that show nowhere else,
+  versions and the seal. `capture-plan check` looks at these too.
 
 Letters  v vertices, k blendshapes, s sites (one vertex, or a vertex and its mirror image), m markers
 """
@@ -263,6 +263,8 @@ def check_error_bound(face):
     layout, said, sigma, k = face.layout, face.layout["error_bound"], face.want["noise_mm"], len(face.used)
     M = face.want["budget"] or face.want["number"] or len(layout["landmarks"])
     yield "the layout keeps its budget", len(layout["landmarks"]) <= M, f"{len(layout['landmarks'])} of {M}"
+    asked, within = face.want["method"], face.want["budget"] and layout["method"] == "budget"
+    yield "the method asked for answers", asked == layout["method"] or (asked == "studio" and within), layout["method"]
     if layout["method"] not in ("studio", "budget"):
         yield "a bound of the error is stated where the method looks for the least", said is None, layout["method"]
         return

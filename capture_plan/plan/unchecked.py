@@ -39,6 +39,8 @@ def _solver_alone(plan: Plan) -> list[str]:
         found.append("whether other landmarks would serve better, or fewer as well (a search chose them)")
     elif layout.programs:
         found.append("whether other landmarks would serve better under these settings (only the solver can say)")
+    if layout.method == "motion":
+        found.append("whether each landmark of the order tells most of the take after those before it")
     if layout.method in BY_ERROR:
         unproved = [one.bound for one in layout.programs if one.bound > layout.certificate.landmarks]
         found += [
