@@ -483,7 +483,8 @@ class Takes:
         bent = {p: bend(K, np.flatnonzero(self.fixed), markers) for p, K in self.K.items()}
         squares, weight = dict.fromkeys(self.K, 0.0), dict.fromkeys(self.K, 0.0)
         for p, share, X, C in zip(self.people, self.shares, self.shapes, self.mixes, strict=True):
-            R = X if bent[p] is None else X - np.einsum("vm,rmx->rvx", bent[p], X[:, markers])
+            W = bent[p]
+            R = X if W is None else X - np.einsum("vm,rmx->rvx", W, X[:, markers])
             R = (R * np.sqrt(self.s)[:, None]).reshape(len(X), -1)
             # mean over the frames of |sum_r C_tr R_r|^2 = sum_rr' (C'C / F)_rr' R_r . R_r'
             squares[p] += share * float(((C.T @ C / len(C)) * (R @ R.T)).sum())
