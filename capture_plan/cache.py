@@ -13,11 +13,13 @@ import tempfile
 import zipfile
 from collections.abc import Callable, Iterable
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 
 Arrays = dict[str, np.ndarray]
+PACKAGE = Path(__file__).parent
 
 
 def cache_dir() -> Path:
@@ -40,6 +42,13 @@ def digest(parts: Iterable[str | bytes | np.ndarray]) -> str:
             total.update(f"{len(content)} ".encode())
             total.update(content)
     return total.hexdigest()
+
+
+@cache
+def code_digest(*rooms: str) -> str:
+    """Changes whenever the code of these rooms of the package does; of all of it where none is named."""
+    folders = [PACKAGE / room for room in rooms] or [PACKAGE]
+    return digest(file.read_bytes() for folder in folders for file in sorted(folder.rglob("*.py")))
 
 
 def cached(compute: Callable[[], Arrays], shelf: str, name: str, *, entries: int) -> Arrays:

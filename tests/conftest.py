@@ -37,6 +37,20 @@ def cache_of_the_tests(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
+def made(tmp_path_factory):
+    """Plans of several kinds on the bundled head by name, written once for all workers; what a check of them asks for
+    twice is answered once."""
+    from tests.tampering import answers_kept, plans
+
+    folder = tmp_path_factory.getbasetemp()
+    folder = (folder.parent if os.environ.get("PYTEST_XDIST_WORKER") else folder) / "plans"
+    folder.mkdir(exist_ok=True)
+    with answers_kept():
+        written = plans(folder)
+    return written
+
+
+@pytest.fixture(scope="session")
 def face():
     """The sample head with all blendshapes that a plan uses."""
     from capture_plan.layout.face import see_face

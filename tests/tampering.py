@@ -10,7 +10,9 @@ import re
 import sys
 from collections import Counter, defaultdict
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from fcntl import LOCK_EX, flock
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -35,7 +37,7 @@ from capture_plan.rig.sample.motion import sample_motion
 # What no check can find out when the seal was made anew with the change, a reason each.
 FREE = {
     r"seal": "it is made anew",
-    r"versions\.\*": "a plan may have been made elsewhere",
+    r"versions(\.\*)?": "a plan may have been made elsewhere, said to be unchecked",
     r"packing\.solver_bound": "the solver's word, said to be unchecked",
     r"packing\.kept": "the former list is not in the plan",
     r"layout\.programs(\.#\.bound)?": "under a budget the fewest landmarks are the solver's word, said to be unchecked",
@@ -43,6 +45,8 @@ FREE = {
     r"settings\..*": "a wish that the plan keeps as well as the one it was made for",
     r"rig\.(up|facing|unit_mm|skin)": "a correction to what was found anyway",
 }
+KINDS = ("default", "budget", "cameras", "edited", "motion of two people")
+LEAST = 2e-4  # numbers of a plan carry four decimals, the last of which may be rounded otherwise elsewhere
 CONTAINERS = ("keep_out", "caps", "references", "versions", "locked", "references_mm")
 Path_ = tuple[str | int, ...]
 
@@ -70,39 +74,73 @@ def value_at(document: Any, path: Path_) -> Any:
 
 
 def changes(value: Any, others: list[Any], rng: random.Random) -> list[Any]:
-    """Other values in place of one: of its own kind, as a careless or a crooked hand would write them."""
+    """Other values in place of one: of its own kind, as a careless or a crooked hand would write them; `others` are
+    what stands in the same place of other records."""
+    another = rng.choice(others)
     if isinstance(value, bool):
         return [not value]
     if isinstance(value, int):
-        return [value + 1, value - 1, -value, 0, 2 * value]
+        return [value + 1, value - 1, -value, 0, 2 * value, another]
     if isinstance(value, float):
-        return [1.01 * value, 1.5 * value, value + 1, -value, 0.0]
+        others = [value + max(0.01 * abs(value), LEAST), 1.5 * value + LEAST, value + 1, -value - LEAST, 0.0, another]
+        return [one for one in others if not isinstance(one, float) or abs(one - value) >= LEAST]
     if isinstance(value, str):
-        return ["", value[::-1], rng.choice(others)]
+        words = [word for several in choices() if value in several for word in several if word != value]
+        return [rng.choice(words)] if words and rng.random() < 0.7 else ["", value[::-1], another, f"{value} "]
     if isinstance(value, list):
-        mixed = rng.sample(value, len(value))
-        return [[], value[1:], value[:-1], mixed, [*value, *value[:1]]]
+        mixed, one = rng.sample(value, len(value)), rng.randrange(len(value) + 1)
+        return [[], value[:one] + value[one + 1 :], value[:-1], mixed, [*value, *value[:1]], another]
     if isinstance(value, dict):
-        return [{}, dict(list(value.items())[1:])]
-    return [5, "x", True, [], {}]
+        names = [*value]
+        turned = dict(zip(names, [*value.values()][1:] + [*value.values()][:1], strict=True))
+        return [{}, {name: value[name] for name in names if name != rng.choice(names)}, turned, another]
+    return [5, 0.5, "x", True, [], {}, another]
 
 
-def tampered(document: dict[str, Any], number: int, seed: int) -> tuple[str, dict[str, Any]]:
-    """The kind of the field that was changed, and the document with the change."""
-    rng = random.Random(f"{seed}:{number}")
-    by_kind: dict[str, list[Path_]] = defaultdict(list)
+@cache
+def choices() -> list[list[str]]:
+    """The words that fields of a plan have to choose from."""
+    return [found["enum"] for found in _inside(msgspec.json.schema(Plan)) if "enum" in found]
+
+
+def _inside(schema: Any) -> Iterator[dict[str, Any]]:
+    if isinstance(schema, dict):
+        yield schema
+    for one in schema.values() if isinstance(schema, dict) else schema if isinstance(schema, list) else ():
+        yield from _inside(one)
+
+
+def by_kind(document: dict[str, Any]) -> dict[str, list[Path_]]:
+    """The places of every kind of field."""
+    found: dict[str, list[Path_]] = defaultdict(list)
     for path in paths_of(document):
-        by_kind[kind_of(path)].append(path)
-    kinds = sorted(by_kind)
-    kind = kinds[number % len(kinds)]
-    path = rng.choice(by_kind[kind])
-    changed = copy.deepcopy(document)
+        found[kind_of(path)].append(path)
+    return found
+
+
+def tampered(
+    document: dict[str, Any], number: int, seed: int, *, kinds: dict[str, list[Path_]] | None = None
+) -> tuple[str, dict[str, Any]]:
+    """The kind of the field that was changed, and the document with the change; `kinds` are its places by kind."""
+    rng, kinds = random.Random(f"{seed}:{number}"), kinds or by_kind(document)
+    kind = sorted(kinds)[number % len(kinds)]
+    path = rng.choice(kinds[kind])
+    changed = _with_own(document, path)
     held, old = value_at(changed, path[:-1]), value_at(document, path)
-    if rng.random() < 0.2:
+    if rng.random() < 0.1:
         held.pop(path[-1])
     else:
-        held[path[-1]] = rng.choice(changes(old, [value_at(document, one) for one in by_kind[kind]], rng))
+        held[path[-1]] = rng.choice(changes(old, [value_at(document, one) for one in kinds[kind]], rng))
     return kind, changed
+
+
+def _with_own(document: Any, path: Path_) -> Any:
+    """The document with its own copy of all that holds the place."""
+    if not path:
+        return document
+    own = copy.copy(document)
+    own[path[0]] = _with_own(document[path[0]], path[1:])
+    return own
 
 
 def verdict(document: dict[str, Any], plan: Plan, path: Path, *, resealed: bool) -> str:
@@ -131,16 +169,14 @@ def answers_kept() -> Iterator[None]:
     slow += [(again, "blendshape_importance"), (again, "session"), (check, "read_takes_of"), (check, "motion_claims")]
     slow += [(follow, "name_landmarks"), (follow, "points_of"), (follow, "motion_fit")]
     slow += [(follow, "performances"), (follow, "predictions")]
-    patches = [patch.object(room, name, _kept(getattr(room, name))) for room, name in slow]
-    for one in patches:
-        one.start()
-    try:
+    with ExitStack() as patches:
+        for room, name in slow:
+            if not hasattr(function := getattr(room, name), "answers"):
+                patches.enter_context(patch.object(room, name, _kept(function)))
         yield
-    finally:
-        for one in patches:
-            one.stop()
 
 
+@cache
 def _kept(function: Any) -> Any:
     answers: dict[tuple[Any, ...], Any] = {}
     alive = []  # so that no identity is given away twice
@@ -152,6 +188,7 @@ def _kept(function: Any) -> Any:
             answers[key] = function(*arguments, **named)
         return answers[key]
 
+    asked.answers = answers  # pyright: ignore[reportFunctionMemberAccess]
     return asked
 
 
@@ -167,9 +204,10 @@ def outcomes(path: Path, count: int, seed: int, *, resealed: bool) -> Counter[tu
     """How often each verdict fell on each kind of field."""
     plan, document = read_plan(path), json.loads(path.read_bytes())
     found: Counter[tuple[str, str]] = Counter()
+    kinds = by_kind(document)
     with answers_kept():
         for number in range(count):
-            kind, changed = tampered(document, number, seed)
+            kind, changed = tampered(document, number, seed, kinds=kinds)
             found[verdict(changed, plan, path, resealed=resealed), kind] += 1
     return found
 
@@ -180,21 +218,30 @@ def is_free(kind: str) -> bool:
 
 
 def plans(folder: Path) -> dict[str, Path]:
-    """Plans of several kinds on the bundled head, written."""
+    """Plans of several kinds on the bundled head, written; made once for all who test in this folder."""
+    with (folder / "lock").open("w") as lock:
+        flock(lock, LOCK_EX)
+        if not all((folder / f"{name}.json").is_file() for name in KINDS):
+            for name, plan in made_plans(folder).items():
+                write_plan(plan, folder / f"{name}.json")
+    return {name: folder / f"{name}.json" for name in KINDS}
+
+
+def made_plans(folder: Path) -> dict[str, Plan]:
+    """A plan of each kind; takes are written into `folder`."""
     rig = sample_rig()
-    budget = LayoutSettings(method="budget", budget=16)
-    made = {
-        "default": make_plan(rig, Settings()),
-        "budget": make_plan(rig, Settings(landmarks=budget)),
-        "cameras": make_plan(rig, Settings(cameras="head-mounted-pair", landmarks=LayoutSettings(head_markers=3))),
-    }
-    made["edited"] = edited_plan(
-        made["default"], rig, Edits(locked={"jawOpen": 2}, apart=(("jawOpen", "browInnerUp"),))
-    )
     takes = tuple(write_take(folder / f"{name}.npz", rig, wider) for name, wider in (("anna", 1.0), ("bert", 1.08)))
-    motion = Settings(sequences=takes, landmarks=LayoutSettings(method="motion", number=12))
-    made["motion of two people"] = make_plan(rig, motion, folder=folder)
-    return {name: write_plan(plan, folder / f"{name}.json") for name, plan in made.items()}
+    asked = {
+        "default": Settings(),
+        "budget": Settings(landmarks=LayoutSettings(method="budget", budget=16)),
+        "cameras": Settings(
+            cameras="head-mounted-pair", landmarks=LayoutSettings(method="adaptive", head_markers=3, rounds=2)
+        ),
+        "motion of two people": Settings(sequences=takes, landmarks=LayoutSettings(method="motion", number=12)),
+    }
+    made = {name: make_plan(rig, settings, folder=folder) for name, settings in asked.items()}
+    edits = Edits(locked={"jawOpen": 2}, apart=(("jawOpen", "browInnerUp"),))
+    return made | {"edited": edited_plan(made["default"], rig, edits)}
 
 
 def write_take(path: Path, rig: Rig, wider: float) -> str:

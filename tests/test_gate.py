@@ -1,7 +1,9 @@
 """Nothing is made of a plan that does not hold, unless a person insists; then everything says DRAFT."""
 
 import csv
+import dataclasses
 import json
+from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -12,13 +14,16 @@ from PIL import Image
 
 from capture_plan.errors import PlanError
 from capture_plan.layout.settings import LayoutSettings
-from capture_plan.plan.check import check_plan
+from capture_plan.plan import gate
+from capture_plan.plan.check import check_plan, claims_of
 from capture_plan.plan.files import read_plan, write_plan
 from capture_plan.plan.gate import NAMED, as_draft, as_far_as_it_goes, lies
 from capture_plan.plan.make import make_plan
+from capture_plan.plan.places import names_files
 from capture_plan.plan.record import sealed
 from capture_plan.plan.settings import Settings
-from capture_plan.rig import sample_rig
+from capture_plan.rig import audited, sample_rig
+from capture_plan.rig.audit import audit
 from capture_plan.sheets.page import DRAFT, Booklet, paper
 from tests.command import run
 from tests.tampering import answers_kept, tampered
@@ -120,6 +125,32 @@ def test_a_broken_seal_alone_is_a_lie_and_the_slow_claims_are_asked_for_it(plan,
     colliding = replace(plan, packing=replace(plan.packing, colliding=()))
     assert [one.what for one in lies(replace(plan, seal="0"), rig)] == ["the plan is as it was written"]
     assert "expressions, their sentences and figures are those of the rig" in {one.what for one in lies(colliding, rig)}
+
+
+def test_what_was_found_of_a_plan_is_not_asked_again_unless_a_word_of_it_changes(plan, rig, monkeypatch):
+    asked = []
+
+    def counted(*arguments, **named):
+        asked.append(arguments)
+        return claims_of(*arguments, **named)
+
+    monkeypatch.setattr(gate, "claims_of", counted)
+    lie = sealed(replace(plan, layout=replace(plan.layout, uncovered=("jawOpen",))))
+    assert (lies(plan, rig), lies(plan, rig)) == ((), ())
+    assert lies(lie, rig) == lies(lie, rig) != ()
+    assert len(asked) <= 2
+    with_file = replace(plan.settings, target="neutral.obj")
+    assert not names_files(with_file, Path("nowhere"))
+    assert names_files(replace(plan.settings, target=__file__), Path("nowhere"))
+
+
+def test_an_audit_is_found_once_for_equal_rigs_and_anew_for_others(rig, monkeypatch):
+    asked = []
+    monkeypatch.setattr(audited, "audit", lambda one: asked.append(one) or audit(one))
+    other = dataclasses.replace(rig, note="read with care")
+    assert audited.audit_once(rig) == audited.audit_once(dataclasses.replace(rig)) == audit(rig)
+    assert audited.audit_once(other) == audit(other) != audit(rig)
+    assert len([one for one in asked if one is other]) <= 1 <= 2 - len([one for one in asked if one is not other])
 
 
 def pages_of(book, dpi=40):

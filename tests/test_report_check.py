@@ -62,7 +62,7 @@ def test_a_true_plan_has_no_cross(checked, document):
         (forged.moved_marker, "Markers lie where the rig has their vertex: M01"),
         (forged.empty_clique, "a clique of 0"),
         (forged.longer_clique, "fit together"),
-        (forged.wider_spacing, "Markers stand 11 mm apart, straight and along the skin: "),
+        (forged.wider_spacing, "Markers stand 11 mm apart, straight and so along the skin: M"),
         (forged.two_exchanged, "share skin or exclude each other: E"),
         (forged.all_in_one, "share skin or exclude each other: E1"),
         (forged.blendshape_on_no_landmark, "Each marker moves with what it stands for: M01"),

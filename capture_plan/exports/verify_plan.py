@@ -8,8 +8,9 @@ Given in rig.npz, taken as true: the mesh (millimetres, y up, the face looks alo
   blendshapes, which vertices are skin, which blendshapes are planned for and the audit that says why; how well each
   vertex is seen; vertices shut by keep-outs and limits; the mirror map (tested below); left/right partners, correctives
   (`drivers`) and what no face does at once; how much each blendshape matters; 68 points; recorded motion.
-Not looked at: sentences, session times, regions, roles and words of labels but for their side, cameras' views, hard
-  pairs, overlap warnings, the order of expressions, blendshapes that a take does not show and notes on it, which
+Not looked at: sentences, session times, regions and words of labels but for their side, cameras' views, hard pairs,
+  overlap warnings, the order of expressions and whether that of landmarks is the best, the error predicted for weights
+  between 0 and 1, dots that meet when the face moves, blendshapes that a take does not show and notes on it, which
   blendshapes a later program is about, whether a program's choice is the cheapest, settings that show nowhere else,
   versions and the seal. `capture-plan check` looks at these too.
 
@@ -17,10 +18,9 @@ Letters  v vertices, k blendshapes, s sites (one vertex, or a vertex and its mir
 """
 
 import hashlib
-import heapq
 import json
 import sys
-from itertools import combinations, pairwise
+from itertools import combinations
 from math import ceil
 from pathlib import Path
 
@@ -29,54 +29,67 @@ import numpy as np
 STILL, RANK, PRIOR_SD = 0.01, 1e-4, 0.2  # share of motion; share of singular values; standard deviation of weights
 FORMATS, ORDERED = (3, 4), ("studio", "budget", "motion")
 EVEN, USUAL = "dots spread evenly", 68
+RULES = ("pairs", "local", "relaxed", "exclusive", "colliding", "drivers")
 SAME = 2e-4  # the plan rounds to four decimals
+
+
+def unlike(said, own):
+    """Where a record of the plan says otherwise than what was computed: ['rank 12, not 11']."""
+    return [f"{key} {said[key]}, not {value}" for key, value in own.items() if not alike(said[key], value)]
+
+
+def alike(said, own):
+    """Whether two values are equal, numbers up to their rounding."""
+    if isinstance(own, list | tuple):
+        return len(said) == len(own) and all(map(alike, said, own))
+    if isinstance(said, bool | str | None) or isinstance(own, bool | str | None):
+        return said == own
+    return bool(abs(said - own) <= SAME + 1e-6 * abs(own))
 
 
 class Face:
     """What follows from the rig and the settings alone."""
 
     def __init__(self, plan, rig):
-        self.plan, self.rig, self.want = plan, rig, plan["settings"]["landmarks"]
+        self.plan, self.rig, self.layout, self.want = plan, rig, plan["layout"], plan["settings"]["landmarks"]
         self.x, self.skin, self.mirror, self.used = rig["neutral"], rig["skin"], rig["mirror"], rig["used"].tolist()
         names = rig["names"].tolist()
-        self.deltas = rig["deltas"][[names.index(name) for name in self.used]]
-        self.moved = np.where(self.skin, np.linalg.norm(self.deltas, axis=2), 0)  # |d[k, v]|, 0 off the skin
+        deltas = rig["deltas"][[names.index(name) for name in self.used]]
+        self.moved = np.where(self.skin, np.linalg.norm(deltas, axis=2), 0)  # |d[k, v]|, 0 off the skin
         self.moving = self.skin & (self.moved.max(axis=0) > STILL * self.moved.max())
         seen = self.skin & (self.moving | self.moving[self.mirror]) & (rig["visibility"] >= self.want["min_visibility"])
         # r[k, v] = |d[k, v]| / largest of k on seen skin, 0 where k drowns in noise
         self.pins = [int(np.flatnonzero(rig["source_index"] == pin)[0]) for pin in self.want["pins"]]
-        largest = np.where(seen, self.moved, 0).max(axis=1, keepdims=True)
-        may = seen.copy()
+        largest, may = np.where(seen, self.moved, 0).max(axis=1, keepdims=True), seen.copy()
         may[self.pins] = True
         known = np.where(may & (largest > self.want["noise_mm"]), self.moved, 0)
         self.reach = np.minimum(known / np.where(largest > 0, largest, 1), 1)
         self.covers = self.reach >= self.want["epsilon"]
         # G = mean over the moving skin of D_v' D_v
-        D = self.deltas[:, self.moving].astype(float).reshape(len(self.used), -1)
+        self.deltas = deltas.astype(float)
+        D = self.deltas[:, self.moving].reshape(len(self.used), -1)
         self.G = D @ D.T / self.moving.sum()
         self.sites = self.sites_of(may)
         self.size = 1 + (self.sites[:, 0] != self.sites[:, 1])
-        self.neighbours = skin_graph(self.x, rig["triangles"][self.skin[rig["triangles"]].all(axis=1)])
-        self.open = ~rig["shut"][self.sites].any(axis=1)
-        for head in plan["layout"]["head"]:
-            near = list(within(self.neighbours, head["vertex"], self.want["spacing_mm"]))
-            self.open &= ~np.isin(self.sites, [*near, head["vertex"]]).any(axis=1)
+        shut = rig["shut"].copy()
+        for m in self.layout["head"]:
+            shut |= np.linalg.norm(self.x - self.x[m["vertex"]], axis=1) < max(self.want["spacing_mm"], 1e-9)
+        self.open = ~shut[self.sites].any(axis=1)
 
     def sites_of(self, may):
         """(s 2) vertices where landmarks may stand: each with its mirror image where the layout is symmetric."""
-        v = np.arange(len(self.x))
+        v, image, x = np.arange(len(self.x)), self.mirror, self.x
         if not self.want["symmetric"]:
             return np.stack([v[may], v[may]], axis=1)
         may = may.copy()
-        may[self.mirror[self.pins]] = True
-        image, x = self.mirror, self.x
+        may[image[self.pins]] = True
         apart = np.linalg.norm(x - x[image], axis=1) >= self.want["spacing_mm"]
         kept = may & may[image] & (image[image] == v) & ((image == v) | (apart & (x[:, 0] < x[image, 0])))
         return np.stack([v[kept], image[kept]], axis=1)
 
     def covariance(self, vertices):
         """C = (B' B / sigma^2 + I / tau^2)^-1, B the three rows of deltas of every landmark."""
-        B = self.deltas[:, vertices].astype(float).reshape(len(self.used), -1).T
+        B = self.deltas[:, vertices].reshape(len(self.used), -1).T
         return np.linalg.inv(B.T @ B / self.want["noise_mm"] ** 2 + np.eye(len(self.used)) / PRIOR_SD**2)
 
     def quality(self, reach, seen):
@@ -84,48 +97,11 @@ class Face:
         return 2 - (1 - self.want["alpha"]) * reach - self.want["alpha"] * seen
 
     def error(self, vertices):
-        """sqrt(trace(G C)), millimetres."""
+        """sqrt(trace(G C)), millimetres: the upper estimate, for weights of any size."""
         return float(np.sqrt((self.G * self.covariance(vertices)).sum()))
 
 
-# The skin: distances along it
-
-
-def skin_graph(x, triangles):
-    """{v: [(neighbour, length)]}: edges, and straight ways across an edge to the apex of the triangle beyond it."""
-    around, across = {}, {}
-    for a, b, c in triangles.tolist():
-        for i, j, k in ((a, b, c), (b, c, a), (c, a, b)):
-            around.setdefault(i, {})[j] = around.setdefault(j, {})[i] = max(float(np.linalg.norm(x[i] - x[j])), 1e-9)
-            across.setdefault((min(i, j), max(i, j)), []).append(k)
-    for (i, j), apexes in across.items():
-        for k, n in pairwise(apexes):
-            e, p, q = x[j] - x[i], x[k] - x[i], x[n] - x[i]
-            length = float(np.linalg.norm(e)) or 1.0
-            # unfolded into the plane of the edge: apexes at (s, h) and (t, -g)
-            s, t = float(p @ e) / length, float(q @ e) / length
-            h, g = (float(np.linalg.norm(y - u * e / length)) for y, u in ((p, s), (q, t)))
-            if h + g > 0 and 0 < (s * g + t * h) / (h + g) < length:
-                way = max(float(np.hypot(s - t, h + g)), 1e-9)
-                around[k][n] = around[n][k] = min(way, around[k].get(n, np.inf))
-    return {v: list(ways.items()) for v, ways in around.items()}
-
-
-def within(neighbours, start, radius):
-    """{vertex: distance along the skin} of all nearer than a radius (Dijkstra)."""
-    found, heap = {}, [(0.0, start)]
-    while heap:
-        far, v = heapq.heappop(heap)
-        if v in found or far >= radius:
-            continue
-        found[v] = far
-        for u, length in neighbours.get(v, ()):
-            if u not in found and far + length < radius:
-                heapq.heappush(heap, (far + length, u))
-    return found
-
-
-# The checks: each yields (what, holds, found)
+# The checks: each yields (what, whether it holds or a list of what is wrong, what was found where no list tells)
 
 
 def check_rig(face):
@@ -135,94 +111,100 @@ def check_rig(face):
     digest = hashlib.sha256("\0".join([*rig["names"].tolist(), *meant]).encode())
     for key, kind in (("neutral", "<f4"), ("triangles", "<i4"), ("deltas", "<f4"), ("skin", bool)):
         digest.update(np.ascontiguousarray(rig[key].astype(kind)).tobytes())
-    own = digest.hexdigest()[:16]
-    same = (plan["rig"]["fingerprint"], plan["rig"]["vertices"]) == (own, len(face.x))
-    yield "the plan is for this rig", same, f"fingerprint {own}, {len(face.x):,} vertices"
-    yield "the plan is of a format known here", plan["format"] in FORMATS, str(plan["format"])
+    yield (
+        "the plan is for this rig",
+        unlike(plan["rig"], {"fingerprint": digest.hexdigest()[:16], "vertices": len(face.x)}),
+    )
+    yield "the plan is of a format known here", plan["format"] in FORMATS, plan["format"]
     same = plan["audit"] == json.loads(str(rig["audit"])) and plan["audit"]["used"] == face.used
     yield "the audit is that of the rig", same, f"{len(face.used)} blendshapes planned for"
-    image, bad = face.sites[:, 1], 0
-    for some in np.array_split(face.sites[:, 0], max(1, len(face.sites) // 500)):
-        turned = face.x[some] * [-1, 1, 1] + [2 * float(rig["mirror_x_mm"]), 0, 0]
-        nearest = np.sqrt(((turned[:, None] - face.x[None]) ** 2).sum(axis=2).min(axis=1))
-        bad += int((np.linalg.norm(turned - face.x[face.mirror[some]], axis=1) > nearest + 0.03).sum())
-    found = f"{len(image)} sites, {bad} with a nearer one"
+
+
+def check_mirror(face):
+    """The mirror map leads to the nearest vertex."""
+    bad, some = 0, max(1, len(face.sites) // 500)
+    for v in np.array_split(face.sites[:, 0], some):
+        turned = face.x[v] * [-1, 1, 1] + [2 * float(face.rig["mirror_x_mm"]), 0, 0]
+        nearest = np.sqrt(((turned[:, None] - face.x[None]) ** 2).sum(axis=2).min(axis=1, initial=np.inf))
+        bad += int((np.linalg.norm(turned - face.x[face.mirror[v]], axis=1) > nearest + 0.03).sum())
+    found = f"{len(face.sites)} sites, {bad} with a nearer one"
     yield "no vertex is nearer to a mirror image than its partner", bad == 0, found
 
 
 def check_places(face):
-    """Where markers stand, and on which side."""
-    rig, layout = face.rig, face.plan["layout"]
+    """What every marker says of itself, and whether one may stand there."""
+    rig, layout, wrong, sides = face.rig, face.layout, [], []
     for group, letter in ((layout["landmarks"], "M"), (layout["head"], "H")):
-        wrong, sides = [], []
         for number, m in enumerate(group, start=1):
-            v, corners = m["vertex"], rig["triangles"][m["triangle"]]
-            place = np.array(m["barycentric"]) @ face.x[corners]
-            holds = m["name"] == f"{letter}{number:02d}" and 0 <= v < len(face.x) and bool(face.skin[v])
-            holds &= abs(m["visibility"] - rig["visibility"][v]) < 1e-4 and m["triangle"] >= 0
-            holds &= m["source_vertex"] == rig["source_index"][v]
-            holds &= max(np.abs(face.x[v] - m["position"]).max(), np.abs(place - m["position"]).max()) < 1e-3
-            wrong += [] if holds else [m["name"]]
-            x = face.x[v, 0] - float(rig["midline_mm"])
-            side = "middle" if abs(x) <= float(rig["middle_mm"]) else "left" if x > 0 else "right"
+            v = range(len(face.x))[m["vertex"]]
+            on, seen = face.covers[:, v], float(rig["visibility"][v])
+            triangle = int(np.flatnonzero((rig["triangles"] == v).any(axis=1))[0])
+            own = {
+                "name": f"{letter}{number:02d}",
+                "vertex": v,
+                "source_vertex": int(rig["source_index"][v]),
+                "position": np.round(face.x[v], 3).tolist(),
+                "triangle": triangle,
+                "barycentric": (rig["triangles"][triangle] == v).astype(float).tolist(),
+                "blendshapes": [name for name, covers in zip(face.used, on, strict=True) if covers],
+                "quality": float(face.quality(face.reach[:, v], seen)[on].mean()) if on.any() else 2.0,
+                "visibility": seen,
+                "role": "head" if letter == "H" else "backup" if m["round"] else "primary",
+            }
+            wrong += [f"{m['name']} {line}" for line in unlike(m, own)] + [f"{m['name']} off the skin"] * (
+                not face.skin[v]
+            )
+            off = face.x[v, 0] - float(rig["midline_mm"])
+            side = "middle" if abs(off) <= float(rig["middle_mm"]) else "left" if off > 0 else "right"
             word = m["label"].split(" ")[0]
-            told = {"left": "left", "right": "right"}.get(word, "middle" if rig["sided"] else side)
-            sides += [] if side == m["side"] == told else [f"{m['name']} '{m['label']}' is on the {side}"]
-        if group:
-            what = "landmarks" if letter == "M" else "head markers"
-            found = f"{len(group)}, wrong: {', '.join(wrong) or 'none'}"
-            yield f"{what} lie at their vertex, place and triangle, on skin", not wrong, found
-            yield f"{what} called left lie on the left, right ones on the right", not sides, "; ".join(sides) or "all"
+            named = word if word in ("left", "right") else "middle" if rig["sided"] else side
+            sides += [] if side == m["side"] == named else [f"{m['name']} '{m['label']}' is on the {side}"]
+    yield "markers say of themselves what their vertex, on skin, gives", wrong
+    yield "markers called left lie on the left, right ones on the right", sides
     v = [m["vertex"] for m in layout["landmarks"]]
     yield "no two landmarks share a vertex", len(set(v)) == len(v) > 0, f"{len(v)} landmarks"
-    open_ = set(face.sites[face.open].ravel().tolist())
-    stray = [m["name"] for m in layout["landmarks"] if m["vertex"] not in open_]
-    yield "landmarks stand where one may: seen, moving, outside the keep-outs", not stray, ", ".join(stray) or "all"
-    if face.want["symmetric"]:
-        alone = [m["name"] for m in layout["landmarks"] if face.mirror[m["vertex"]] not in v]
-        yield "every landmark has its mirror twin", not alone, f"without: {', '.join(alone) or 'none'}"
+    stray = [m["name"] for m in layout["landmarks"] if m["vertex"] not in face.sites[face.open]]
+    yield "landmarks stand where one may: seen, moving, outside the keep-outs", stray
+    alone = [m["name"] for m in layout["landmarks"] if face.want["symmetric"] and face.mirror[m["vertex"]] not in v]
+    yield "every landmark of a symmetric layout has its mirror twin", alone
+    markers, least = [*layout["landmarks"], *layout["head"]], face.want["spacing_mm"]
+    apart = [
+        (float(np.linalg.norm(face.x[a["vertex"]] - face.x[b["vertex"]])), f"{a['name']} and {b['name']}")
+        for a, b in combinations(markers, 2)
+    ]
+    close = [f"{both}: {mm:.2f} mm" for mm, both in sorted(apart) if mm < least - 1e-6]
+    if face.want["method"] != "trivial":  # no way along the skin is shorter than the straight one
+        what = f"markers stand at least {least:g} mm apart, straight and so along the skin"
+        yield what, close, f"the nearest two are {min(apart, default=(np.inf,))[0]:.2f} mm apart"
 
 
 def check_cover(face):
     """Every blendshape has a landmark; no layout has fewer than the prices prove."""
-    layout, eps = face.plan["layout"], face.want["epsilon"]
-    wrong = []
-    for m in (*layout["landmarks"], *layout["head"]):
-        on, reach = face.covers[:, m["vertex"]], face.reach[:, m["vertex"]]
-        holds = [name for name, covers in zip(face.used, on, strict=True) if covers] == m["blendshapes"]
-        quality = face.quality(reach, face.rig["visibility"][m["vertex"]])[on].mean() if on.any() else 2.0
-        wrong += [] if holds and abs(quality - m["quality"]) < SAME else [m["name"]]
-    said = f"every landmark moves by {eps:g} or more of what it stands for"
-    yield said, not wrong, f"wrong: {', '.join(wrong) or 'none'}"
+    layout, said = face.layout, face.layout["certificate"]
     v = [m["vertex"] for m in layout["landmarks"]]
     none = [name for name, row in zip(face.used, face.covers[:, v], strict=True) if not row.any()]
-    found = f"{len(face.used) - len(none)} of {len(face.used)}, not: {', '.join(none) or 'none'}"
-    yield "every blendshape has a landmark, but for those listed", none == layout["uncovered"], found
+    yield "every blendshape has a landmark, but for those listed", unlike(layout, {"uncovered": none})
     # y >= 0 and sum_k y[k] c[k, s] <= n[s] at every site: any cover has sum_s n[s] f[s] >= sum_k y[k] landmarks
-    bound = layout["certificate"]
     y = np.zeros(len(face.used))
-    y[[face.used.index(name) for name in bound["blendshapes"]]] = bound["weights"]
-    pair_covers = face.covers[:, face.sites].any(axis=2)
-    over = int((y @ pair_covers > face.size + 1e-9)[face.open].sum())
-    least = ceil(y.sum() - 1e-9)
-    holds = bool((y >= 0).all()) and not over and least == bound["landmarks"]
-    found = f"prices add up to {y.sum():.3f}, over the limit at {over} of {int(face.open.sum())} sites"
-    yield f"proved: no fewer than {bound['landmarks']} landmarks see every blendshape", holds, found
-    reachable = pair_covers[:, face.open].any(axis=1)
-    enough = least <= len(v) or bool(set(none) & {n for n, r in zip(face.used, reachable, strict=True) if r})
+    y[[face.used.index(name) for name in said["blendshapes"]]] = said["weights"]
+    covers = face.covers[:, face.sites[face.open]].any(axis=2)
+    over, least = int((y @ covers > face.size[face.open] + 1e-9).sum()), ceil(y.sum() - 1e-9)
+    found = f"prices add up to {y.sum():.3f}, over the limit at {over} of {covers.shape[1]} sites"
+    holds = bool((y >= 0).all()) and not over and least == said["landmarks"]
+    yield f"proved: no fewer than {said['landmarks']} landmarks see every blendshape", holds, found
+    reachable = {name for name, row in zip(face.used, covers, strict=True) if row.any()}
+    enough = least <= len(v) or bool(reachable.intersection(none))
     yield "the layout has at least as many as are proved to be needed", enough, f"{len(v)} landmarks"
 
 
 def check_programs(face):
     """What every program chose covers its blendshapes at the stated cost; whether none is cheaper, no one can see."""
-    layout, counts = face.plan["layout"], face.plan["layout"]["method"] in ORDERED
-    chosen, added = (
-        {m["vertex"]: m["round"] for m in layout["landmarks"]},
-        {None} if layout["method"] != "cover" else set(),
-    )
-    holds = {*chosen.values()} <= {*range(len(layout["programs"]) * (not counts))} | added
-    yield "every landmark was chosen by a program or added after them", holds, f"{len(layout['programs'])} programs"
-    for number, program in enumerate(layout["programs"]):
+    layout, programs, ordered = face.layout, face.layout["programs"], face.layout["method"] in ORDERED
+    chosen = {m["vertex"]: m["round"] for m in layout["landmarks"]}
+    known = ({*range(len(programs))} if not ordered else set()) | ({None} if layout["method"] != "cover" else set())
+    holds = {*chosen.values()} <= known and len(programs) <= (99 if layout["method"] == "adaptive" else 1)
+    yield "every landmark was chosen by a program or added after them", holds, f"{len(programs)} programs"
+    for number, program in enumerate(programs):
         rows, v = [face.used.index(name) for name in program["blendshapes"]], program["vertices"]
         at = np.flatnonzero(np.isin(face.sites, v).any(axis=1))
         pairs, size = face.sites[at], face.size[at]
@@ -231,84 +213,64 @@ def check_programs(face):
         w = np.where(covers, face.quality(reach, seen), 0).sum(axis=0)
         mean = np.where(covers.any(axis=0), w / np.maximum(covers.sum(axis=0), 1), 2)
         kinds = {"count": size, "paper": w, "lexicographic": size * mean}
-        cost = float(np.rint(kinds["count" if counts else face.want["weights"]] / 1e-4).sum() * 1e-4)
-        holds = covers.any(axis=1).all() and abs(cost - program["objective"]) < SAME
-        holds &= size.sum() == program["landmarks"] == len(v) == len(set(v)) and program["bound"] <= cost + SAME
-        holds &= program["proven_optimal"] == (program["bound"] >= program["objective"])
-        holds &= counts or sorted(v) == sorted(vertex for vertex in chosen if chosen[vertex] == number)
-        found = f"{covers.any(axis=1).sum()} of {len(rows)} blendshapes, cost {cost:.4f}"
-        yield f"program {number + 1} covers its blendshapes at its cost", holds, found
-
-
-def check_distances(face):
-    """Least distance of two markers, along the skin and straight."""
-    layout, least = face.plan["layout"], face.want["spacing_mm"]
-    v = [m["vertex"] for m in (*layout["landmarks"], *layout["head"])]
-    names = {m["vertex"]: m["name"] for m in (*layout["landmarks"], *layout["head"])}
-    close = []
-    for a in v:
-        near = within(face.neighbours, a, max(least, 1e-6))
-        close += [(far, names[a], names[b]) for b, far in near.items() if b in names and b > a]
-    x = face.x[v]
-    straight = np.linalg.norm(x[:, None] - x[None], axis=2)[np.triu_indices(len(v), 1)].min(initial=np.inf)
-    told = "; ".join(f"{a} and {b}: {far:.2f} mm" for far, a, b in sorted(close)[:3])
-    if least and face.want["method"] != "trivial":
-        what = f"markers stand at least {least:g} mm apart, straight and along the skin"
-        holds = not close and straight >= least - 1e-6
-        yield what, holds, told or f"none closer along it; straight, the nearest two are {straight:.2f} mm apart"
+        cost = float(np.rint(kinds["count" if ordered else face.want["weights"]] / 1e-4).sum() * 1e-4)
+        proved = program["bound"] >= program["objective"]
+        own = {"objective": cost, "landmarks": int(size.sum()), "proven_optimal": proved}
+        wrong = unlike(program, own) + [face.used[k] for k in np.array(rows)[~covers.any(axis=1)]]
+        mine = sorted(v) if ordered else sorted(vertex for vertex in chosen if chosen[vertex] == number)
+        holds = not wrong and program["bound"] <= cost + SAME and sorted({*v}) == mine and len(v) == size.sum()
+        what = f"program {number + 1} covers its blendshapes at its cost, its bound no higher"
+        yield what, holds, f"{len(rows)} blendshapes, cost {cost:.4f} {' '.join(wrong)}"
 
 
 def check_worth(face):
-    """Rank, condition and predicted error of the layout, of its first landmarks and of other layouts."""
-    layout, k = face.plan["layout"], len(face.used)
-    strength = np.sqrt(np.clip(np.linalg.eigvalsh(face.G)[::-1], 0, None))
-    full = max(1, int((strength > RANK * strength[0]).sum()))
-    at, order = {m["name"]: m["vertex"] for m in layout["landmarks"]}, layout["order"]
-    others = {name: (one["vertices"], one) for name, one in layout["references"].items()}
-    wanted = 2 + (len(face.rig["points68"]) > 0)
-    yield "other layouts stand beside it", len(others) == wanted, ", ".join(others)
-    for name, (v, said) in {"the layout": ([*at.values()], layout["worth"]), **others}.items():
-        sigma = np.linalg.svd(face.deltas[:, v].astype(float).reshape(k, -1), compute_uv=False)
-        rank, error = max(1, int((sigma > RANK * sigma[0]).sum())), face.error(v)
-        holds = (said["rank"], said["full_rank"], said["landmarks"]) == (rank, full, len(v))
-        holds &= said["noise_mm"] == face.want["noise_mm"] and abs(said["error_mm"] - error) < SAME
-        holds &= abs(said["condition"] - sigma[0] / sigma[rank - 1]) <= 0.01 * said["condition"]
-        what = f"{name}: rank {said['rank']} of {said['full_rank']}, predicted error {said['error_mm']:.3f} mm"
-        yield what, holds, f"{len(v)} landmarks, rank {rank} of {full}, {error:.4f} mm"
+    """Rank, condition and upper estimate of the layout, of its first landmarks and of other layouts."""
+    layout, at = face.layout, {m["name"]: m["vertex"] for m in face.layout["landmarks"]}
+    strength = np.sqrt(np.clip(np.linalg.eigvalsh(face.G), 0, None))
+    full, points = max(1, int((strength > RANK * strength[-1]).sum())), face.rig["points68"].tolist()
+    others = layout["references"]
+    yield "other layouts stand beside it", len(others) == 2 + bool(points), ", ".join(others)
+    for name, said, v in [
+        ("the layout", layout["worth"], [*at.values()]),
+        *((name, one, one["vertices"]) for name, one in others.items()),
+    ]:
+        sigma = np.linalg.svd(face.deltas[:, v].reshape(len(face.used), -1), compute_uv=False)
+        rank = max(1, int((sigma > RANK * sigma[0]).sum()))
+        own = {"rank": rank, "full_rank": full, "landmarks": len(v), "noise_mm": face.want["noise_mm"]}
+        own |= {"condition": round(float(sigma[0] / sigma[rank - 1]), 1), "error_mm": face.error(v)}
+        what = f"{name}: rank {said['rank']} of {said['full_rank']}, upper estimate {said['error_mm']:.3f} mm"
+        yield what, unlike(said, own), f"{len(v)} landmarks"
         if name.startswith("68"):
-            yield f"{name} stand where they belong", v == face.rig["points68"].tolist(), f"{len(v)} points"
+            yield f"{name} stand where they belong", v == points, f"{len(v)} points"
         elif name == EVEN:
             enough = len(v) == len({*v}) == min(USUAL, int(face.moving.sum()))
             yield f"{name} are as many, on skin that moves", enough and face.moving[v].all(), f"{len(v)} dots"
         elif name in others:
             missed = face.covers[:, face.sites].any(axis=(1, 2)) & ~face.covers[:, v].any(axis=1)
             yield f"{name} covers every blendshape", not missed.any(), f"{int(missed.sum())} missed"
-    ordered = layout["method"] in ORDERED
-    off = [abs(face.error([at[n] for n in order[: i + 1]]) - mm) for i, mm in enumerate(layout["curve_mm"])]
-    holds = (sorted(order), len(off)) == (sorted(at) if ordered else [], len(at) * ordered) and max(
-        off, default=0
-    ) < SAME
+    order = layout["order"]
     yield (
-        "the curve is the error of the first landmarks in their order",
-        holds,
-        f"{max(off, default=0):.5f} mm off at most",
+        "an order has every landmark once",
+        sorted(order) == sorted(at if layout["method"] in ORDERED else []),
+        order[:3],
     )
+    curve = [face.error([at[name] for name in order[: m + 1]]) for m in range(len(order))]
+    yield "the curve is the error of the first landmarks in their order", alike(layout["curve_mm"], curve), curve[-1:]
 
 
 def check_error_bound(face):
-    """No layout of the budget predicts less, f(mu) >= f(lam) + g (lam - mu) being true of a convex f at any shares."""
-    layout, said, sigma = face.plan["layout"], face.plan["layout"]["error_bound"], face.want["noise_mm"]
-    budget = face.want["budget"] or face.want["number"] or len(layout["landmarks"])
-    yield "the layout keeps its budget", len(layout["landmarks"]) <= budget, f"{len(layout['landmarks'])} of {budget}"
+    """No layout of the budget has less, f(mu) >= f(lam) + g (lam - mu) being true of a convex f at any shares."""
+    layout, said, sigma, k = face.layout, face.layout["error_bound"], face.want["noise_mm"], len(face.used)
+    M = face.want["budget"] or face.want["number"] or len(layout["landmarks"])
+    yield "the layout keeps its budget", len(layout["landmarks"]) <= M, f"{len(layout['landmarks'])} of {M}"
+    asked, within = face.want["method"], face.want["budget"] and layout["method"] == "budget"
+    yield "the method asked for answers", asked == layout["method"] or (asked == "studio" and within), layout["method"]
     if layout["method"] not in ("studio", "budget"):
         yield "a bound of the error is stated where the method looks for the least", said is None, layout["method"]
         return
-    budget = budget if layout["method"] == "budget" else len(layout["landmarks"])
-    share, k = dict(zip(said["vertices"], said["shares"], strict=True)), len(face.used)
-    lam, A = (
-        np.array([share.get(v, 0.0) for v in face.sites[:, 0].tolist()]),
-        face.deltas.astype(float).transpose(1, 2, 0),
-    )
+    M = M if layout["method"] == "budget" else len(layout["landmarks"])
+    share, A = dict(zip(said["vertices"], said["shares"], strict=True)), face.deltas.transpose(1, 2, 0)
+    lam = np.array([share.get(v, 0.0) for v in face.sites[:, 0].tolist()])
     # f = trace(G C) with C = (sum_s lam_s A_s' A_s / sigma^2 + I / tau^2)^-1, g_s = trace(A_s C G C A_s') / sigma^2
     H = np.eye(k) / PRIOR_SD**2
     for s in np.flatnonzero(lam):
@@ -318,32 +280,31 @@ def check_error_bound(face):
     each = ((A @ (C @ (Q * np.sqrt(np.clip(w, 0, None))))) ** 2).sum(axis=(1, 2)) / sigma**2
     g = np.where(face.size == 2, each[face.sites].sum(axis=1), each[face.sites[:, 0]])
     held = face.open & np.isin(face.sites, face.pins).any(axis=1)
-    left, most, free = budget - face.size[held].sum(), g[held].sum(), np.flatnonzero(face.open & ~held)
+    left, most, free = M - face.size[held].sum(), g[held].sum(), np.flatnonzero(face.open & ~held)
     for s in free[np.argsort(-g[free] / face.size[free], kind="stable")]:  # the mu that lowers the bound most
         most += min(1.0, max(0.0, left / face.size[s])) * g[s]
         left -= face.size[s]
-    unseen = PRIOR_SD**2 * np.clip(w[::-1][3 * budget :], 0, None).sum()  # M landmarks answer to 3 M mixes
+    unseen = PRIOR_SD**2 * np.clip(w[::-1][3 * M :], 0, None).sum()  # M landmarks answer to 3 M mixes
     bound = float(np.sqrt(max((face.G * C).sum() + g @ lam - most, unseen, 0)))
-    holds = (lam >= 0).all() and abs(bound - said["error_mm"]) < SAME and bound <= layout["worth"]["error_mm"] + SAME
-    what = f"proved: no layout of {budget} landmarks predicts less than {said['error_mm']:.3f} mm"
+    holds = (lam >= 0).all() and alike(said["error_mm"], bound) and bound <= layout["worth"]["error_mm"] + SAME
+    what = f"proved: no layout of {M} landmarks has an upper estimate below {said['error_mm']:.3f} mm"
     yield what, holds, f"the shares prove {bound:.4f} mm"
 
 
 def check_head_pose(face):
     """Errors of a rigid fit to the head markers."""
-    head, said, noise = face.plan["layout"]["head"], face.plan["layout"]["head_pose"], face.want["noise_mm"]
+    head, said, sigma = face.layout["head"], face.layout["head_pose"], face.want["noise_mm"]
     holds = len(head) == face.want["head_markers"] and bool(head) == (said is not None)
-    yield "as many head markers as asked for", holds, str(len(head))
-    if not head:
-        return
-    x = face.x[[m["vertex"] for m in head]]
-    r, d = x - x.mean(axis=0), face.x[face.moving] - x.mean(axis=0)
-    # cov of the rotation = sigma^2 J^-1, J = sum |r|^2 I - r r'; of the shift sigma^2 / m I
-    J = np.linalg.inv((r**2).sum() * np.eye(3) - r.T @ r)
-    turned = (d**2).sum(axis=1) * np.trace(J) - np.einsum("vx,xy,vy->v", d, J, d) + 3 / len(x)
-    own = (np.degrees(noise * np.sqrt(np.trace(J))), noise * np.sqrt(3 / len(x)), noise * np.sqrt(turned.mean()))
-    off = np.abs(np.array(own) - [said["rotation_degrees"], said["translation_mm"], said["surface_mm"]]).max()
-    yield "the head's pose is as exact as stated", off < SAME, f"{own[0]:.3f} degrees, {own[1]:.3f} mm, {own[2]:.3f} mm"
+    yield "as many head markers as asked for", holds, len(head)
+    if head:
+        x = face.x[[m["vertex"] for m in head]]
+        r, d = x - x.mean(axis=0), face.x[face.moving] - x.mean(axis=0)
+        # cov of the rotation = sigma^2 J^-1, J = sum |r|^2 I - r r'; of the shift sigma^2 / m I
+        J = np.linalg.inv((r**2).sum() * np.eye(3) - r.T @ r)
+        turned = ((d**2).sum(axis=1) * np.trace(J) - np.einsum("vx,xy,vy->v", d, J, d) + 3 / len(x)).mean()
+        own = {"rotation_degrees": np.degrees(sigma * np.sqrt(np.trace(J))), "surface_mm": sigma * np.sqrt(turned)}
+        own |= {"translation_mm": sigma * np.sqrt(3 / len(x))}
+        yield "the head's pose is as exact as stated", unlike(said, own)
 
 
 class Scans:
@@ -361,8 +322,7 @@ class Scans:
             self.active[corrective] = self.active[corrective] | on[face.used.index(base)]
         partners = self.rules["pairs"] + self.rules["local"]
         self.partners = joined(self.names, partners)  # may share skin: their side tells them apart
-        barred = (*self.rules["exclusive"], *self.rules["colliding"], *edits["apart"])
-        self.barred = {frozenset(pair) for pair in barred}
+        self.barred = {frozenset(p) for p in (*self.rules["exclusive"], *self.rules["colliding"], *edits["apart"])}
         self.number = {name: where for name, where in edits["locked"].items() if isinstance(where, int)}
         beside = [[name, *where] for name, where in edits["locked"].items() if not isinstance(where, int)]
         same = [[n for n in self.number if self.number[n] == where] for where in set(self.number.values())]
@@ -394,200 +354,188 @@ def check_expressions(face):
     """Every blendshape in one expression, and none disturbed by another."""
     scans, packing, shots = Scans(face), face.plan["packing"], face.plan["packing"]["expressions"]
     wrong = [kind for kind in RULES if [tuple(pair) for pair in packing[kind]] != scans.rules[kind]]
-    yield "partners, rules and correctives are those of the rig", not wrong, f"other: {', '.join(wrong) or 'none'}"
+    yield "partners, rules and correctives are those of the rig", wrong
     listed, last = [name for one in scans.lists for name in one], [n for one in packing["unscanned"] for n in one]
     holds = sorted(listed) == sorted(scans.names) and sorted(packing["left_out"]) == sorted(last)
     holds &= len(shots) <= (face.plan["settings"]["expressions"]["limit"] or len(shots))
+    holds &= all(one == [name for name in scans.names if name in one] for one in scans.lists)
     yield "every blendshape is in one expression, or listed as left out", holds, f"{len(listed)} of {len(scans.names)}"
-    clash = []
+    clash, many, place = [], [], {}
     for number, one in enumerate(scans.lists, start=1):
+        place |= dict.fromkeys(one, number)
+        many += [f"E{number:02d}"] if scans.movements(one) > (scans.most or 99) else []
         for a, b in combinations(one, 2):
             shared = 0 if b in scans.partners[a] else int((scans.active[a] & scans.active[b]).sum())
-            barred = "cannot be performed at once" if frozenset((a, b)) in scans.barred else ""
-            told = f"share {shared} vertices" if shared else barred
-            clash += [f"E{number:02d}: {a} and {b} {told}"] if told else []
-    found = "; ".join(clash[:3]) or f"{len(scans.lists)} expressions"
-    yield "no two blendshapes of an expression share skin or exclude each other", not clash, found
-    place = {name: number for number, one in enumerate(scans.lists, start=1) for name in one}
+            clash += [f"E{number:02d}: {a} and {b} share {shared} vertices"] if shared else []
+            clash += [f"E{number:02d}: {a} and {b} exclude each other"] if frozenset((a, b)) in scans.barred else []
+    what = "no two blendshapes of an expression share skin or exclude each other"
+    yield what, clash, f"{len(scans.lists)} expressions"
     split = [" and ".join(group) for group in scans.together if len({place.get(name) for name in group}) > 1]
     split += [n for n, e in scans.number.items() if place.get(n) != e and place.get(n, 0) <= len(shots)]
-    yield "partners and the artist's edits are kept", not split, "; ".join(split) or "all"
-    many = [f"{number}" for number, one in enumerate(scans.lists, start=1) if scans.movements(one) > (scans.most or 99)]
-    holds = not many and (packing["most_things"] or 0) == scans.most
-    yield (
-        "no expression asks for too many movements",
-        holds,
-        f"at most {scans.most}; more in: {', '.join(many) or 'none'}",
-    )
-    share, covered, off = dict(zip(face.used, face.rig["importance"].tolist(), strict=True)), 0.0, 0.0
+    yield "partners and the artist's edits are kept", split
+    many += [] if (packing["most_things"] or 0) == scans.most else [f"the rules say {scans.most}"]
+    yield "no expression asks for too many movements", many, f"at most {scans.most or 'any'}"
+    share, covered, off = dict(zip(face.used, face.rig["importance"].tolist(), strict=True)), 0.0, []
     for number, shot in enumerate(shots, start=1):
-        gain = sum(share[name] for name in shot["blendshapes"])
+        names, gain = shot["blendshapes"], sum(share[name] for name in shot["blendshapes"])
         covered += gain
-        held = dict.fromkeys(base for name in shot["blendshapes"] for of, base in scans.rules["drivers"] if of == name)
-        same = (shot["name"], shot["drivers"]) == (f"E{number:02d}", [*held]) and {*shot["weights"]} == {1.0}
-        same &= len(shot["weights"]) == len(shot["blendshapes"])
-        off = max(off, abs(gain - shot["gain"]), abs(min(covered, 1) - shot["covered"]), 0.0 if same else np.inf)
-    yield "names, weights and importance of the expressions add up", off < SAME, f"{off:.6f} off at most"
+        held = dict.fromkeys(base for name in names for of, base in scans.rules["drivers"] if of == name)
+        own = {"name": f"E{number:02d}", "drivers": [*held], "weights": [1.0] * len(names)}
+        own |= {"gain": gain, "covered": min(covered, 1.0)}
+        off += [f"{shot['name']} {line}" for line in unlike(shot, own)]
+    yield "names, weights and importance of the expressions add up", off
 
 
 def check_fewest(face):
     """No list is shorter than a clique of what cannot be together in pairs, or than movements counted."""
-    scans, packing, J = Scans(face), face.plan["packing"], len(Scans(face).lists)
-    fit = []
+    scans, packing, fit = Scans(face), face.plan["packing"], []
     for a, b in combinations(packing["clique"], 2):
         one, other = scans.item[a], scans.item[b]
         apart = one is not other and any(scans.conflict(i, j) for i in one for j in other)
         fit += [] if apart else [f"{a} and {b}"]
-    things = sum(scans.movements(one) for one in {id(one): one for one in scans.item.values()}.values())
+    J, things = len(scans.lists), sum(map(scans.movements, {id(one): one for one in scans.item.values()}.values()))
     least = max(len(packing["clique"]), ceil(things / scans.most) if scans.most else 0)
-    holds = not fit and packing["bound"] == least <= J == packing["objective"] and things == packing["things"]
+    fit += [] if packing["clique"] == [name for name in scans.names if name in packing["clique"]] else ["a name twice"]
     found = f"a clique of {len(packing['clique'])}, {things} movements; fit together: {'; '.join(fit[:3]) or 'none'}"
+    holds = not fit and not unlike(packing, {"bound": least, "things": things}) and least <= J
     yield f"proved: no list has fewer than {packing['bound']} expressions", holds, found
-    holds = packing["proven_optimal"] == (least == J) and least <= packing["solver_bound"] <= J
+    wrong = unlike(packing, {"objective": J, "proven_optimal": least == J})
+    holds = not wrong and least <= packing["solver_bound"] <= J
     words = "proved" if packing["proven_optimal"] else "not proved"
     yield f"{packing['objective']} expressions, {words} the fewest", holds, f"{J} expressions, at least {least} proved"
 
-
-RULES = ("pairs", "local", "relaxed", "exclusive", "colliding", "drivers")
 
 # The thin shell: K d = forces, K = -kS L + kB L M^-1 L (Botsch & Sorkine 2008; Le et al. 2013), kS = 1, kB = 10 in mm
 
 
 def stiffness(x, triangles):
-    """K as (row, column, value) of its entries."""
-    n, corners = len(x), x[triangles]
+    """K as {row: {column: value}}."""
+    corners = x[triangles]
     side = ((np.roll(corners, -1, axis=1) - np.roll(corners, -2, axis=1)) ** 2).sum(axis=2)  # opposite to each corner
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)[:, None] / 2
     cot = (side.sum(axis=1, keepdims=True) - 2 * side) / (4 * area)
     part = cot * side / 8  # mixed Voronoi areas (Meyer et al. 2003)
     blunt = np.where(cot < 0, area / 2, area / 4)
     share = np.where((cot < 0).any(axis=1, keepdims=True), blunt, np.roll(part, -1, axis=1) + np.roll(part, -2, axis=1))
-    M = np.bincount(triangles.ravel(), share.ravel(), n)
-    u, v, half = np.roll(triangles, -1, axis=1).ravel(), np.roll(triangles, -2, axis=1).ravel(), cot.ravel() / 2
-    row, col, L = added(np.r_[u, v, u, v], np.r_[v, u, u, v], np.r_[half, half, -half, -half], n)
-    # (L M^-1 L)_ij = sum_m L_im L_mj / M_m: every two entries of each row m
-    count = np.bincount(row, minlength=n)
-    first = np.cumsum(count) - count
-    e = np.repeat(np.arange(len(row)), count[row])
-    f = first[row[e]] + np.arange(len(e)) - np.repeat(np.cumsum(count[row]) - count[row], count[row])
-    bend = 10.0 * L[e] * L[f] / M[row[e]]
-    return added(np.r_[row, col[e]], np.r_[col, col[f]], np.r_[-1.0 * L, bend], n)
+    M, L = np.bincount(triangles.ravel(), share.ravel(), len(x)).tolist(), {v: {v: 0.0} for v in range(len(x))}
+    for (a, b, c), halves in zip(triangles.tolist(), (cot / 2).tolist(), strict=True):
+        for (i, j), half in zip(((b, c), (c, a), (a, b)), halves, strict=True):
+            for u, v in ((i, j), (j, i)):
+                L[u][v] = L[u].get(v, 0.0) + half
+                L[u][u] -= half
+    K = {u: {v: -value for v, value in row.items()} for u, row in L.items()}
+    for m, row in L.items():
+        for i, one in row.items():
+            for j, other in row.items():
+                K[i][j] = K[i].get(j, 0.0) + 10.0 * one * other / M[m]
+    return K
 
 
-def added(row, col, value, n):
-    """Entries with the same place added up, in the order of rows."""
-    at, place = np.unique(row.astype(np.int64) * n + col, return_inverse=True)
-    return at // n, at % n, np.bincount(place.ravel(), value)
+def block(K, rows, columns):
+    """Some rows and columns of K, dense."""
+    at, found = {v: place for place, v in enumerate(columns)}, np.zeros((len(rows), len(columns)))
+    for place, u in enumerate(rows):
+        some = [v for v in K[u] if v in at]
+        found[place, [at[v] for v in some]] = [K[u][v] for v in some]
+    return found
 
 
-def dense(K, n, a, b):
-    """Rows a, columns b of K."""
-    (row, col, value), i, j = K, np.full(n, -1), np.full(n, -1)
-    i[a], j[b] = np.arange(len(a)), np.arange(len(b))
-    some, block = (i[row] >= 0) & (j[col] >= 0), np.zeros((len(a), len(b)))
-    block[i[row[some]], j[col[some]]] = value[some]
-    return block
-
-
-def bend(K, n, held, given):
+def bend(K, held, given):
     """W (n h): how far each vertex goes when one of the vertices `given` does and `held` ones stay: K_UU W_U = -K_UG.
 
     Vertices by their distance from these make K block tridiagonal: Gauss, block by block. None where a piece floats.
     """
-    done, layers = held.copy(), []
-    done[given] = True
-    while len(front := np.unique(K[1][done[K[0]] & ~done[K[1]]])):
+    done, layers = {*held, *given}, []
+    while front := sorted({v for u in (layers[-1] if layers else done) for v in K[u]} - done):
         layers.append(front)
-        done[front] = True
-    if not done.all():
+        done |= {*front}
+    if len(done) < len(K):
         return None
-    W, solved = np.zeros((n, len(given))), []
+    W, solved = np.zeros((len(K), len(given))), []
     W[given] = np.eye(len(given))
     for mine, before, after in zip(layers, [[], *layers], [*layers[1:], []], strict=False):
-        S, right = dense(K, n, mine, mine), np.hstack([dense(K, n, mine, after), -dense(K, n, mine, given)])
+        S, right = block(K, mine, mine), np.hstack([block(K, mine, after), -block(K, mine, given)])
         if solved:
-            up = dense(K, n, mine, before) @ solved[-1]
+            up = block(K, mine, before) @ solved[-1]
             S -= up[:, : len(mine)]
             right[:, len(after) :] -= up[:, len(mine) :]
         solved.append(np.linalg.solve(S, right))
     for mine, after, answer in reversed(list(zip(layers, [*layers[1:], []], solved, strict=True))):
-        W[mine] = answer[:, len(after) :] - answer[:, : len(after)] @ W[after] if len(after) else answer
+        W[mine] = answer[:, len(after) :] - answer[:, : len(after)] @ W[after]
     return W
 
 
-def take_errors(face, vertices):
-    """RMSE over all takes with markers at these vertices, and of each person, millimetres."""
-    rig = face.rig
-    at, fixed, s = rig["shell_at"], rig["shell_fixed"], rig["shell_importance"].astype(float)
-    markers = np.flatnonzero(np.isin(at, vertices) & ~fixed)
-    squares, shares = {}, {}
-    for q in range(len(rig["take_person"])):
-        person, share = int(rig["take_person"][q]), float(rig["take_share"][q])
-        if person not in face.shells:
-            face.shells[person] = stiffness(rig[f"person{person}_neutral"], rig["shell_triangles"])
-        key = (person, *markers.tolist())
-        if key not in face.bent:
-            face.bent[key] = bend(face.shells[person], len(at), fixed, markers)
-        W, X, C = face.bent[key], rig[f"take{q}_shapes"].astype(float), rig[f"take{q}_weights"].astype(float)
-        R = X if W is None else X - np.einsum("vm,rmx->rvx", W, X[:, markers])
-        R = (R * np.sqrt(s)[:, None]).reshape(len(X), -1)
-        # mean over the frames of |sum_r C_tr R_r|^2 = sum_rr' (C'C / F)_rr' R_r . R_r'
-        squares.setdefault(person, []).append(share * float(((C.T @ C / len(C)) * (R @ R.T)).sum()))
-        shares.setdefault(person, []).append(share)
-    each = [float(np.sqrt(sum(squares[p]) / (sum(shares[p]) * s.sum()))) for p in squares]
-    total, weight = sum(map(sum, squares.values())), sum(map(sum, shares.values())) * s.sum()
-    return float(np.sqrt(total / weight)), each
+class Takes:
+    """Recorded takes, and what they lose when only markers are known and a thin shell follows them."""
+
+    def __init__(self, rig):
+        self.rig, self.at, self.fixed = rig, rig["shell_at"], rig["shell_fixed"]
+        self.s = rig["shell_importance"].astype(float)
+        self.people, self.shares = rig["take_person"].tolist(), rig["take_share"].tolist()
+        self.shapes = [rig[f"take{q}_shapes"].astype(float) for q in range(len(self.people))]
+        self.mixes = [rig[f"take{q}_weights"].astype(float) for q in range(len(self.people))]
+        shells = {p: (rig[f"person{p}_neutral"], rig["shell_triangles"]) for p in dict.fromkeys(self.people)}
+        self.K = {p: stiffness(*shell) for p, shell in shells.items()}
+
+    def errors(self, vertices):
+        """RMSE over all takes with markers at these vertices, and of each person, millimetres."""
+        markers = np.flatnonzero(np.isin(self.at, vertices) & ~self.fixed)
+        bent = {p: bend(K, np.flatnonzero(self.fixed), markers) for p, K in self.K.items()}
+        squares, weight = dict.fromkeys(self.K, 0.0), dict.fromkeys(self.K, 0.0)
+        for p, share, X, C in zip(self.people, self.shares, self.shapes, self.mixes, strict=True):
+            W = bent[p]
+            R = X if W is None else X - np.einsum("vm,rmx->rvx", W, X[:, markers])
+            R = (R * np.sqrt(self.s)[:, None]).reshape(len(X), -1)
+            # mean over the frames of |sum_r C_tr R_r|^2 = sum_rr' (C'C / F)_rr' R_r . R_r'
+            squares[p] += share * float(((C.T @ C / len(C)) * (R @ R.T)).sum())
+            weight[p] += share * self.s.sum()
+        each = [float(np.sqrt(squares[p] / weight[p])) for p in squares]
+        return float(np.sqrt(sum(squares.values()) / sum(weight.values()))), each
 
 
 def check_motion(face):
-    """What recorded takes lose when only the markers are known and a thin shell follows them."""
-    rig, layout, said = face.rig, face.plan["layout"], face.plan["layout"]["motion"]
-    if "take_person" not in rig:
+    """What recorded takes lose by the layout, by its first landmarks and by others."""
+    layout, said = face.layout, face.layout["motion"]
+    if "take_person" not in face.rig:
         yield "no take, nothing said of one", said is None, "no take in rig.npz"
         return
-    face.shells, face.bent = {}, {}
-    furthest = np.zeros(len(rig["shell_at"]))
-    for q in range(len(rig["take_person"])):
-        X, C = rig[f"take{q}_shapes"].astype(float), rig[f"take{q}_weights"].astype(float)
-        for c in C:
-            np.maximum(furthest, np.linalg.norm(np.tensordot(c, X, 1), axis=1), out=furthest)
-    lengths = [len(rig[f"take{q}_weights"]) for q in range(len(rig["take_person"]))]
-    frames, fixed = sum(lengths), rig["shell_fixed"]
-    holds = (said["frames"], said["boundary"], said["stretching"], said["bending"]) == (frames, fixed.sum(), 1, 10)
-    holds &= said["vertices"] == int((rig["shell_importance"] > 0).sum()) and bool((furthest[fixed] < 0.5).all())
-    found = f"{frames} frames, {len(fixed)} vertices, held at {fixed.sum()} that stay still"
-    yield "frames and shell are those of the takes", holds, found
+    takes = Takes(face.rig)
+    lengths = [len(C) for C in takes.mixes]
+    own = {"frames": sum(lengths), "vertices": int((takes.s > 0).sum()), "boundary": int(takes.fixed.sum())}
+    wrong = unlike(said, own | {"stretching": 1.0, "bending": 10.0})
+    held = [(X[:, takes.fixed], c) for X, C in zip(takes.shapes, takes.mixes, strict=True) for c in C]
+    moves = any((np.linalg.norm(np.tensordot(c, X, 1), axis=1) >= 0.5).any() for X, c in held)
+    wrong += ["vertices that move are held"] if moves else []
+    yield "frames and shell are those of the takes", wrong, own
     at = {m["name"]: m["vertex"] for m in layout["landmarks"]}
-    order = layout["order"] if said["curve_mm"] else list(at)
-    v = [at[name] for name in order]
-    own, each = take_errors(face, v)
-    yield f"the takes lose {said['rmse_mm']:.3f} mm", abs(own - said["rmse_mm"]) < SAME, f"{own:.4f} mm"
-    if len(each) > 1 or said["subjects"]:
-        told = [one["rmse_mm"] for one in said["subjects"]]
-        names = [n for one in said["subjects"] for n in one["sequences"]]
-        own = [int(sum(n for q, n in enumerate(lengths) if rig["take_person"][q] == p)) for p in range(len(each))]
-        holds = [one["frames"] for one in said["subjects"]] == own and names == rig["take_name"].tolist()
-        holds &= all(abs(a - b) < SAME for a, b in zip(told, each, strict=False))
-        yield f"the takes are of {len(told)} people", holds, ", ".join(f"{mm:.4f} mm" for mm in each)
+    v = [at[name] for name in (layout["order"] if said["curve_mm"] else at)]
+    own, each = takes.errors(v)
+    yield f"the takes lose {said['rmse_mm']:.3f} mm", unlike(said, {"rmse_mm": own}), f"{own:.4f} mm"
+    people = [[q for q, p in enumerate(takes.people) if p == person] for person in takes.K] if len(each) > 1 else []
+    names = face.rig["take_name"].tolist()
+    own = [
+        {"sequences": [names[q] for q in takes_of], "frames": sum(lengths[q] for q in takes_of), "rmse_mm": mm}
+        for takes_of, mm in zip(people, each, strict=False)
+    ]
+    holds = len(own) == len(said["subjects"]) and not any(map(unlike, said["subjects"], own))
+    yield f"the takes are of {len(each)} people", holds, ", ".join(f"{mm:.4f} mm" for mm in each)
     yield "other layouts are held against the takes", {*said["references_mm"]} == {*layout["references"]}, "by name"
-    for name, mm in said["references_mm"].items():
-        found = take_errors(face, layout["references"][name]["vertices"])[0]
-        yield f"{name} would lose {mm:.3f} mm", abs(found - mm) < SAME, f"{found:.4f} mm"
+    own = {name: takes.errors(layout["references"][name]["vertices"])[0] for name in said["references_mm"]}
+    yield "other layouts lose of the takes what is stated", unlike(said["references_mm"], own)
     yield "an order comes with its curve", bool(said["curve_mm"]) == bool(layout["order"]), layout["method"]
     if said["curve_mm"]:
         some = sorted({max(1, len(v) * part // 4) for part in (1, 2, 3, 4)})
-        off = max(abs(take_errors(face, v[:m])[0] - said["curve_mm"][m - 1]) for m in some)
-        steps = np.diff(said["curve_mm"]).max(initial=0)
+        off = max(abs(takes.errors(v[:m])[0] - said["curve_mm"][m - 1]) for m in some)
         holds = off < SAME and len(said["curve_mm"]) == len(v)
-        yield "the curve is what the first landmarks lose", holds, f"at {some}: {off:.5f} mm off, steps up {steps:.4f}"
+        yield "the curve is what the first landmarks lose", holds, f"at {some}: {off:.5f} mm off"
 
 
 CHECKS = (
     check_rig,
+    check_mirror,
     check_places,
     check_cover,
     check_programs,
-    check_distances,
     check_worth,
     check_error_bound,
     check_head_pose,
@@ -606,7 +554,10 @@ def verify(plan, rig):
         return [("the plan can be read", False, repr(error))]
     for check in CHECKS:
         try:
-            lines += [(what, bool(holds), found) for what, holds, found in check(face)]
+            for what, held, *found in check(face):
+                wrong = held if isinstance(held, list) else []
+                holds = not wrong if isinstance(held, list) else bool(held)
+                lines.append((what, holds, "; ".join(wrong[:3]) or str(*found) or "all"))
         except Exception as error:
             lines.append((f"{check.__name__}: the plan can be read", False, repr(error)))
     return lines

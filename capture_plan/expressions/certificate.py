@@ -6,7 +6,8 @@ expression asks for too many movements; edits are followed; pairs and rules are 
 members of the clique conflict, so that no list is shorter than the clique; what is called proven equals its bound.
 """
 
-from itertools import combinations
+from collections.abc import Callable
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from capture_plan.expressions.together import (
 )
 from capture_plan.rig import Rig
 
+ROUNDED = 2e-6  # shares carry six decimals
 Active = dict[str, np.ndarray]
 
 
@@ -163,12 +165,38 @@ def bound(active: Active, packing: Packing) -> list[str]:
         faults.append(
             f"the solver's bound of {packing.solver_bound} lies outside {packing.bound} to {packing.objective}"
         )
+    if packing.solver_bound == packing.objective:
+        faults += [f"{a} and {b} can be performed as one: fewer are enough" for a, b in mergeable(packing, conflict)]
     if packing.proven_optimal != (packing.bound == packing.objective):
         faults.append(f"{packing.objective} expressions against a bound of {packing.bound}: the proof is misstated")
     missing = packing.objective - len(packing.expressions)
     if missing < 0 or (missing > 0) != bool(packing.left_out):
         faults.append(f"{len(packing.expressions)} expressions listed, objective {packing.objective}")
     return faults
+
+
+def mergeable(packing: Packing, conflict: Callable[[str, str], bool]) -> list[tuple[str, str]]:
+    """Two expressions that could be one, which refutes that no list is shorter; not where edits number them."""
+    partners, limit = _partners(packing), packing.most_things or len(_partners(packing))
+    return [
+        (one.name, other.name)
+        for one, other in combinations(packing.expressions, 2)
+        if not packing.edits.numbers
+        and len(groups((*one.blendshapes, *other.blendshapes), list(packing.pairs))) <= limit
+        and not any(conflict(i, j) for i in one.blendshapes for j in other.blendshapes if j not in partners[i])
+    ]
+
+
+def falling(packing: Packing) -> list[str]:
+    """Expressions of more importance than the one before, which could have taken its place; not where edits number
+    them or nobody says that the order is proved."""
+    if packing.edits.numbers or not packing.order_proven:
+        return []
+    return [
+        f"{later.name} has a share of {later.gain:.4f}, {former.name} of {former.gain:.4f}"
+        for former, later in pairwise(packing.expressions)
+        if later.gain > former.gain + ROUNDED
+    ]
 
 
 def _items(names: tuple[str, ...], packing: Packing) -> dict[str, tuple[str, ...]]:

@@ -13,6 +13,7 @@ from jaxtyping import Int
 from msgspec import structs
 from msgspec.structs import replace
 
+from capture_plan.errors import PlanError
 from capture_plan.layout.baselines import candidates, farthest_points
 from capture_plan.layout.by_motion import fit_of
 from capture_plan.layout.face import SIXTY_EIGHT, USUAL, Face
@@ -100,7 +101,11 @@ def follow(task: Task, decided: Decided, takes: Takes | None = None) -> Layout:
 
 
 def decided_in(layout: Layout, task: Task) -> Decided:
-    """What the layout says was decided, as far as the task has sites for it."""
+    """What the layout says was decided, as far as the task has sites for it.
+
+    Raises:
+        PlanError: the task has none for any of its landmarks.
+    """
     site_of = {int(vertex): s for s, pair in enumerate(task.sites.vertices) for vertex in pair}
 
     def sites(vertices: list[int]) -> Int[np.ndarray, " n"]:
@@ -114,6 +119,8 @@ def decided_in(layout: Layout, task: Task) -> Decided:
     else:
         every = sites([m.vertex for m in layout.landmarks])
         further = np.setdiff1d(every, np.concatenate([NOTHING, *(program.sites for program in programs)]))
+    if not any(m.vertex in site_of for m in layout.landmarks):
+        raise PlanError("no landmark of the plan stands where one may under its settings: plan again")
     known = {SINGLE_COVER: np.unique(np.array(layout.references[SINGLE_COVER].vertices, dtype=int))}
     return Decided(
         method=layout.method,

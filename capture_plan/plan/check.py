@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from msgspec.structs import replace
 
-from capture_plan.expressions.certificate import packing_claims
+from capture_plan.expressions.certificate import falling, packing_claims
 from capture_plan.layout.face import see_face
 from capture_plan.layout.task import task_of
 from capture_plan.plan.again import made_again
@@ -25,10 +25,12 @@ from capture_plan.plan.motion_claims import motion_claims
 from capture_plan.plan.places import read_cameras_of, read_rules_of, read_takes_of, with_zones_found
 from capture_plan.plan.reading_claims import reading_claims
 from capture_plan.plan.record import Plan
+from capture_plan.plan.refuted_claims import refuted_claims
 from capture_plan.plan.sentence_claims import sentence_claims
 from capture_plan.plan.structure import check_structure
 from capture_plan.rig import Rig
 from capture_plan.rig.audit import audit
+from capture_plan.rig.audited import audit_once
 
 
 def check_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> tuple[Claim, ...]:
@@ -47,10 +49,10 @@ def claims_of(plan: Plan, rig: Rig, folder: Path, *, quick: bool = False) -> Ite
     """The claims of `check_plan`, one after the other as they are found.
 
     With `quick` the plan's word is taken for what costs most of the time: recorded takes, and which surfaces run
-    through each other.
+    through each other; the audit may be one that was found before.
     """
-    seal = seal_claim(plan)
-    plan, report = replace(plan, settings=with_zones_found(plan.settings, folder)), audit(rig)
+    seal, report = seal_claim(plan), (audit_once if quick else audit)(rig)
+    plan = replace(plan, settings=with_zones_found(plan.settings, folder))
     yield seal
     yield draft_claim(plan)
     yield audit_claim(plan, report)
@@ -71,6 +73,7 @@ def claims_of(plan: Plan, rig: Rig, folder: Path, *, quick: bool = False) -> Ite
     yield from camera_claims(plan, face)
     yield from bound_claims(plan, task)
     yield from worth_claims(plan, task)
+    yield from refuted_claims(plan, task)
     yield from () if quick else motion_claims(plan, face, takes)
     yield from expression_claims(plan, rig, folder)
     yield from reading_claims(plan, rig)
@@ -83,4 +86,6 @@ def expression_claims(plan: Plan, rig: Rig, folder: Path) -> list[Claim]:
     packing, mu = plan.packing, plan.settings.expressions.mu
     found = f"{len(packing.expressions)} expressions of {packing.objective}, at least {packing.bound} proved"
     faults = packing_claims(rig, plan.audit.used, packing, mu, read_rules_of(plan.settings, folder))
+    if plan.settings.expressions.uniqueness == 0:
+        faults |= {"an order that is called proved goes down in importance": falling(packing)}
     return [claim(what, not lines, "; ".join(lines) or found) for what, lines in faults.items()]

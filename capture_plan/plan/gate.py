@@ -3,22 +3,31 @@
 A plan whose seal is unbroken is as a planner wrote it, and its word is taken for what costs most of the time. A broken
 seal says already that something was changed: where no quick claim tells what, everything is asked. A plan that does not
 hold becomes a draft only where a person insists, and carries what is wrong with it from then on.
+
+What was found is kept under all that it depends on: every word of the plan, all of the rig, all of this package's code.
+Where a plan also depends on other files, it is found again each time.
 """
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import msgspec
+import numpy as np
 from msgspec.structs import replace
 
+from capture_plan.cache import Arrays, cached, code_digest, digest
 from capture_plan.errors import PlanError, printable
 from capture_plan.plan.again_claims import NO_DRAFT, SEALED
 from capture_plan.plan.check import claims_of
 from capture_plan.plan.claims import Claim
+from capture_plan.plan.places import names_files
 from capture_plan.plan.record import Plan, seal_of
 from capture_plan.rig import Rig
+from capture_plan.rig.remembered import everything_of
 
 NAMED = 3  # lies that are named: the first mostly explains the rest
+ENTRIES = 200  # plans, a few kB each
 LINE = 160  # letters of a lie; `check` tells all of it
 
 
@@ -29,10 +38,22 @@ def lies(plan: Plan, rig: Rig, *, folder: Path = Path()) -> tuple[Claim, ...]:
         PlanError: the plan names what is not there.
         InfeasibleError: its settings cannot be followed on this rig.
     """
-    broken = tuple(one for one in claims_of(plan, rig, folder, quick=True) if not one.holds)
-    if len(broken) == 1 and plan.seal != seal_of(plan):
-        return tuple(one for one in claims_of(plan, rig, folder) if not one.holds)
-    return broken
+    if plan.seal != seal_of(plan):
+        broken = _failing(plan, rig, folder, quick=True)
+        return broken if len(broken) > 1 else _failing(plan, rig, folder, quick=False)
+    if names_files(plan.settings, folder):
+        return _failing(plan, rig, folder, quick=True)
+    name = digest([code_digest(), msgspec.json.encode(plan), *everything_of(rig)])
+
+    def found() -> Arrays:
+        failing = msgspec.json.encode(_failing(plan, rig, folder, quick=True))
+        return {"lies": np.frombuffer(failing, dtype=np.uint8)}
+
+    return msgspec.json.decode(cached(found, "gate", name, entries=ENTRIES)["lies"].tobytes(), type=tuple[Claim, ...])
+
+
+def _failing(plan: Plan, rig: Rig, folder: Path, *, quick: bool) -> tuple[Claim, ...]:
+    return tuple(one for one in claims_of(plan, rig, folder, quick=quick) if not one.holds)
 
 
 def as_draft(plan: Plan, broken: tuple[Claim, ...]) -> Plan:

@@ -39,7 +39,7 @@ def landmark_claims(plan: Plan, task: Task) -> list[Claim]:
                 f"nearest two {straight:.1f} mm straight, {along:.1f} mm along the skin",
             )
         )
-    claims += wish_claims(plan, task)
+    claims += [method_claim(plan), *wish_claims(plan, task)]
     if plan.layout.method in BY_ERROR:
         return [*claims, *error_claims(plan, task)]
     return [
@@ -53,6 +53,13 @@ def landmark_claims(plan: Plan, task: Task) -> list[Claim]:
             for number, program in enumerate(plan.layout.programs)
         ),
     ]
+
+
+def method_claim(plan: Plan) -> Claim:
+    """The method that was asked for answers, or `budget` where `studio` was given a budget that binds."""
+    asked, answers = plan.settings.landmarks, plan.layout.method
+    within = asked.method == "studio" and answers == "budget" and asked.budget is not None
+    return claim(f"the method '{asked.method}' is the one that answers", within or asked.method == answers, answers)
 
 
 def mirrored_claim(plan: Plan, task: Task) -> Claim:
@@ -104,6 +111,7 @@ def error_claims(plan: Plan, task: Task) -> list[Claim]:
     if layout.programs:
         unseen = set(plan.audit.used) - {plan.audit.used[k] for k in task.reachable}
         held &= set(layout.uncovered) == unseen and layout.programs[0].bound <= len(layout.landmarks)
+        held &= layout.programs[0].bound <= layout.programs[0].objective + TOLERANCE
         found += f", at least {layout.programs[0].bound:g} to see every blendshape under these wishes"
     what = f"keeps its budget of {budget} landmarks" if layout.method == "budget" else "has a landmark on all it can"
     claims = [claim(f"the layout {what}", held, found)]

@@ -15,7 +15,8 @@ from capture_plan.plan.places import read_cameras_of, read_rules_of, read_takes_
 from capture_plan.plan.record import DECIDING, FORMAT_VERSION, SAMPLE, Plan, RigReference, sealed, with_meetings
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
-from capture_plan.rig.audit import Audit, audit
+from capture_plan.rig.audit import Audit
+from capture_plan.rig.audited import audit_once
 
 
 def make_plan(
@@ -29,7 +30,7 @@ def make_plan(
         InfeasibleError: no plan satisfies the settings.
     """
     settings = settings or Settings()
-    report = audit(rig)
+    report = audit_once(rig)
     if not report.used:
         raise RigError(f"{rig.name}: no blendshape moves the face skin: export deltas that do, or name the skin")
     cameras = read_cameras_of(rig, settings, folder)

@@ -51,6 +51,12 @@ def with_zones_found(settings: Settings, folder: Path) -> Settings:
     return replace(settings, landmarks=replace(settings.landmarks, keep_out=found))
 
 
+def names_files(settings: Settings, folder: Path) -> bool:
+    """Whether the settings are about files seen from `folder`, recorded takes aside."""
+    given = (settings.cameras, settings.target, settings.expressions.rules, *settings.landmarks.keep_out)
+    return any(Path(str(found_from(folder, name))).exists() for name in given if name)
+
+
 def read_rules_of(settings: Settings, folder: Path) -> Rules | None:
     """The rule file of the settings, seen from `folder`; None where ours do."""
     path = found_from(folder, settings.expressions.rules)

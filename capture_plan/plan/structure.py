@@ -6,8 +6,11 @@ from collections.abc import Iterator
 from capture_plan.errors import PlanError
 from capture_plan.layout.follow import SINGLE_COVER
 from capture_plan.layout.record import Layout
+from capture_plan.layout.settings import ORDERED
 from capture_plan.plan.record import DECIDING, Plan
 from capture_plan.rig import Rig
+
+PROGRAMS = {"motion": (0, 0), "budget": (0, 1)}  # least and most that a method asks a solver for, where not one
 
 
 def check_structure(plan: Plan, rig: Rig) -> None:
@@ -38,6 +41,9 @@ def _names(plan: Plan) -> Iterator[str]:
     marks = [m.name for m in layout.markers]
     yield from (f"has {count} markers called {name}" for name, count in Counter(marks).items() if count > 1)
     yield from (f"has an order with '{name}', which is no landmark" for name in layout.order if name not in marks)
+    ordered = {m.name for m in layout.landmarks} if layout.method in ORDERED else set()
+    if set(layout.order) != ordered:
+        yield f"has an order of {len(set(layout.order))} landmarks where {len(ordered)} have one"
 
 
 def _lengths(plan: Plan) -> Iterator[str]:
@@ -51,7 +57,11 @@ def _lengths(plan: Plan) -> Iterator[str]:
         yield "has no landmark"
     if SINGLE_COVER not in layout.references or not layout.references[SINGLE_COVER].vertices:
         yield f"is not set beside the {SINGLE_COVER}"
-    if len(layout.programs) > (plan.settings.landmarks.rounds if layout.method == "adaptive" else 1):
+    least, most = PROGRAMS.get(layout.method, (1, 1))
+    most = plan.settings.landmarks.rounds if layout.method == "adaptive" else most
+    if not least <= len(layout.programs) <= most:
         yield f"has {len(layout.programs)} programs"
+    if plan.packing.kept is not None and not 0 <= plan.packing.kept <= len(plan.audit.used):
+        yield f"kept {plan.packing.kept} of {len(plan.audit.used)} blendshapes where they were"
     if tuple(plan.versions) != DECIDING:
         yield f"tells the versions of {', '.join(plan.versions) or 'nothing'}, not of {', '.join(DECIDING)}"

@@ -39,12 +39,15 @@ def _solver_alone(plan: Plan) -> list[str]:
         found.append("whether other landmarks would serve better, or fewer as well (a search chose them)")
     elif layout.programs:
         found.append("whether other landmarks would serve better under these settings (only the solver can say)")
+    if layout.method == "motion":
+        found.append("whether each landmark of the order tells most of the take after those before it")
     if layout.method in BY_ERROR:
         unproved = [one.bound for one in layout.programs if one.bound > layout.certificate.landmarks]
         found += [
             f"whether fewer than {bound:g} landmarks see every blendshape under these wishes" for bound in unproved
         ]
-    return [*found, f"whether no cheaper {SINGLE_COVER} exists"]
+    made_with = ", ".join(f"{name} {number}" for name, number in plan.versions.items())
+    return [*found, f"whether no cheaper {SINGLE_COVER} exists", f"whether {made_with} made the plan"]
 
 
 def _not_asked(claims: Sequence[Claim]) -> list[str]:

@@ -3,7 +3,7 @@
 moved    r[m, k]  share of its largest movement by which blendshape k moves the skin under marker m
 sites    each set of blendshapes that a place on the skin can stand for, once, with how many landmarks it costs
 shared   pairs of blendshapes that share skin, with the number of vertices;  barred  pairs that no face does at once
-along    markers nearer to each other along the skin than twice the spacing, millimetres;  places  where they lie
+places   where markers lie, millimetres
 The script `assets/check.js` does the sums: cover, prices, distances, sides, disjointness, clique.
 """
 
@@ -16,7 +16,7 @@ import numpy as np
 
 from capture_plan.errors import CapturePlanError
 from capture_plan.exports.verify import given_arrays
-from capture_plan.exports.verify_plan import Face, Scans, within
+from capture_plan.exports.verify_plan import Face, Scans
 from capture_plan.plan.files import plan_bytes
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
@@ -38,19 +38,11 @@ def evidence(plan: Plan, rig: Rig, folder: Path) -> dict[str, Any]:
 
 
 def places(plan: Plan, face: Face) -> dict[str, Any]:
-    """Where each marker's vertex lies, what moves it, and who is near it along the skin."""
+    """Where each marker's vertex lies, and what moves it."""
     at = {m.name: m.vertex for m in plan.layout.markers if 0 <= m.vertex < len(face.x)}
-    names = {vertex: name for name, vertex in at.items()}
-    near = {name: within(face.neighbours, vertex, 2 * face.want["spacing_mm"]) for name, vertex in at.items()}
     return {
         "places": {name: np.round(face.x[vertex], 3).tolist() for name, vertex in at.items()},
         "moved": {name: np.round(face.reach[:, vertex].astype(float), DIGITS).tolist() for name, vertex in at.items()},
-        "along": [
-            [name, names[vertex], round(far, 4)]
-            for name, found in near.items()
-            for vertex, far in found.items()
-            if vertex in names and name < names[vertex]
-        ],
         "middle": [float(face.rig["midline_mm"]), float(face.rig["middle_mm"])],
     }
 

@@ -8,13 +8,12 @@ Only rigs that lie in one file or in one folder of their own are kept: `.gltf` a
 import hashlib
 from collections.abc import Callable, Iterator
 from dataclasses import fields
-from functools import cache
 from pathlib import Path
 
 import msgspec
 import numpy as np
 
-from capture_plan.cache import Arrays, cached, digest
+from capture_plan.cache import Arrays, cached, code_digest, digest
 from capture_plan.rig.face.record import Understood
 from capture_plan.rig.formats.source import walk
 from capture_plan.rig.record import Rig
@@ -35,7 +34,8 @@ def remembered(read: Callable[[], Rig], path: Path, given: tuple[float | str | N
         return read()
     if not files:
         return read()
-    name = digest([_code(), repr(given), path.resolve().name, *named, *(part for file in files for part in file)])
+    inside = [part for file in files for part in file]
+    name = digest([code_digest(*ROOMS), repr(given), path.resolve().name, *named, *inside])
     return _rig(cached(lambda: _arrays(read()), "rigs", name, entries=ENTRIES))
 
 
@@ -53,11 +53,9 @@ def _sha256(path: Path) -> bytes:
         return hashlib.file_digest(file, "sha256").digest()
 
 
-@cache
-def _code() -> str:
-    """Changes whenever the code that reads rigs does."""
-    package = Path(__file__).parents[1]
-    return digest(file.read_bytes() for room in ROOMS for file in sorted((package / room).rglob("*.py")))
+def everything_of(rig: Rig) -> list[str | np.ndarray]:
+    """All that a rig is, its name and notes too, for the name of an answer about it."""
+    return [part for name, values in sorted(_arrays(rig).items()) for part in (name, values)]
 
 
 def _arrays(rig: Rig) -> Arrays:

@@ -36,11 +36,10 @@ CapturePlan.check = function (plan, rig) {
   const turned = markers.filter((m) => side(m.position[0]) !== m.side || ["left", "right"].some((word) => m.label.split(" ")[0] === word && m.side !== word));
   say("Markers lie where the rig has their vertex", !off.length, some(off) || `${markers.length} markers`);
   say("Left markers lie on the actor’s left", !turned.length, some(turned.map((m) => `${m.name} ${m.label}`)) || "all");
-  const near = rig.along.filter(([, , mm]) => mm < wants.spacing_mm).map(([a, b, mm]) => `${a} and ${b} ${mm.toFixed(2)} mm`);
-  let straight = Infinity;
-  markers.forEach((a, i) => markers.slice(i + 1).forEach((b) => { straight = Math.min(straight, Math.hypot(...a.position.map((x, n) => x - b.position[n]))); }));
+  const gaps = markers.flatMap((a, i) => markers.slice(i + 1).map((b) => [Math.hypot(...a.position.map((x, n) => x - b.position[n])), `${a.name} and ${b.name}`])).sort((one, other) => one[0] - other[0]);
+  const near = gaps.filter(([mm]) => mm < wants.spacing_mm - 0.01).map(([mm, both]) => `${both} ${mm.toFixed(2)} mm`);
   if (wants.spacing_mm && wants.method !== "trivial") {
-    say(`Markers stand ${wants.spacing_mm} mm apart, straight and along the skin`, !near.length && straight > wants.spacing_mm - 0.01, some(near) || `straight, the nearest two are ${straight.toFixed(1)} mm apart`);
+    say(`Markers stand ${wants.spacing_mm} mm apart, straight and so along the skin`, !near.length, some(near) || `the nearest two are ${gaps.length ? gaps[0][0].toFixed(1) : "∞"} mm apart`);
   }
 
   // expressions: once each, disjoint, partners together
