@@ -57,6 +57,7 @@ def read_csv(path: Path) -> WeightTable:
     if JSON.match(text):
         return read_json(path)
     lines = lines_of(text, notes)
+    del text  # as much memory as the file
     if is_face_cap(lines.texts):
         return weights_of(as_table(lines))
     lines = without_spaces(as_frames(lines))

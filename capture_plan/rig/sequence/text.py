@@ -12,6 +12,7 @@ import gzip
 import io
 import re
 import zlib
+from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -41,7 +42,7 @@ class Lines:
     """
 
     texts: tuple[str, ...]
-    numbers: tuple[int, ...]
+    numbers: Sequence[int]
     delimiter: str | None
     notes: tuple[str, ...]
     comments: tuple[str, ...] = ()
@@ -54,7 +55,7 @@ class TextTable:
 
     names: tuple[str, ...]
     rows: tuple[str, ...]
-    numbers: tuple[int, ...]
+    numbers: Sequence[int]
     delimiter: str
     comma: bool = False
     percent: bool = False
@@ -125,7 +126,7 @@ def lines_of(text: str, notes: tuple[str, ...] = ()) -> Lines:
     """The lines of a text that hold something."""
     if "\r" in text:
         text = re.sub(r"\r\r?\n?", "\n", text)  # some write \r\r\n
-    texts, numbers, comments, delimiter = [], [], [], None
+    texts, numbers, comments, delimiter = [], array("q"), [], None
     for number, line in enumerate(text.split("\n"), start=1):
         if not line or line.isspace():
             continue
@@ -137,7 +138,7 @@ def lines_of(text: str, notes: tuple[str, ...] = ()) -> Lines:
             continue
         texts.append(line)
         numbers.append(number)
-    return Lines(tuple(texts), tuple(numbers), delimiter, notes, tuple(comments))
+    return Lines(tuple(texts), numbers, delimiter, notes, tuple(comments))
 
 
 def split(line: str, delimiter: str) -> list[str]:
