@@ -47,6 +47,7 @@ SAMPLE = 200  # rows that tell delimiter, decimal sign and which columns are num
 BLOCK = 4096  # rows parsed at once
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
 JSON = re.compile(r"\s*(?:\{\s*\"|\[\s*[\[{\"])")
+POWER = re.compile(r"(?<=[\d.,])e[+-]?(?=\d)", re.IGNORECASE)  # 1,2E-05
 DIGIT = re.compile(r"\d")
 AMOUNT = re.compile(r"[-+\d][-+\d:;.,TZ ]*%?")  # a number, a timecode, a date
 
@@ -167,7 +168,7 @@ def find_header(lines: Lines) -> tuple[str, int]:
     for first in range(min(FIRST, len(lines.texts) - 1)):
         for delimiter in DELIMITERS:
             fields = split(lines.texts[first], delimiter)
-            words = sum(any(map(str.isalpha, field)) and not NUMBER.fullmatch(field.strip()) for field in fields)
+            words = sum(any(map(str.isalpha, POWER.sub("", field))) for field in fields)
             if len(fields) < 2 or 2 * words < len(fields):
                 continue
             rows = lines.texts[first + 1 :]

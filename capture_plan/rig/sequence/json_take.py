@@ -143,7 +143,7 @@ def numbered(document: Document) -> WeightTable | None:
     head = document if isinstance(document, dict) else {}
     keys = {match[1]: key for key in head if (match := NUMBERED.fullmatch(key))}
     if not keys or len(keys) < len(head) or any(opening(raw) not in "{[n" for raw in head.values()):
-        return None
+        return inside(document, numbered, FRAME_KEYS)
     recording, order = Recording(), sorted(keys, key=float)
     for number in order:
         recording.add(opened(head[keys[number]]))
@@ -183,11 +183,11 @@ def one(document: Document) -> WeightTable | None:
 DIALECTS: tuple[Dialect, ...] = (frames, numbered, columns, one)
 
 
-def inside(document: Document, dialect: Dialect) -> WeightTable | None:
-    """What a dialect finds in an object below the top, with the frame rate from above."""
+def inside(document: Document, dialect: Dialect, below: Sequence[str] = ()) -> WeightTable | None:
+    """What a dialect finds in an object below the top, also under the keys `below`, with the frame rate from above."""
     head = document if isinstance(document, dict) else {}
     for key, raw in head.items():
-        if plain(key) in (*HEAD_KEYS, *SHAPE_KEYS) and opening(raw) == "{":
+        if plain(key) in (*HEAD_KEYS, *SHAPE_KEYS, *below) and opening(raw) == "{":
             table = dialect(msgspec.json.decode(raw, type=dict[str, msgspec.Raw]))
             if table is not None:
                 return replace(table, fps=table.fps or rate_in(head))

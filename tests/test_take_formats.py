@@ -1,0 +1,125 @@
+"""Takes as people's tools and offices save them: other axes, archives, other languages: read, or refused in a line."""
+
+import io
+import zipfile
+
+import numpy as np
+import pytest
+
+from capture_plan.errors import RigError
+from capture_plan.rig import sample_rig
+from capture_plan.rig.sequence import read_sequence
+from capture_plan.rig.sequence.axes_of import as_frames
+from tests.test_take_dialects import NAMES, driven, read, table, weights
+
+X = np.random.default_rng(0).normal(size=(7, 120, 3)).astype(np.float32)  # 7 frames of 120 vertices
+ORDERS = {
+    "t v 3": X,
+    "t 3v": X.reshape(7, -1),
+    "3v t": X.reshape(7, -1).T,
+    "t 3 v": X.transpose(0, 2, 1),
+    "v t 3": X.transpose(1, 0, 2),
+    "v 3 t": X.transpose(1, 2, 0),
+    "1 t v 3": X[None],
+}
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_frames_are_found_in_any_order_of_axes_where_the_mesh_is_known(order):
+    assert np.array_equal(as_frames(ORDERS[order], {120})[0], X)
+
+
+def test_more_frames_than_vertices_are_told_apart_by_the_mesh():
+    longer = np.concatenate([X] * 40)
+    for order in (longer, longer.transpose(0, 2, 1), longer.transpose(1, 2, 0), longer.reshape(280, -1).T):
+        assert np.array_equal(as_frames(order, {120})[0], longer)
+
+
+def test_numbers_that_are_no_frames_stay_as_they_are():
+    few = np.zeros((50, 52))
+    assert as_frames(few) == (few, ())
+
+
+def test_turned_frames_are_said(tmp_path):
+    rig = sample_rig()
+    shapes = (rig.neutral + rig.displacement[:4, :, None] * [0, 0, 1]).astype(np.float32)
+    np.save(tmp_path / "take.npy", shapes.reshape(4, -1).T)
+    take = read_sequence(tmp_path / "take.npy", rig=rig)
+    assert len(take.frames) == 4
+    assert any("is taken as 4 frames of" in note for note in take.notes)
+
+
+def test_an_array_for_each_name_is_a_take(tmp_path):
+    arrays = dict(zip(NAMES, weights().T, strict=True))
+    np.savez(tmp_path / "take.npz", **arrays, time=np.arange(len(weights())) / 60)
+    take = read_sequence(tmp_path / "take.npz", rig=sample_rig())
+    assert driven(take) == pytest.approx(weights())
+    assert take.fps == 60
+
+
+def archive(**files: str) -> bytes:
+    """A zip archive of these files."""
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w") as packed:
+        for name, text in files.items():
+            packed.writestr(name.replace("__", "."), text)
+    return content.getvalue()
+
+
+def test_a_take_among_the_files_of_an_app_is_found_and_named(tmp_path):
+    rest = {"frame_log__csv": "a,b\n1,2\n", "take__json": '{"date": "today"}', "thumbnail__jpg": "x"}
+    raw = table(weights() / 2)
+    take = read(tmp_path / "take.zip", archive(**rest, Slate_1_cal__csv=table(weights()), Slate_1_raw__csv=raw))
+    assert driven(take) == pytest.approx(weights())
+    assert any("Slate_1_cal.csv is read; Slate_1_raw.csv beside it is left out" in note for note in take.notes)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "told"),
+    [
+        ("take.zip", archive(a__csv=table(weights()), b__csv=table(weights())), "holds 2 tables of weights"),
+        ("take.zip", archive(a__jpg="x"), "holds no table of weights"),
+        ("take.csv", archive(a__xml="x"), "is a zip archive or a workbook"),
+        ("take.xlsx", archive(a__xml="x"), "is a workbook: save its sheet as CSV"),
+    ],
+    ids=["two", "none", "a workbook called CSV", "a workbook"],
+)
+def test_archives_without_one_take_are_refused_in_one_line(tmp_path, name, content, told):
+    with pytest.raises(RigError, match=told) as error:
+        read(tmp_path / name, content)
+    assert "\n" not in str(error.value)
+
+
+CLOCKS = ["Zeit", "Zeit (s)", "Temps", "Tiempo", "時間", "時刻", "时间"]
+
+
+@pytest.mark.parametrize("clock", CLOCKS)
+def test_clocks_are_known_in_other_languages(tmp_path, clock):
+    rows = table(weights()).splitlines()
+    rest = [",".join([f"{t / 60:.5f}", row.partition(",")[2]]) for t, row in enumerate(rows[1:])]
+    head = ",".join([clock, rows[0].partition(",")[2]])
+    assert read(tmp_path / "take.csv", "\n".join([head, *rest])).fps == 60
+
+
+def test_japanese_text_of_a_spreadsheet_is_read_and_said(tmp_path):
+    rows = table(weights()).splitlines()
+    rest = [f"{t},{t / 60:.5f},{row.partition(',')[2]}" for t, row in enumerate(rows[1:])]
+    text = "\n".join([f"フレーム,時刻,{rows[0].partition(',')[2]}", *rest])
+    take = read(tmp_path / "take.csv", text.encode("cp932"))
+    assert take.fps == 60
+    assert any("code page 932, Japanese" in note for note in take.notes)
+
+
+def test_accents_are_not_taken_for_japanese(tmp_path):
+    rows = table(weights()).splitlines()
+    text = "\n".join([f"{rows[0]},Lächeln,Öffnung,größer", *(f"{row},0,0,0" for row in rows[1:])])
+    assert any("code page 1252" in note for note in read(tmp_path / "take.csv", text.encode("cp1252")).notes)
+
+
+def test_powers_of_ten_with_decimal_commas_are_no_names(tmp_path):
+    rows = table(weights(), delimiter=";").splitlines()
+    powers = [
+        ";".join([row.partition(";")[0], *(f"{x:.4E}".replace(".", ",") for x in w)])
+        for row, w in zip(rows[1:], weights().tolist(), strict=True)
+    ]
+    assert driven(read(tmp_path / "take.csv", "\n".join([rows[0], *powers]))) == pytest.approx(weights(), abs=1e-4)
