@@ -1,6 +1,7 @@
 """Takes as people's tools and offices save them: other axes, archives, other languages: read, or refused in a line."""
 
 import io
+import json
 import zipfile
 
 import numpy as np
@@ -123,3 +124,80 @@ def test_powers_of_ten_with_decimal_commas_are_no_names(tmp_path):
         for row, w in zip(rows[1:], weights().tolist(), strict=True)
     ]
     assert driven(read(tmp_path / "take.csv", "\n".join([rows[0], *powers]))) == pytest.approx(weights(), abs=1e-4)
+
+
+W = weights()
+
+
+def keys_of(**keys):
+    """Keys of each name: the time of frame t, and its weight."""
+    time, value = keys
+    return {n: [{time: keys[time](t), value: float(x)} for t, x in enumerate(w)] for n, w in BY_NAME.items()}
+
+
+BY_NAME = dict(zip(NAMES, W.T, strict=True))
+SECONDS = [t / 60 for t in range(len(W))]
+CURVES = {
+    "by name": {"FrameRate": 60, "Curves": keys_of(Time=lambda t: t / 60, Value=None)},
+    "a list": {
+        "fps": 60,
+        "animation": {
+            "curves": [{"name": n, "keys": k} for n, k in keys_of(time=lambda t: t / 60, value=None).items()]
+        },
+    },
+    "pairs of frame and value": {
+        "fps": 60,
+        "fcurves": [
+            {"data_path": n, "keyframe_points": [{"co": [t + 1, float(x)]} for t, x in enumerate(w)]}
+            for n, w in BY_NAME.items()
+        ],
+    },
+    "lists of times and values": {
+        "tracks": {n: {"times": SECONDS, "values": w.tolist()} for n, w in BY_NAME.items()},
+    },
+}
+
+
+@pytest.mark.parametrize("kind", CURVES)
+def test_curves_of_animation_programs_are_takes(tmp_path, kind):
+    take = read(tmp_path / "take.json", json.dumps(CURVES[kind]))
+    assert driven(take) == pytest.approx(W, abs=1e-6)
+    assert take.fps == 60
+
+
+def test_curves_with_few_keys_run_straight_between_them_and_say_so(tmp_path):
+    keys = {n: [{"frame": 1, "value": 0.0}, {"frame": 11, "value": 1.0}] for n in NAMES}
+    take = read(tmp_path / "take.json", json.dumps({"fps": 24, "curves": keys}))
+    assert driven(take)[:, 0] == pytest.approx(np.arange(11) / 10)
+    assert take.fps == 24
+    assert any("straight between its keys" in note for note in take.notes)
+
+
+def doubled(other):
+    """A table whose last column has the name of the first weight, and other numbers where asked."""
+    rows = [row.split(",") for row in table(W).splitlines()]
+    extra = [f"{1 - float(row[1]):.3f}" if other else row[1] for row in rows[1:]]
+    return "\n".join(",".join([*row, cell]) for row, cell in zip(rows, [NAMES[0], *extra], strict=True))
+
+
+def test_a_column_that_stands_twice_is_read_once_and_said(tmp_path):
+    take = read(tmp_path / "take.csv", doubled(other=False))
+    assert driven(take) == pytest.approx(W)
+    assert any(f"'{NAMES[0]}' stands twice" in note for note in take.notes)
+
+
+def test_two_columns_of_one_name_with_other_numbers_are_refused(tmp_path):
+    with pytest.raises(RigError, match="two columns 'jawOpen' with other numbers"):
+        read(tmp_path / "take.csv", doubled(other=True))
+
+
+def test_a_row_of_sums_without_a_time_is_no_frame(tmp_path):
+    sums = ",".join(["", *(f"{x:.3f}" for x in W.sum(axis=0))])
+    take = read(tmp_path / "take.csv", f"{table(W)}{sums}\n")
+    assert driven(take) == pytest.approx(W)
+    assert any("1 row has nothing in place of 'Timecode'" in note for note in take.notes)
+
+
+def test_names_in_paths_of_data_are_those_of_the_blendshapes(tmp_path):
+    paths = [f'key_blocks["{name}"].value' for name in NAMES]
+    assert driven(read(tmp_path / "take.csv", table(W, names=paths))) == pytest.approx(W)

@@ -5,6 +5,7 @@ Numbered   {"0": frame, "1": frame, ...} or {"0.033": frame, ...}
 Columns    {name: [weight, ...], ...}
 One        a single frame
 Long       an object for each weight (`json_long.py`)
+Curves     for each name its keys (`json_curves.py`)
 Parts of a document are decoded one at a time, when they are needed.
 """
 
@@ -19,6 +20,7 @@ import msgspec
 
 from capture_plan.errors import RigError
 from capture_plan.rig.sequence.columns import kind_of, plain, unit_of, why_not
+from capture_plan.rig.sequence.json_curves import curve_take
 from capture_plan.rig.sequence.json_frames import BESIDE, SHAPE_KEYS, Recording
 from capture_plan.rig.sequence.json_long import gathered
 from capture_plan.rig.sequence.json_several import is_frame, only_take
@@ -56,6 +58,8 @@ def read_json(path: Path) -> WeightTable:
     for dialect in DIALECTS:
         if table := dialect(part):
             return replace(table, fps=table.fps or rate_in(head_of(document)), notes=(*told, *table.notes))
+    if table := curve_take(whole(document), rate_in(head_of(document))):
+        return replace(table, notes=(*notes, *table.notes))
     raise RigError('holds no weights: expected frames such as {"blendShapes": {"jawOpen": 0.5}}')
 
 
