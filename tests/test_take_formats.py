@@ -201,3 +201,23 @@ def test_a_row_of_sums_without_a_time_is_no_frame(tmp_path):
 def test_names_in_paths_of_data_are_those_of_the_blendshapes(tmp_path):
     paths = [f'key_blocks["{name}"].value' for name in NAMES]
     assert driven(read(tmp_path / "take.csv", table(W, names=paths))) == pytest.approx(W)
+
+
+def test_a_line_of_groups_above_the_names_is_left_out(tmp_path):
+    groups = ",".join(["Clock", *["Face"] * len(NAMES)])
+    assert driven(read(tmp_path / "take.csv", f"{groups}\n{table(W)}")) == pytest.approx(W)
+
+
+def test_long_tables_between_tabs_keep_their_empty_first_title(tmp_path):
+    rows = [f"{i}\t{t / 60:.4f}\t{n}\t{x}" for i, (t, n, x) in enumerate(
+        (t, n, x) for t, w in enumerate(W.tolist()) for n, x in zip(NAMES, w, strict=True))]  # fmt: skip
+    take = read(tmp_path / "take.tsv", "\n".join(["\ttime\tshape\tvalue", *rows]))
+    assert driven(take) == pytest.approx(W)
+    assert take.fps == 60
+
+
+def test_names_and_values_as_two_lists_of_each_frame_are_read(tmp_path):
+    frames = [{"time": t / 60, "shapeNames": list(NAMES), "shapeValues": w} for t, w in enumerate(W.tolist())]
+    take = read(tmp_path / "take.json", json.dumps({"frames": frames}))
+    assert driven(take) == pytest.approx(W)
+    assert take.fps == 60

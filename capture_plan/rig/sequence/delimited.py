@@ -179,7 +179,8 @@ def find_header(lines: Lines) -> tuple[str, int]:
         for delimiter in DELIMITERS:
             fields = split(lines.texts[first], delimiter)
             words = sum(any(map(str.isalpha, POWER.sub("", field))) for field in fields)
-            if len(fields) < 2 or 2 * words < len(fields):
+            named = [field for field in fields if field.strip()]
+            if len(fields) < 2 or 2 * words < len(fields) or 2 * len(set(named)) < len(named):  # groups of columns
                 continue
             rows = lines.texts[first + 1 :]
             counts = [len(split(rows[t], delimiter)) for t in evenly(len(rows), SAMPLE)]
