@@ -107,6 +107,7 @@ def documents(w):
         "browser, bare": {"fps": 60, "results": [{"faceBlendshapes": [{"categories": row}]} for row in cats]},
         "Audio2Face": {"exportFps": 60, "facsNames": NAMES, "weightMat": w.tolist()},
         "numbered": {f"{t / 60:.5f}": row for t, row in enumerate(rows)},
+        "numbered below frames": {"frames": {str(t): row for t, row in enumerate(rows)}, "fps": 60},
         "columns": {"fps": 60, **dict(zip(NAMES, w.T.tolist(), strict=True))},
         "Faceware": [{"time": t / 60, "animationValues": row} for t, row in enumerate(rows)],
         "times beside": {"timestamps": [t / 60 for t in range(len(w))], "frames": rows},

@@ -8,6 +8,7 @@ import pytest
 
 from capture_plan.errors import RigError
 from capture_plan.rig import sample_rig
+from capture_plan.rig.sequence import long_table
 from capture_plan.rig.sequence.face_cap import USUAL
 from capture_plan.rig.sequence.messages import seconds
 from tests.test_take_dialects import NAMES, T, driven, read, table, weights
@@ -36,6 +37,8 @@ def pairs(form: str, between: str) -> Callable[[list[tuple[str, float]]], str]:
 TEXTS = {
     "long": each("time,name,value", "{s:.4f},{n},{x}"),
     "long, per cent, semicolons": each("seconds;BlendShape;Weight", "{s:.4f};{n};{p:.1f}"),
+    "long, decimal commas, semicolons": each("frame;time;shape;weight", '{t};{s:.4f};"{n}";{x}').replace(".", ","),
+    "long, quoted": each('"time","name","value"', '{s:.4f},"{n}","{x}"'),
     "long, no titles, spaces": each("", "{s:.4f} {n} {x}"),
     "long, other columns": each("timestamp_s,index,category_name,score,face", "{s:.4f},7,{n},{x},0"),
     "long, sure": each("time,name,score,confidence", "{s:.4f},{n},{x},0.9{t}"),
@@ -143,6 +146,14 @@ def test_weights_that_stand_twice_in_a_long_table_are_counted(tmp_path):
     take = read(tmp_path / "take.csv", text + "\n" + text.splitlines()[1].rpartition(",")[0] + ",0.999")
     assert driven(take) == pytest.approx(weights())
     assert any(note.startswith("1 of its lines has the time and the name") for note in take.notes)
+
+
+def test_rows_of_several_blocks_and_short_ones_come_to_their_frames(tmp_path, monkeypatch):
+    monkeypatch.setattr(long_table, "BLOCK", 7)
+    text = each("time,name,value", "{s:.4f},{n},{x}").splitlines()
+    take = read(tmp_path / "take.csv", "\n".join([*text[:40], "0.1,jawOpen", *text[40:]]))
+    assert driven(take) == pytest.approx(weights())
+    assert any(note.startswith("1 of its lines holds too few") for note in take.notes)
 
 
 def test_a_wide_table_with_a_column_of_words_is_no_long_one(tmp_path):

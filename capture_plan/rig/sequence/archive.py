@@ -1,14 +1,14 @@
 """Takes as NumPy arrays: an NPZ archive, or one NPY array of frames.
 
 Meshes   frames (t v 3), also called vertices, verts, ...; without a rig faces (f 3); with or without neutral (v 3),
-         fps, units. NPY: frames (t v 3), or (t 3v) in a row, as tools for talking heads save them
-Weights  weights (t c), names (c), fps
+         fps, units. NPY: frames alone. Axes may stand in other orders (`axes_of.py`)
+Weights  weights (t c), names (c), fps; or an array (t) for each name
 Frames that hold no numbers, or whose vertices all lie in one place, have no face: left out and counted.
 """
 
 import warnings
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,9 +17,11 @@ from jaxtyping import Bool, Float
 
 from capture_plan.errors import RigError
 from capture_plan.rig.formats.raw import UNITS_MM
+from capture_plan.rig.sequence.axes_of import as_frames
 from capture_plan.rig.sequence.clock import Timing, timing_of
 from capture_plan.rig.sequence.columns import kind_of, unit_of
 from capture_plan.rig.sequence.frames import StoredFrames
+from capture_plan.rig.sequence.json_weights import known
 from capture_plan.rig.sequence.meshes import MeshTake
 from capture_plan.rig.sequence.rows import Rows, have, some_of, table_of, were
 from capture_plan.rig.sequence.weights import WeightTable, rate_of
@@ -29,13 +31,12 @@ NEUTRAL_NAMES = ("neutral", "template", "v_template", "vertices", "verts", "v")
 FACE_NAMES = ("faces", "triangles", "f", "tris")
 COLUMN_NAMES = ("names", "columns", "blendshapes", "blendshape_names")
 MOST_BYTES = 3 << 29  # 1.6 GB: 5,000 frames of 26,719 vertices in float32
-FEWEST_VERTICES = 100  # fewer in a row of numbers are weights without names
 CHUNK = 64  # frames looked through at once
 DAMAGE = (ValueError, EOFError, OSError, zipfile.BadZipFile, NotImplementedError, RuntimeError, SyntaxError)
 
 
-def read_archive(path: Path) -> MeshTake | WeightTable:
-    """The take in an NPZ archive: meshes or weights. RigError where it is neither."""
+def read_archive(path: Path, counts: Collection[int] = ()) -> MeshTake | WeightTable:
+    """The take in an NPZ archive: meshes or weights; `counts` may be the vertices. RigError where it is neither."""
     if not zipfile.is_zipfile(path):
         raise RigError("is not an NPZ archive, or it was cut off: save it again with np.savez")
     arrays = {}
@@ -50,11 +51,13 @@ def read_archive(path: Path) -> MeshTake | WeightTable:
         raise RigError(
             f"holds an array that cannot be read ({str(error)[:80]}): save it again with np.savez"
         ) from error
-    return from_arrays(arrays) if "weights" in arrays else stored(arrays)
+    if "weights" in arrays:
+        return from_arrays(arrays)
+    return from_arrays(gathered(arrays)) if is_by_name(arrays) else stored(arrays, counts)
 
 
-def read_array(path: Path) -> MeshTake:
-    """The meshes in one NPY array, read where they are asked for. RigError where it holds none."""
+def read_array(path: Path, counts: Collection[int] = ()) -> MeshTake:
+    """The meshes in one NPY array, read where they are asked for; `counts` may be the vertices. RigError without."""
     check_size(path.stat().st_size)
     try:
         with warnings.catch_warnings():
@@ -62,14 +65,13 @@ def read_array(path: Path) -> MeshTake:
             frames = np.load(path, mmap_mode="r", allow_pickle=False)
     except DAMAGE as error:
         raise RigError(f"is no NumPy array of numbers ({str(error)[:80]}): save it again with np.save") from error
-    if frames.ndim == 2 and frames.shape[1] % 3 == 0 and frames.shape[1] >= 3 * FEWEST_VERTICES:
-        frames = frames.reshape(len(frames), -1, 3)
+    frames, told = as_frames(frames, counts)
     if not is_frames(frames):
         weights = "; weights need their names: save NPZ with weights (t, k) and names" if frames.ndim == 2 else ""
-        told = f"holds an array {frames.shape} of {frames.dtype}, expected frames (t, v, 3)"
-        raise RigError(f"{told}: save meshes{weights}")
+        found = f"holds an array {frames.shape} of {frames.dtype}, expected frames (t, v, 3)"
+        raise RigError(f"{found}: save meshes{weights}")
     kept, notes = kept_frames(frames)
-    return MeshTake(kept, None, None, notes=notes)
+    return MeshTake(kept, None, None, notes=(*told, *notes))
 
 
 def check_size(count: int) -> None:
@@ -79,8 +81,33 @@ def check_size(count: int) -> None:
         raise RigError(f"holds {told}: save the frames as float32, or cut the take into parts")
 
 
-def stored(arrays: Mapping[str, np.ndarray]) -> MeshTake:
-    """The meshes in an archive's arrays."""
+def is_by_name(arrays: Mapping[str, np.ndarray]) -> bool:
+    """Whether there is an array of numbers for each of several names of a face."""
+    named = [name for name, array in arrays.items() if array.ndim == 1 and array.dtype.kind in "fiu" and known(name)]
+    return len(named) > 1 and len({arrays[name].shape for name in named}) == 1
+
+
+def gathered(arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The same with one table of the arrays of names, of their length."""
+    length = max(array.shape for name, array in arrays.items() if known(name) and array.ndim == 1)
+    named = [name for name, x in arrays.items() if x.shape == length and x.dtype.kind in "fiu" and not kind_of(name)]
+    rest = {name: array for name, array in arrays.items() if name not in named}
+    return {**rest, "weights": np.column_stack([arrays[name] for name in named]), "names": np.array(named)}
+
+
+def mesh_counts(arrays: Mapping[str, np.ndarray]) -> set[int]:
+    """How many vertices the mesh may have, by faces and neutral in the archive."""
+    faces = {int(arrays[name].max()) + 1 for name in FACE_NAMES if name in arrays and arrays[name].dtype.kind in "iu"
+             and arrays[name].size}  # fmt: skip
+    return faces | {len(arrays[name]) for name in NEUTRAL_NAMES if name in arrays and arrays[name].ndim == 2
+                    and arrays[name].shape[1] == 3}  # fmt: skip
+
+
+def stored(arrays: Mapping[str, np.ndarray], counts: Collection[int] = ()) -> MeshTake:
+    """The meshes in an archive's arrays; `counts` may be the vertices."""
+    turned = {name: as_frames(x, {*counts, *mesh_counts(arrays)}) for name, x in arrays.items() if name in FRAME_NAMES
+              and not (x.ndim == 2 and x.shape[1] == 3)}  # fmt: skip
+    arrays = {**arrays, **{name: frames for name, (frames, _) in turned.items()}}
     name = frames_in(arrays)
     if name is None:
         found = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())[:160] or "nothing"
@@ -101,7 +128,7 @@ def stored(arrays: Mapping[str, np.ndarray]) -> MeshTake:
         neutral=None if neutral is None else neutral.astype(np.float64),
         fps=rate_of(arrays),
         unit_mm=UNITS_MM.get(str(arrays.get("units", "")).strip("[]'\" ").partition(" ")[0].lower()),
-        notes=notes,
+        notes=(*(turned[name][1] if name in turned else ()), *notes),
     )
 
 

@@ -22,6 +22,7 @@ RATE = re.compile(
 )
 WORDS = re.compile(r"[^\W\d]{2,}[^\d]*")  # in the column of a clock: mean, total
 FEW_SUMS = 0.1  # of the rows
+MOST_TAIL = 10  # rows: in shorter tables a last row without a time is taken as a frame
 SAME_RATE = 0.02
 
 
@@ -39,17 +40,38 @@ def in_time(timing: Timing, fps: float | None) -> Timing:
     return replace(timing, notes=(*timing.notes, told))
 
 
+def without_doubles(table: TextTable) -> TextTable:
+    """The table with columns of one name read once. RigError where two of weights hold other numbers."""
+    names, told = list(table.names), []
+    for c, name in enumerate(table.names):
+        first = table.names.index(name)
+        if not name or first == c:
+            continue
+        if not kind_of(name) and table.column(c) != table.column(first):
+            raise RigError(f"has two columns '{name}' with other numbers: give each its own name")
+        names[c] = ""
+        told.append(f"'{name}' stands twice: its first column is read")
+    return replace(table, names=tuple(names), notes=(*table.notes, *dict.fromkeys(told))) if told else table
+
+
 def without_sums(table: TextTable) -> TextTable:
-    """The rows but those that have a word where the clock of nearly all others has a number: mean, total."""
+    """The rows but those that have a word where the clock of nearly all others has a number: mean, total.
+
+    A last row that has nothing there, under rows that all have a number, is a sum too.
+    """
     c = clock_in(table.names)
-    if c is None or (c == 0 and not any(row[:1].isalpha() or row[:1] in ' "' for row in table.rows)):
+    starts = (" ", '"', table.delimiter)
+    if c is None or (c == 0 and not any(row[:1].isalpha() or row.startswith(starts) for row in table.rows)):
         return table
     cells = [cell.strip().strip('"').strip() for cell in table.column(c)]
     words = [t for t, cell in enumerate(cells) if WORDS.fullmatch(cell) and cell.lower() not in NOTHING]
+    if not cells[-1] and all(cells[:-1]) and len(cells) > MOST_TAIL:
+        words.append(len(cells) - 1)
     if not words or len(words) > FEW_SUMS * len(cells):
         return table
     gone, shown = set(words), ", ".join(f"'{cells[t]}'" for t in words[:2])
-    rows = "1 row has a word" if len(words) == 1 else f"{len(words):,} rows have words"
+    some = "1 row has" if len(words) == 1 else f"{len(words):,} rows have"
+    rows = f"{some} {'nothing' if not cells[words[0]] else 'a word' if len(words) == 1 else 'words'}"
     told = f"{rows} in place of '{table.names[c]}' and {'is' if len(words) == 1 else 'are'} left out ({shown})"
     return replace(table.at([t for t in range(len(cells)) if t not in gone]), notes=(*table.notes, told))
 

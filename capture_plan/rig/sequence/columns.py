@@ -6,12 +6,14 @@ Names are compared in small letters without separators: timestamp_ms, timestampM
 import re
 from functools import lru_cache
 
-CODE = re.compile("timecode|tc|smpte|smptetimecode")
+CODE = re.compile("timecode|tc|smpte|smptetimecode|タイムコード|时间码|時間碼")
+TIMES = "zeit(?:stempel|punkt)?|temps|horodatage|tiempo|tempo|tijd|время|時間|時刻|时间|秒|sekunden?|secondes?|segundos"
+FRAMES = "bild(?:er|nummer|nr)?|image|trame|fotograma|quadro|кадр|フレーム(?:番号)?|帧(?:号)?|幀"
 TIME = re.compile(
-    r"(?:t|(?:frame|elapsed|capture|device|video)?time(?:stamp)?|seconds|secs?|ms|msecs?|millis)"
+    rf"(?:t|(?:frame|elapsed|capture|device|video)?time(?:stamp)?|seconds|secs?|ms|msecs?|millis|elapsed|{TIMES})"
     r"(?P<unit>s|secs?|seconds|ms|msecs?|millis|milliseconds|us|usecs?|micros|microseconds|ns|nsecs?|nanoseconds)?"
 )
-COUNT = re.compile("frame|frames|frame(?:number|num|no|index|idx|id|count)|index|idx|sample|row|number|nr")
+COUNT = re.compile(rf"frame|frames|frame(?:number|num|no|index|idx|id|count)|index|idx|sample|row|number|nr|{FRAMES}")
 TRACKED = re.compile(
     r"(?:is|has)?(?:face|head|facial)?(?:is)?(?:success|succeeded|tracked|tracking|detected|found|valid|visible|present)"
     r"|(?:tracking|tracker|track|face|facetracking|detection)?(?:state|status|ok|success|valid|quality)"
@@ -47,8 +49,8 @@ PLACES = re.compile(r"(gaze|eye_lmk|pose|p)_|[xyzXYZ]_\d")  # OpenFace's directi
 
 @lru_cache(MANY)
 def plain(name: str) -> str:
-    """A name in small letters, without separators."""
-    return re.sub(r"[^a-z0-9]", "", name.lower())
+    """A name in small letters of any script, without separators."""
+    return re.sub(r"[\W_]", "", re.sub("[\u00b5\u03bc]", "u", name.lower()))  # both signs of micro
 
 
 @lru_cache(MANY)

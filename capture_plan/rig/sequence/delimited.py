@@ -23,7 +23,14 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from capture_plan.errors import RigError
-from capture_plan.rig.sequence.around import begins_again, in_time, refuse_joined, told_rate, without_sums
+from capture_plan.rig.sequence.around import (
+    begins_again,
+    in_time,
+    refuse_joined,
+    told_rate,
+    without_doubles,
+    without_sums,
+)
 from capture_plan.rig.sequence.clock import Timing, timing_of
 from capture_plan.rig.sequence.columns import kind_of, plain, unit_of, why_not
 from capture_plan.rig.sequence.face_cap import as_table, is_face_cap
@@ -47,6 +54,8 @@ SAMPLE = 200  # rows that tell delimiter, decimal sign and which columns are num
 BLOCK = 4096  # rows parsed at once
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
 JSON = re.compile(r"\s*(?:\{\s*\"|\[\s*[\[{\"])")
+POWER = re.compile(r"(?<=[\d.,])e[+-]?(?=\d)", re.IGNORECASE)  # 1,2E-05
+PATH = re.compile(r".*key_blocks\[[\"']+(.+?)[\"']*\](?:\.value)?")
 DIGIT = re.compile(r"\d")
 AMOUNT = re.compile(r"[-+\d][-+\d:;.,TZ ]*%?")  # a number, a timecode, a date
 
@@ -57,6 +66,7 @@ def read_csv(path: Path) -> WeightTable:
     if JSON.match(text):
         return read_json(path)
     lines = lines_of(text, notes)
+    del text  # as much memory as the file
     if is_face_cap(lines.texts):
         return weights_of(as_table(lines))
     lines = without_spaces(as_frames(lines))
@@ -66,11 +76,7 @@ def read_csv(path: Path) -> WeightTable:
 
 def weights_of(table: TextTable) -> WeightTable:
     """The weights among the columns of a table, in the rows that hold a face."""
-    if len(set(table.names) - {""}) < len([name for name in table.names if name]):
-        twice = next(name for name in table.names if name and table.names.count(name) > 1)
-        raise RigError(f"has two columns '{twice}': give each its own name")
-    table = one_face(table)
-    table = without_sums(table)
+    table = without_sums(one_face(without_doubles(table)))
     timing = in_time(timing_in(table), table.fps)
     table = table if timing.order is None else table.at(timing.order.tolist())
     numeric = numeric_columns(table)
@@ -105,7 +111,7 @@ def find_table(lines: Lines) -> TextTable:
     if len(lines.texts) < 2:
         raise RigError("has no frames: it needs a line of names and one line for each frame")
     delimiter, first = find_header(lines)
-    names = [name.strip().strip('"') for name in split(lines.texts[first], delimiter)]
+    names = [of_path(name.strip().strip('"')) for name in split(lines.texts[first], delimiter)]
     while len(names) > 1 and not names[-1]:
         names.pop()
     before = "the line before the line of names is" if first == 1 else f"the {first} lines before the line of names are"
@@ -129,6 +135,12 @@ def find_table(lines: Lines) -> TextTable:
         notes=(*notes, *told),
         fps=told_rate((*lines.comments, *lines.texts[:first])),
     )
+
+
+def of_path(name: str) -> str:
+    """The name of a blendshape in a path of data: key_blocks["jawOpen"].value."""
+    match = PATH.fullmatch(name)
+    return match[1] if match else name
 
 
 def frame_lines(texts: Sequence[str], first: int, delimiter: str) -> tuple[list[int], list[str], tuple[str, ...]]:
@@ -166,8 +178,9 @@ def find_header(lines: Lines) -> tuple[str, int]:
     for first in range(min(FIRST, len(lines.texts) - 1)):
         for delimiter in DELIMITERS:
             fields = split(lines.texts[first], delimiter)
-            words = sum(any(map(str.isalpha, field)) and not NUMBER.fullmatch(field.strip()) for field in fields)
-            if len(fields) < 2 or 2 * words < len(fields):
+            words = sum(any(map(str.isalpha, POWER.sub("", field))) for field in fields)
+            named = [field for field in fields if field.strip()]
+            if len(fields) < 2 or 2 * words < len(fields) or 2 * len(set(named)) < len(named):  # groups of columns
                 continue
             rows = lines.texts[first + 1 :]
             counts = [len(split(rows[t], delimiter)) for t in evenly(len(rows), SAMPLE)]

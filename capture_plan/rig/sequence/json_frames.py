@@ -4,6 +4,7 @@
     {"timestampMs": ms, name: weight, ...}
     [{"categoryName": name, "score": weight}, ...]          MediaPipe tasks, also category_name
     {"faceBlendshapes": [{"categories": [...]}], ...}       MediaPipe in a browser: one entry for each face
+    {"names": [name, ...], "values": [weight, ...]}         Unity's JsonUtility, under any keys
     [weight, ...]                                           with names beside the frames: Audio2Face
 How names and weights of one face stand: `json_weights.py`; names that frames leave out: `sparse.py`. A frame whose
 weights are null or empty has lost the face; one in which a weight is no number is damaged. Faces with numbers or names
@@ -24,6 +25,7 @@ from capture_plan.rig.sequence.columns import MANY, kind_of, plain, unit_of, why
 from capture_plan.rig.sequence.json_weights import (
     SIDES,
     has_numbers,
+    is_number,
     known,
     listed,
     named_numbers,
@@ -47,6 +49,20 @@ SAME_RATE = 0.02
 CONTAINERS = {dict, list, type(None)}
 BESIDE = ("code", "time", "tracked", "lost", "confidence", "face", "take")
 SOME = 6  # names listed in a sentence
+
+
+def paired(frame: Any) -> Any:
+    """The frame with its weights by name where it holds a list of names and as long a list of numbers."""
+    lists = {key: inner for key, inner in frame.items() if isinstance(inner, list)} if isinstance(frame, dict) else {}
+    texts = [key for key, inner in lists.items() if inner and isinstance(inner[0], str) and known(inner[0])]
+    if len(texts) != 1 or not all(isinstance(name, str) for name in lists[texts[0]]):
+        return frame
+    names = lists.pop(texts[0])
+    numbers = [key for key, inner in lists.items() if len(inner) == len(names) and all(map(is_number, inner))]
+    if len(numbers) != 1:
+        return frame
+    rest = {key: inner for key, inner in frame.items() if key not in (texts[0], numbers[0])}
+    return {**rest, "blendShapes": dict(zip(names, lists[numbers[0]], strict=True))}
 
 
 class DamagedFrameError(Exception):
@@ -74,7 +90,7 @@ class Recording:
 
     def add(self, frame: Any) -> None:
         """One frame, a row for each of its faces where these have names."""
-        for one in faces_of(frame):
+        for one in faces_of(paired(frame)):
             self.add_face(one)
 
     def add_face(self, frame: Any) -> None:

@@ -5,6 +5,7 @@ Numbered   {"0": frame, "1": frame, ...} or {"0.033": frame, ...}
 Columns    {name: [weight, ...], ...}
 One        a single frame
 Long       an object for each weight (`json_long.py`)
+Curves     for each name its keys (`json_curves.py`)
 Parts of a document are decoded one at a time, when they are needed.
 """
 
@@ -19,6 +20,7 @@ import msgspec
 
 from capture_plan.errors import RigError
 from capture_plan.rig.sequence.columns import kind_of, plain, unit_of, why_not
+from capture_plan.rig.sequence.json_curves import curve_take
 from capture_plan.rig.sequence.json_frames import BESIDE, SHAPE_KEYS, Recording
 from capture_plan.rig.sequence.json_long import gathered
 from capture_plan.rig.sequence.json_several import is_frame, only_take
@@ -56,6 +58,8 @@ def read_json(path: Path) -> WeightTable:
     for dialect in DIALECTS:
         if table := dialect(part):
             return replace(table, fps=table.fps or rate_in(head_of(document)), notes=(*told, *table.notes))
+    if table := curve_take(whole(document), rate_in(head_of(document))):
+        return replace(table, notes=(*notes, *table.notes))
     raise RigError('holds no weights: expected frames such as {"blendShapes": {"jawOpen": 0.5}}')
 
 
@@ -143,7 +147,7 @@ def numbered(document: Document) -> WeightTable | None:
     head = document if isinstance(document, dict) else {}
     keys = {match[1]: key for key in head if (match := NUMBERED.fullmatch(key))}
     if not keys or len(keys) < len(head) or any(opening(raw) not in "{[n" for raw in head.values()):
-        return None
+        return inside(document, numbered, FRAME_KEYS)
     recording, order = Recording(), sorted(keys, key=float)
     for number in order:
         recording.add(opened(head[keys[number]]))
@@ -183,11 +187,11 @@ def one(document: Document) -> WeightTable | None:
 DIALECTS: tuple[Dialect, ...] = (frames, numbered, columns, one)
 
 
-def inside(document: Document, dialect: Dialect) -> WeightTable | None:
-    """What a dialect finds in an object below the top, with the frame rate from above."""
+def inside(document: Document, dialect: Dialect, below: Sequence[str] = ()) -> WeightTable | None:
+    """What a dialect finds in an object below the top, also under the keys `below`, with the frame rate from above."""
     head = document if isinstance(document, dict) else {}
     for key, raw in head.items():
-        if plain(key) in (*HEAD_KEYS, *SHAPE_KEYS) and opening(raw) == "{":
+        if plain(key) in (*HEAD_KEYS, *SHAPE_KEYS, *below) and opening(raw) == "{":
             table = dialect(msgspec.json.decode(raw, type=dict[str, msgspec.Raw]))
             if table is not None:
                 return replace(table, fps=table.fps or rate_in(head))

@@ -115,23 +115,33 @@ def listed(values: Any) -> Mapping[str, Any] | None:
     return None
 
 
+@lru_cache(MANY)
+def category_keys(keys: tuple[str, ...]) -> tuple[tuple[str, ...], str]:
+    """Of the keys of an object those that may hold the name of a weight, first the likeliest, and that of its number.
+
+    Asked once for all objects of the same keys. The second is empty where none holds a number.
+    """
+    found = {plain(key): key for key in keys}
+    labels = tuple(found[key] for key in LABEL_KEYS if key in found)
+    return labels, next((found[key] for key in SCORE_KEYS if key in found), "")
+
+
 def is_category(value: Any) -> bool:
     """Whether an object names one weight: {"categoryName": "jawOpen", "score": 0.5}."""
     if not isinstance(value, dict):
         return False
-    found = {plain(key): inner for key, inner in value.items()}
-    return bool(found.keys() & set(SCORE_KEYS)) and any(isinstance(found.get(key), str) for key in LABEL_KEYS)
+    labels, score = category_keys(tuple(value))
+    return bool(score) and any(isinstance(value[key], str) for key in labels)
 
 
 def categories(values: Sequence[Any]) -> Mapping[str, Any]:
     """Weights of a list of categories."""
-    found = [{plain(key): inner for key, inner in one.items()} for one in values if is_category(one)]
-    return {
-        next((one[key] for key in LABEL_KEYS if isinstance(one.get(key), str) and one[key]), ""): next(
-            one[key] for key in SCORE_KEYS if key in one
-        )
-        for one in found
-    }
+    found = {}
+    for one in values:
+        if is_category(one):
+            labels, score = category_keys(tuple(one))
+            found[next((one[key] for key in labels if isinstance(one[key], str) and one[key]), "")] = one[score]
+    return found
 
 
 def number_in(value: Any) -> float:

@@ -1,12 +1,13 @@
 """Reading a take: the reader for its format, then the rig's unit and axes, and the head held still.
 
 Meshes    a folder of numbered OBJ or PLY files (`meshes.py`); `.npz`, `.npy` (`archive.py`); USD (`usd_take.py`)
-Weights   `.csv`, `.txt`, `.log` (`delimited.py`), `.json` (`json_take.py`), packed as `.gz` too, `.npz` on a rig;
+Weights   `.csv`, `.txt`, `.log` (`delimited.py`), `.json` (`json_take.py`), as `.gz` or `.zip` too, `.npz` on a rig;
           `.glb`, `.gltf`, `.vrm` (`animation.py`) and USD with their own. What a full weight is: `scale.py`
 Result    millimetres, +y up, facing +z. Meshes are laid onto the rig's neutral; without a rig, unit and axes are found
           from the frames themselves, as those of a rig are from its blendshapes
 """
 
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
@@ -37,13 +38,13 @@ from capture_plan.rig.sequence.scale import Verdict, judge
 from capture_plan.rig.sequence.unfiltered import without_raw
 from capture_plan.rig.sequence.usd_take import read_usd_take
 from capture_plan.rig.sequence.weights import WeightTable
+from capture_plan.rig.sequence.zipped_take import read_zip
 
 TABLES = {
     **dict.fromkeys((".csv", ".tsv", ".tab", ".txt", ".log", ".dat"), read_csv),
     **dict.fromkeys((".json", ".jsonl", ".ndjson"), read_json),
-    ".npz": read_archive,
-    ".npy": read_array,
 }
+ARRAYS = {".npz": read_archive, ".npy": read_array}
 GLTF = (".glb", ".gltf", ".vrm")
 FORMATS = "a folder of numbered OBJ or PLY files, .npz, .npy, .csv, .txt, .json, .glb, .gltf or .usd"
 CONVERT = {
@@ -52,6 +53,7 @@ CONVERT = {
     ".mcd": "a vertex cache without a mesh: export numbered OBJ files",
     ".pc2": "a vertex cache without a mesh: export numbered OBJ files",
     ".bvh": "a skeleton's motion: export blendshape weights or meshes",
+    **dict.fromkeys((".xlsx", ".xls", ".ods", ".numbers"), "a workbook: save its sheet as CSV"),
     ".c3d": "motion of markers, not of a mesh: export blendshape weights or meshes",
 }
 USUAL_FPS = 30.0
@@ -82,7 +84,7 @@ def read_sequence(
     if fps is not None and not (np.isfinite(fps) and fps > 0):
         raise RigError(f"{fps:g} frames in a second, expected a number above 0, such as 60")
     try:
-        take = read_take(path)
+        take = read_take(path, set() if rig is None else {len(rig.neutral), int(rig.source_index.max()) + 1})
     except RigError as error:
         told = str(error)
         raise RigError(told if told.startswith(path.name) else f"{path.name}: it {told}") from error
@@ -100,8 +102,8 @@ def read_sequence(
     return sequence
 
 
-def read_take(path: Path) -> WeightTable | MeshTake:
-    """The take as its file has it."""
+def read_take(path: Path, counts: Collection[int] = ()) -> WeightTable | MeshTake:
+    """The take as its file has it; `counts` may be the vertices of its mesh."""
     suffix = (Path(path.stem) if path.suffix.lower() == ".gz" else path).suffix.lower()
     if not path.exists():
         raise RigError(f"{path.name} does not exist: give {FORMATS}")
@@ -113,6 +115,10 @@ def read_take(path: Path) -> WeightTable | MeshTake:
         raise RigError(f"{path.name} is a single frame: give the folder that holds all of them")
     if suffix in TABLES:
         return TABLES[suffix](path)
+    if suffix in ARRAYS:
+        return ARRAYS[suffix](path, counts)
+    if suffix == ".zip":
+        return read_zip(path, TABLES)
     if suffix in GLTF:
         return read_animation(path)
     if suffix in USD:
@@ -168,7 +174,7 @@ def lay_onto(
     if apart > NO_FIT_MM:
         raise RigError(
             f"{path.name} lies {apart:.0f} mm off the rig {rig.name} where the face is still: "
-            "it is another mesh, or its vertex order was lost"
+            "it is another mesh, its vertex order was lost, or it holds displacements"
         )
     if neutral is None and shape is None and apart < SAME_HEAD_MM:
         placed = rig.neutral

@@ -12,6 +12,7 @@ import gzip
 import io
 import re
 import zlib
+from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -28,6 +29,7 @@ MARKS = {
 }
 SAMPLE_BYTES = 4096
 MOST_COMMENTS = 50
+MOSTLY = 0.8  # of the signs
 NOTHING = ("", "nan", "null", "none", "n/a", "na", "-")  # in a cell
 COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)(e[+-]?\d+)?", re.IGNORECASE)
 SEPARATOR = re.compile(r'"?sep=(.)"?[,;\t]*', re.IGNORECASE)
@@ -41,7 +43,7 @@ class Lines:
     """
 
     texts: tuple[str, ...]
-    numbers: tuple[int, ...]
+    numbers: Sequence[int]
     delimiter: str | None
     notes: tuple[str, ...]
     comments: tuple[str, ...] = ()
@@ -54,7 +56,7 @@ class TextTable:
 
     names: tuple[str, ...]
     rows: tuple[str, ...]
-    numbers: tuple[int, ...]
+    numbers: Sequence[int]
     delimiter: str
     comma: bool = False
     percent: bool = False
@@ -85,14 +87,28 @@ def text_of(path: Path) -> tuple[str, tuple[str, ...]]:
     if path.stat().st_size > MOST_BYTES:
         raise RigError(f"has {path.stat().st_size / 1e6:,.0f} MB, more than {MOST_BYTES / 1e6:,.0f} MB: cut the take")
     content = unpacked(path.read_bytes())
+    if content.startswith(b"PK\x03\x04"):
+        raise RigError("is a zip archive or a workbook, no text: save the sheet as CSV, or name the archive .zip")
     try:
         return content.decode(encoding_of(content)), ()
     except UnicodeDecodeError as error:
         if 0 in content[:SAMPLE_BYTES]:
             raise RigError("is not text: export the take again") from error
-        return content.decode("cp1252", errors="replace"), (
-            "it is not UTF-8: its text is read as Windows code page 1252",
-        )
+        page = 932 if is_japanese(content) else 1252
+        told = f"it is not UTF-8: its text is read as Windows code page {page}"
+        return content.decode(f"cp{page}", errors="replace"), (f"{told}{', Japanese' if page == 932 else ''}",)
+
+
+def is_japanese(content: bytes) -> bool:
+    """Whether a text that is not UTF-8 reads as code page 932, and hardly any of it as western letters with accents.
+
+    Kana and common kanji begin with bytes of 0x81 to 0x9f, which code page 1252 has for signs alone.
+    """
+    try:
+        signs = [sign for sign in content.decode("cp932") if ord(sign) > 0x7F]
+    except UnicodeDecodeError:
+        return False
+    return sum(0x81 <= sign.encode("cp932")[0] <= 0x9F for sign in signs) > MOSTLY * len(signs)
 
 
 def unpacked(content: bytes) -> bytes:
@@ -125,7 +141,7 @@ def lines_of(text: str, notes: tuple[str, ...] = ()) -> Lines:
     """The lines of a text that hold something."""
     if "\r" in text:
         text = re.sub(r"\r\r?\n?", "\n", text)  # some write \r\r\n
-    texts, numbers, comments, delimiter = [], [], [], None
+    texts, numbers, comments, delimiter = [], array("q"), [], None
     for number, line in enumerate(text.split("\n"), start=1):
         if not line or line.isspace():
             continue
@@ -137,7 +153,7 @@ def lines_of(text: str, notes: tuple[str, ...] = ()) -> Lines:
             continue
         texts.append(line)
         numbers.append(number)
-    return Lines(tuple(texts), tuple(numbers), delimiter, notes, tuple(comments))
+    return Lines(tuple(texts), numbers, delimiter, notes, tuple(comments))
 
 
 def split(line: str, delimiter: str) -> list[str]:
@@ -152,7 +168,7 @@ def split(line: str, delimiter: str) -> list[str]:
 
 def to_number(cell: str) -> float:
     """The number in a cell, with a full stop or a comma; NaN where there is none."""
-    text = cell.strip().strip('"').removesuffix("%").strip()
+    text = cell.strip().strip("\"'").removesuffix("%").strip()
     try:
         return float(text)
     except ValueError:
