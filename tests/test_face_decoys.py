@@ -7,6 +7,7 @@ import pytest
 
 from capture_plan.mesh import vertex_normals
 from capture_plan.rig import sample_rig
+from capture_plan.rig.face.facts import reading_facts
 from capture_plan.rig.face.of_rig import rig_shape
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.formats.raw import RawRig
@@ -104,3 +105,13 @@ def test_of_two_unlike_heads_with_names_of_their_own_the_other_is_told():
     note = rig_from_raw(raw_of(twice)).note
     assert "another head" in note or "two heads" in note
     assert "another head" not in rig_from_raw(raw_of(head)).note
+
+
+def test_an_empty_shell_whose_blendshapes_are_rounding_has_no_face_and_one_that_moves_has():
+    head = sample_head()
+    rounding = np.float32(2e-7) * np.abs(head.neutral).max() * np.sign(head.deltas)
+    read = reading_facts(rig_from_raw(raw_of(dataclasses.replace(head, deltas=rounding.astype(np.float32)))))
+    assert read.no_face
+    assert (read.eyes.left, read.mouth.mm) == (None, None)
+    one = np.where(np.arange(len(head.names))[:, None, None] % 2 == 0, head.deltas, rounding)
+    assert face_reading(rig_from_raw(raw_of(dataclasses.replace(head, deltas=one.astype(np.float32))))).eyes.sure

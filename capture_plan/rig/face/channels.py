@@ -35,6 +35,7 @@ TOO_WIDE = 3.0  # median radii
 FEW = 5  # blendshapes
 LITTLE = 0.5  # of the usual distance between movements: where each moves a single vertex
 SMALLEST = 0.02  # of the mesh's diagonal: a single vertex that moves is no face
+ROUNDING = 4e-7  # of the largest coordinate: single precision rounds to a seventh of that
 REACH = 3.5  # rho: on a human head past the crown and the throat
 
 
@@ -42,7 +43,8 @@ REACH = 3.5  # rho: on a human head past the crown and the throat
 class Channels:
     """The figures of the module's docstring; lengths in the unit of the vertices.
 
-    `elsewhere` are blendshapes that are named for a face and lie far from this one.
+    `elsewhere` are blendshapes that are named for a face and lie far from this one. `still` says that all that moves is
+    rounding of the coordinates, which tells of no face.
     """
 
     energy: Float[np.ndarray, "k v"]
@@ -54,6 +56,7 @@ class Channels:
     elsewhere: Bool[np.ndarray, " k"]
     middle: Float[np.ndarray, " 3"]
     rho: float
+    still: bool = False
 
     @property
     def few(self) -> bool:
@@ -106,7 +109,8 @@ def find_channels(
     w = np.array([WITHOUT_NAME if movement is None else BY_NAME for movement in movements]) * moves
     folds = np.array([_folds(neutral, delta, length) for delta, length in zip(deltas, np.sqrt(squared), strict=True)])
     aside = folds | np.array([movement is not None and movement.kind in NOT_OF_THE_FACE for movement in movements])
-    w = _kept(_kept(w, flying(neutral, deltas)), aside)
+    rounding = np.sqrt(squared.max(axis=1)) < ROUNDING * np.abs(neutral).max()
+    w = _kept(_kept(_kept(w, rounding), flying(neutral, deltas)), aside)
     called = np.array([movement is not None for movement in movements]) & (w > 0)
     apart = np.linalg.norm(centre[w > 0] - np.median(centre[w > 0], axis=0), axis=1)
     least = max(SMALLEST * float(np.linalg.norm(np.ptp(neutral, axis=0))), LITTLE * float(np.median(apart)))
@@ -120,7 +124,7 @@ def find_channels(
     elsewhere = beyond & called & (radius <= TOO_WIDE * typical)
     w = _kept(w, beyond)
     w, middle, rho = _settled(neutral, a, deltas, energy, w)
-    return Channels(energy, centre, radius, D, w, movements, elsewhere & (w == 0), middle, rho)
+    return Channels(energy, centre, radius, D, w, movements, elsewhere & (w == 0), middle, rho, bool(rounding.all()))
 
 
 def _kept(w: Float[np.ndarray, " k"], aside: Bool[np.ndarray, " k"]) -> Float[np.ndarray, " k"]:

@@ -52,10 +52,12 @@ class Points:
 def find_points(shape: Shape, *, named: bool) -> Points:
     """Eyes and mouth of a head in the rig's axes; names are heeded where `named` says that they do not contradict.
 
-    Of two heads in one file none is sure, nor of half a head; nor is a mouth that few movements show, without eyes
-    above it.
+    Where nothing moves there is no face. Of two heads in one file none is sure, nor of half a head; nor is a mouth that
+    few movements show, without eyes above it.
     """
     off, x0 = shape.mirror_across(0)
+    if shape.channels.still:
+        return Points(x0, Found(None, False, ()), Found(None, False, ()))
     eyes = [one for one in eye_candidates(shape, x0, named=named) if _possible(one, shape)]
     mouths = mouth_candidates(shape, x0, named=named)
     points = Points(x0, *choose(eyes, mouths))
