@@ -175,7 +175,7 @@ def _folds(neutral: Float[np.ndarray, "v 3"], delta: Float[np.ndarray, "v 3"], l
 def scrambled(
     triangles: np.ndarray, deltas: Float[np.ndarray, "k v 3"], length: Float[np.ndarray, "k v"]
 ) -> Bool[np.ndarray, " k"]:
-    """Which blendshapes move many vertices, each its own way: sum |d_i - d_j|^2 over sum |d_i|^2 + |d_j|^2, edges ij."""
+    """Which blendshapes move many vertices, each its own way: sum |d_i - d_j|^2 over sum |d_i|^2 + |d_j|^2 of edges."""
     i, j = edges(triangles).T
     found = []
     for d, m in zip(deltas, length, strict=True):
