@@ -190,6 +190,14 @@ def test_a_neck_below_is_no_mouth_where_skin_parts_above_it():
     assert mouth.places[0, 1] == 0
 
 
+@pytest.mark.parametrize(("before", "sure"), [(-10.0, True), (0.0, True), (8.0, False)])
+def test_a_mouth_before_which_something_is_named_for_it_leaves_a_doubt(before, sure):
+    named = Candidate("name", "name", 2.0, np.array([[0.0, 0.0, before]]))
+    _, mouth = choose([pair("ball", 1.5, 30, 60), pair("blink", 2.5, 30, 60)], [spot("tear", 1.8, 0), named])
+    assert mouth.places[0].tolist() == [0.0, 0.0, 0.0]
+    assert mouth.sure == sure
+
+
 def test_two_places_of_equal_trust_leave_a_doubt():
     eyes, _ = choose([pair("ball", 1.5, 30, 60), pair("part", 1.5, 31, 90)], [])
     assert not eyes.sure

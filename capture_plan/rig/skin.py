@@ -8,8 +8,8 @@ Data       p[v]      piece: vertices joined by triangles, or by lying on the sam
 Name       a part called 'teeth' or 'M_EyeOcclusion' is no skin; the part with most of the area is, whatever its name
 Piece      the largest that moves is skin; a further one has to be large enough, seen, moving (or called skin), no ball
 Hidden     the inside of mouth, nostrils and eye sockets: connected vertices with h <= HIDDEN, spread while h <= DIM,
-           given back as far as RIM of the pupil distance from the visible skin, since lips and lids part when they
-           move
+           given back as far as RIM of the size of what moves from the visible skin, since lips and lids part when
+           they move
 Reach      a body below the neck is left off: what is further than REACH times the size of the moving face
 Face       where eyes and mouth are known, they tell a face of loose pieces, clothes and bodies (`face_skin.py`)
 """
@@ -36,7 +36,7 @@ WORN = re.compile(
 SKIN = re.compile(r"skin|face|head|neck|ear(?!ring)|scalp|lip|body", re.IGNORECASE)
 FACE = re.compile(r"skin|face|head|neck|ear(?!ring)|scalp|lip", re.IGNORECASE)  # a body may be dressed
 HIDDEN, DIM = 0.02, 0.10  # ICT-FaceKit: 99 % of the mouth bag is below the first, lips at rest apart above the second
-RIM, RIM_OF_MOVING = 1 / 15, 1 / 62  # of the pupil distance, else of the diagonal of the moving skin: 4 mm on a person
+RIM = 1 / 62  # of the diagonal of the moving skin: 4 mm on a human head, in whatever unit it was read
 SAME_SPOT = 3e-6  # of the extent: 1e-3 mm on a human head
 PIECE_AREA, PIECE_SEEN = 0.01, 0.4  # ears: 2 % and 0.5; a lash strip 0.3 %; rows of teeth 0.38
 LITTLE = 0.1  # of the largest piece: no face is so small a part of its head
@@ -93,7 +93,7 @@ def find_skin(
         of_piece = piece == i
         if np.median(seen[of_piece]) >= PIECE_SEEN and (moving | called_skin)[of_piece].any():
             skin |= of_piece & (i == main or not is_ball(neutral[of_piece]))
-    rim = RIM_OF_MOVING * _diagonal(neutral[moving & skin]) if face is None else RIM * face.u
+    rim = RIM * _diagonal(neutral[moving & skin])
     skin &= ~_inside(neutral, kept[skin[kept].all(axis=1)], seen, skin, rim)
     skin &= _within_reach(neutral, moving & skin)
     if face is None:
