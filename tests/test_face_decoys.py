@@ -7,11 +7,17 @@ import pytest
 
 from capture_plan.mesh import vertex_normals
 from capture_plan.rig import sample_rig
-from capture_plan.rig.face.of_rig import rig_shape
+from capture_plan.rig.anchors import _mouth as anchors_of_mouth
+from capture_plan.rig.anchors import face_anchors
+from capture_plan.rig.face.facts import reading_facts
+from capture_plan.rig.face.of_rig import rig_points, rig_shape
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.formats.raw import RawRig
 from capture_plan.rig.read import rig_from_raw
-from tests.face_heads import cut, sample_head, visible_skin
+from tests.face_channels import seven
+from tests.face_heads import cut, mask, sample_head, visible_skin
+
+SEVEN_OF_A_MASK = seven(mask(sample_head()))
 
 
 def raw_of(head):
@@ -104,3 +110,43 @@ def test_of_two_unlike_heads_with_names_of_their_own_the_other_is_told():
     note = rig_from_raw(raw_of(twice)).note
     assert "another head" in note or "two heads" in note
     assert "another head" not in rig_from_raw(raw_of(head)).note
+
+
+def test_an_empty_shell_whose_blendshapes_are_rounding_has_no_face_and_one_that_moves_has():
+    head = sample_head()
+    rounding = np.float32(2e-7) * np.abs(head.neutral).max() * np.sign(head.deltas)
+    read = reading_facts(rig_from_raw(raw_of(dataclasses.replace(head, deltas=rounding.astype(np.float32)))))
+    assert read.no_face
+    assert (read.eyes.left, read.mouth.mm) == (None, None)
+    one = np.where(np.arange(len(head.names))[:, None, None] % 2 == 0, head.deltas, rounding)
+    assert face_reading(rig_from_raw(raw_of(dataclasses.replace(head, deltas=one.astype(np.float32))))).eyes.sure
+
+
+def test_a_border_that_passes_far_from_the_mouth_is_no_lips():
+    """A hairline may go around a face with its middle where the mouth is."""
+    rig = sample_rig()
+    points, anchors = rig_points(rig), face_anchors(rig)
+    off = np.abs(rig.neutral - points.mouth.places[0]) / anchors.pupils
+    around = np.flatnonzero(rig.skin & (off[:, 1] > 0.35) & (off[:, 1] < 0.45) & (off[:, 0] < 0.5) & (off[:, 2] < 0.5))
+    mouths = [
+        anchors_of_mouth(
+            rig, ([loop], []), anchors.eye_left / 2 + anchors.eye_right / 2, anchors.pupils, 0.0, points.mouth
+        )
+        for loop in (around, anchors.lips)
+    ]
+    assert [len(lips) for _, _, lips in mouths] == [0, len(anchors.lips)]
+    assert np.linalg.norm(mouths[0][0] - mouths[1][0]) < 10
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_a_blendshape_whose_vertices_were_exchanged_is_set_aside_and_tells_nothing(named):
+    head = SEVEN_OF_A_MASK
+    order = np.random.default_rng(0).permutation(len(head.neutral))
+    for k in (head.names.index("jawOpen"), head.names.index("mouthPucker")):
+        deltas = head.deltas.copy()
+        deltas[k] = deltas[k, order]
+        names = head.names if named else tuple(f"shape_{i}" for i in range(len(head.names)))
+        rig = rig_from_raw(raw_of(dataclasses.replace(head, deltas=deltas, names=names)))
+        mouth = face_reading(rig).mouth
+        assert rig.understood.set_aside == (names[k],)
+        assert not mouth.sure or np.linalg.norm(np.subtract(mouth.at, head.mouth)) < 10

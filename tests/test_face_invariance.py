@@ -128,4 +128,26 @@ def test_the_sample_is_understood_in_all_axes(up, facing):
 def test_the_sample_is_understood_in_all_units(unit):
     raw, truth = scaled(*rig("sample"), unit=unit)
     found = rig_from_raw(raw)
-    assert set(judge(found, face_reading(found), truth).values()) == {"right"}
+    verdict = judge(found, face_reading(found), truth)
+    assert verdict.pop("unit") == ("not sure" if unit == "inch" else "right")  # a doll in centimetres may be as large
+    assert set(verdict.values()) == {"right"}
+
+
+@pytest.mark.parametrize("unit_mm", [0.1, 25.4])
+def test_no_place_of_a_file_moves_with_the_unit_it_is_read_in(unit_mm):
+    raw, _ = rig("sample")
+    before, after = (rig_from_raw(raw, unit_mm=unit) for unit in (1.0, unit_mm))
+    assert np.mean(before.skin == after.skin) > 0.999
+    places = [[one.in_file(np.array(p)) for p in places_of(face_reading(one))] for one in (before, after)]
+    np.testing.assert_allclose(places[1], places[0], atol=0.02)
+
+
+def places_of(read):
+    """Every place of a reading, millimetres."""
+    return [
+        read.eyes.left,
+        read.eyes.right,
+        read.ears.left,
+        read.ears.right,
+        *(p.at for p in (read.mouth, read.nose, read.chin)),
+    ]

@@ -84,10 +84,11 @@ def test_every_sign_of_the_sample_points_where_it_should(named):
 
 
 # ---------------------------------------------------------------- unit
-@pytest.mark.parametrize("mm", [1.0, 10.0, 1000.0, 25.4, 100.0])
-def test_a_human_face_tells_its_unit_in_any_usual_one(mm):
+@pytest.mark.parametrize(("mm", "sure"), [(1.0, True), (10.0, True), (1000.0, True), (25.4, False), (100.0, False)])
+def test_a_human_face_tells_its_unit_and_is_sure_where_no_doll_is_as_large_in_its_file(mm, sure):
     found = find_unit(None, 62 / mm, 52 / mm, 300 / mm, few=False)
-    assert (found.mm, found.sure) == (mm, True)
+    assert (found.mm, found.sure) == (mm, sure)
+    assert find_unit(mm, 62 / mm, 52 / mm, 300 / mm, few=False).sure
 
 
 def test_the_format_s_unit_stands_for_a_mascot_and_is_not_sure():
@@ -96,11 +97,16 @@ def test_the_format_s_unit_stands_for_a_mascot_and_is_not_sure():
 
 
 @pytest.mark.parametrize("stated", [None, 10.0])
-@pytest.mark.parametrize("doll", [0.2, 0.35, 0.5])
+@pytest.mark.parametrize("doll", [0.2, 0.35, 0.37, 0.4, 0.44, 0.5])
 def test_a_doll_in_centimetres_is_never_surely_a_person_in_inches(stated, doll):
     found = find_unit(stated, doll * 62 / 10, doll * 52 / 10, doll * 300 / 10, few=False)
     assert not found.sure
     assert stated is None or found.mm == stated
+
+
+@pytest.mark.parametrize("doll", [0.08, 0.1, 0.12])
+def test_a_doll_in_metres_is_never_surely_a_person_in_decimetres(doll):
+    assert not find_unit(None, doll * 0.062, doll * 0.052, doll * 0.3, few=False).sure
 
 
 def test_the_format_s_unit_falls_where_no_face_can_be_so_large():
@@ -182,6 +188,14 @@ def test_wider_openings_do_not_win_over_eyes_that_several_signs_agree_on():
 def test_a_neck_below_is_no_mouth_where_skin_parts_above_it():
     _, mouth = choose([pair("ball", 1.5, 30, 60)], [spot("rim", 0.7, -70), spot("tear", 1.8, 0)])
     assert mouth.places[0, 1] == 0
+
+
+@pytest.mark.parametrize(("before", "sure"), [(-10.0, True), (0.0, True), (8.0, False)])
+def test_a_mouth_before_which_something_is_named_for_it_leaves_a_doubt(before, sure):
+    named = Candidate("name", "name", 2.0, np.array([[0.0, 0.0, before]]))
+    _, mouth = choose([pair("ball", 1.5, 30, 60), pair("blink", 2.5, 30, 60)], [spot("tear", 1.8, 0), named])
+    assert mouth.places[0].tolist() == [0.0, 0.0, 0.0]
+    assert mouth.sure == sure
 
 
 def test_two_places_of_equal_trust_leave_a_doubt():

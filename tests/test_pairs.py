@@ -7,7 +7,9 @@ import pytest
 
 from capture_plan.mesh.mirror import mirror_map
 from capture_plan.rig import Rig, sample_rig
+from capture_plan.rig.findings_sides import partners
 from capture_plan.rig.pairs import blendshape_pairs, laterality, self_symmetry, unlikeness
+from capture_plan.rig.symmetry import pair_disagreements, symmetry_report
 
 
 def grid_rig(deltas, names):
@@ -122,3 +124,29 @@ def test_movements_against_each_other_are_no_halves_however_lopsided(leaning):
 def test_halves_that_meet_on_the_midline_and_go_down_together_are_partners():
     rig = grid_rig([bump(10, -20, [1, -5, 0]), bump(-10, -20, [-1, -5, 0])], ["lowerDown_L", "lowerDown_R"])
     assert blendshape_pairs(rig) == (("lowerDown_L", "lowerDown_R"),)
+
+
+def pulled_mouth():
+    """A smile of either side and a mouth pulled to either side: each pull is not unlike the other side's smile."""
+    smile, pull = bump(25, 0, [3, 2, 0]), bump(22, 0, [3, 1.4, 0]) + bump(0, 0, [1.6, 0, 0])
+    image = mirror_map(grid_rig([smile], ["smile"]).neutral)
+    deltas = [smile, (smile * [-1, 1, 1])[image], pull, (pull * [-1, 1, 1])[image]]
+    return grid_rig(deltas, ["mouthSmileLeft", "mouthSmileRight", "mouthLeft", "mouthRight"])
+
+
+def test_no_half_is_paired_with_what_is_much_less_its_mirror_image_than_another():
+    assert blendshape_pairs(pulled_mouth()) == (("mouthSmileLeft", "mouthSmileRight"),)
+
+
+def test_every_statement_of_the_audit_about_mirror_images_says_what_its_table_says():
+    rig = pulled_mouth()
+    symmetry = symmetry_report(rig)
+    table = {image.blendshape: image for image in symmetry.blendshapes}
+    assert {name: image.partner for name, image in table.items()} == {
+        "mouthSmileLeft": "mouthSmileRight", "mouthSmileRight": "mouthSmileLeft",
+        "mouthLeft": "mouthRight", "mouthRight": "mouthLeft",
+    }  # fmt: skip
+    assert partners(rig, rig.names, symmetry) == []
+    told = [one.words for one in pair_disagreements(rig, symmetry.blendshapes)]
+    assert all("they mirror each other" in words for words in told)
+    assert {words.split()[0] for words in told} <= {"mouthLeft", "mouthRight"}

@@ -16,6 +16,7 @@ from capture_plan.rig.face.sense import contradicted, pose_senses, side_senses
 from capture_plan.rig.face.sense_size import likely_unit, size_sense
 from capture_plan.rig.findings_sides import misnamed
 from capture_plan.rig.regions import SIDELESS, face_regions
+from capture_plan.rig.symmetry import symmetry_report
 
 NAMES = ("browInnerUp", "browDownLeft", "browDownRight", "eyeBlinkLeft", "eyeBlinkRight", "jawOpen", "mouthSmileLeft")
 NAMES += ("mouthSmileRight", "mouthPucker", "noseSneerLeft", "noseSneerRight", "mouthLeft")
@@ -80,7 +81,7 @@ def test_names_are_not_to_be_exchanged_before_it_is_settled_how_the_head_lies(ri
     flip = np.array([-1.0, 1.0, 1.0])
     mirrored = change(rig, neutral=rig.neutral * flip, deltas=(rig.deltas * flip).astype(np.float32))
     for read, says, who in ((mirrored, "Exchange left", "rigger"), (read_as(rig, "+y", "-z"), "Settle first", "know")):
-        (finding,) = misnamed(read)
+        (finding,) = misnamed(read, symmetry_report(read))
         assert finding.advice.startswith(says)
         assert finding.urgency == who
 

@@ -11,12 +11,13 @@ from scipy.spatial.transform import Rotation
 
 from capture_plan.rig import read_rig, sample_rig
 from capture_plan.rig.face.axes import axes_matrix, vector
-from capture_plan.rig.face.frame import head_shape
+from capture_plan.rig.face.frame import find_frame, head_shape
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.formats.raw import RawRig
 from capture_plan.rig.read import rig_from_raw
-from capture_plan.rig.upright import PITCH_DEGREES, rotated, straightened, upright
+from capture_plan.rig.upright import PITCH_DEGREES, lifted, rotated, straightened, upright
 from tests.face_heads import bend, sample_head
+from tests.test_face_decoys import raw_of
 
 
 def head() -> RawRig:
@@ -157,3 +158,21 @@ def test_the_mouth_of_a_neutral_that_gapes_lies_between_its_lips(share):
     lip = np.abs(raw.neutral - closed).sum(axis=1).argsort()[:30]  # both lips, the lower of which moves with the jaw
     lowest = gaping.neutral[lip, 1].min()
     assert face_reading(gaping).mouth.at[1] == pytest.approx((closed[1] + lowest) / 2, abs=8)
+
+
+@pytest.mark.parametrize("forward", [40.0, 75.0])
+def test_a_head_is_lifted_only_where_what_goes_up_and_what_looks_forward_tell_one_pitch(forward):
+    """Skin of a face that is drawn flat looks up, although nothing that moves goes back."""
+    raw = raw_of(sample_head())
+    frame = find_frame(raw, unit_mm=1.0, up=None, facing=None)
+    votes = tuple(tilted(vote, {"up": 40.0, "facing": forward}.get(vote.role, 0.0)) for vote in frame.votes)
+    eyes = dataclasses.replace(frame.points.eyes, places=frame.points.eyes.places + np.array([0, 0, 45.0]))
+    tipped = dataclasses.replace(frame, votes=votes, points=dataclasses.replace(frame.points, eyes=eyes))
+    assert (lifted(raw, tipped) is not None) == (forward == 40.0)
+
+
+def tilted(vote, degrees):
+    """The vote with its direction so far from the axis of its role: up tips forward, forward tips down."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    ways = {"up": [0, c, s], "facing": [0, -s, c]}
+    return dataclasses.replace(vote, direction=np.array(ways.get(vote.role, vote.direction)))

@@ -40,6 +40,7 @@ SMALL_PIECE = 0.05  # of the area of the largest: drawn lids 0.01, a face of thr
 ASKEW = 0.15  # rho between the mirror planes of the skin and of the head
 NEAR_OPENING, OPENING = 0.2, 0.4  # pupil distances from an eye to the middle of its opening; if none is so near
 MOUTH_OPENING = 0.25  # the same from the mouth to its opening
+LIPS_REACH = 0.3  # pupil distances from the mouth to its border: 25 faces 0.25 at most, a muzzle 0.29; hairlines more
 GAPING, WIDE_OPEN = 0.1, 0.9  # pupil distances between the lips of a mouth that stands open; a mask's rim is larger
 BEHIND_EARS = 0.4  # pupil distances that a head goes on; a mask ends with what is furthest to its side
 
@@ -245,7 +246,9 @@ def _mouth(
     for apart, loop in [one for some in near for one in sorted(some, key=lambda one: one[0])]:
         points = rig.neutral[loop]
         centre, width = _middle(points), np.ptp(points[:, 0])
-        if apart < _reach(points, unit) and abs(centre[0] - x0) < 0.15 * unit and 0.1 * unit < width < 2.5 * unit:
+        passes = np.linalg.norm((points - place)[:, 1:], axis=1).min() < LIPS_REACH * unit
+        across = abs(centre[0] - x0) < 0.15 * unit and 0.1 * unit < width < 2.5 * unit
+        if apart < _reach(points, unit) and passes and across:
             corners = points[[points[:, 0].argmax(), points[:, 0].argmin()]]
             front = points[np.argsort(np.abs(points[:, 0] - x0), kind="stable")[: max(2, len(points) // 5)]]
             return np.r_[x0, _between_lips(front[:, 1], unit), front[:, 2].max()], corners, loop

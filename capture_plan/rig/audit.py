@@ -101,8 +101,14 @@ def audit(rig: Rig) -> Audit:
     pupils, anchors = interpupillary(rig), face_anchors(rig)
     if used:
         findings += dependent(used, gram) + opposites(used, gram, _sideways(rig, symmetry))
-        findings += [*partners(rig, used), *overlaps(rig, used), *correctives(rig, used)]
-    findings += misnamed(rig) + misleading(rig) + sizes(rig, pupils, used, anchors.pupils) + windings(rig) + covers(rig)
+        findings += [*partners(rig, used, symmetry), *overlaps(rig, used), *correctives(rig, used)]
+    findings += (
+        misnamed(rig, symmetry)
+        + misleading(rig)
+        + sizes(rig, pupils, used, anchors.pupils)
+        + windings(rig)
+        + covers(rig)
+    )
     findings += crooked(symmetry) + holes(rig, anchors) + untidy(rig)
     return Audit(
         vertices=len(rig.neutral),

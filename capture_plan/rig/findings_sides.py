@@ -7,41 +7,35 @@ Overlap  |b[i] & b[j]| over the smaller of |b[i]|, |b[j]|: where it is large, on
 Name     names that say another side or another partner than the geometry (`symmetry.py`)
 """
 
-import numpy as np
-
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.face.sense import contradicted
 from capture_plan.rig.findings import Finding
 from capture_plan.rig.names import side_of
-from capture_plan.rig.pairs import ACTIVE, UNLIKE, blendshape_pairs, unlikeness
+from capture_plan.rig.pairs import ACTIVE, blendshape_pairs
 from capture_plan.rig.record import Rig
 from capture_plan.rig.symmetry import SymmetryReport, pair_disagreements
 
-POOR_MIRROR = 0.25  # of the displacement: the left smile moves unlike the right one
+POOR_PERCENT = 25.0  # of the displacement: the left smile moves unlike the right one
 SHARED = 0.2  # of the smaller half: beyond it the two are hard to tell apart in one expression
 CROOKED_MM = 2.0  # a quarter of the usual spacing of markers
 
 
-def partners(rig: Rig, used: tuple[str, ...]) -> list[Finding]:
+def partners(rig: Rig, used: tuple[str, ...], symmetry: SymmetryReport) -> list[Finding]:
     """Used blendshapes without a mirror image in the rig (their own included), and pairs that mirror poorly."""
-    unlike = unlikeness(rig)
-    index = {name: k for k, name in enumerate(rig.names)}
+    image = {one.blendshape: one for one in symmetry.blendshapes}
     pairs = blendshape_pairs(rig)
-    paired = {name for pair in pairs for name in pair}
-    single = [name for name in used if name not in paired]
     findings = []
-    for name in single:
-        best = unlike[index[name], [index[other] for other in single]].min()
-        if best >= UNLIKE:
+    for name in used:
+        if image[name].partner is None:
             sided = f"{name} has no partner on the other side"
             what = sided if side_of(name) else f"{name} is lopsided and has no mirror image"
             message = f"{what}: pairs and symmetric poses pass it by"
             advice = "Add its mirror image to the rig, or leave it: it is planned on its own."
             findings.append(Finding("partner", (name,), message, advice, False, "rigger"))
     for left, right in pairs:
-        differs = np.sqrt(2 * max(unlike[index[left], index[right]], 0))  # |d - D|^2 = unlike (|d|^2 + |D|^2)
-        if {left, right} <= set(used) and differs > POOR_MIRROR:
-            message = f"{left} and {right} differ by {100 * differs:.0f} % of their movement when mirrored"
+        differs = max(image[left].percent, image[right].percent)
+        if {left, right} <= set(used) and differs > POOR_PERCENT:
+            message = f"{left} and {right} differ by {differs:.0f} % of their movement when mirrored"
             advice = "Mirror the better one if this is not meant; both are planned as they are."
             findings.append(Finding("partner", (left, right), message, advice, False, "rigger"))
     return findings
@@ -65,9 +59,9 @@ def overlaps(rig: Rig, used: tuple[str, ...]) -> list[Finding]:
     return [Finding("overlap", tuple(involved), message, advice, False)]
 
 
-def misnamed(rig: Rig) -> list[Finding]:
+def misnamed(rig: Rig, symmetry: SymmetryReport) -> list[Finding]:
     """Names that say another side, or another partner, than what moves."""
-    found = pair_disagreements(rig)
+    found = pair_disagreements(rig, symmetry.blendshapes)
     turned = [one for one in found if f"is called {side_of(one.blendshape)} and moves" in one.words]
     others = [one for one in found if one not in turned]
     findings = []

@@ -8,7 +8,8 @@ Tests   side      sum_v sign(x_v) |d[k, v]|^2 / sum_v |d[k, v]|^2, from -1 (righ
                   three quarters of |d[k]|^2 lie on one side, the blendshape is its own mirror image or moves the whole
                   face sideways (jawLeft), and has no partner
         unlike    |d[i] - D[j]|^2 / (|d[i]|^2 + |d[j]|^2): 0 for a mirror image, 1 for unrelated, 2 for opposite ones
-        a left and a right blendshape are partners where an assignment of least total unlikeness pairs them below 0.4
+        a left and a right blendshape are partners where an assignment of least total unlikeness pairs them below 0.4,
+        and no other blendshape comes much nearer to the mirror image of either
         opposite   cos(d[i], d[j]): two movements of the same skin against each other, as a mouth pulled to the left and
                    to the right, are no halves, however lopsided each is. Below -0.5, or below -0.2 where the midline
                    and the whole go sideways too, since halves meet there and go out of each other's way
@@ -33,6 +34,7 @@ UNLIKE = 0.4  # real partners differ by 2 to 34 % in length, which is up to 0.1 
 AGAINST, PERHAPS = -0.5, -0.2  # cosine: halves of one movement have -0.28 and more, opposite ones -0.42 to -1
 GOES_ASIDE = 0.65  # of the movement's direction, as a whole and on the midline: pulled mouths 0.75 to 1, halves to 0.54
 MIDLINE = 0.06  # of half the breadth of the skin
+NEARER = 0.1  # unlikeness: a smile to the left that is 0.14 from a mouth pulled to the right, 0.01 from its own partner
 NAME_BONUS = 0.01  # decides between partners that geometry finds equally good, never against it
 SIDES = (("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT"), ("l", "r"), ("L", "R"), ("lf", "rt"), ("Lt", "Rt"))
 WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+|[^A-Za-z0-9]+")
@@ -42,13 +44,16 @@ WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+|[^A-Za-z0-9]+")
 def blendshape_pairs(rig: Rig) -> tuple[tuple[str, str], ...]:
     """(left, right) names of partners, the subject's own sides, in the order of the left ones in the rig."""
     side, overlap = laterality(rig), self_symmetry(rig)
-    unlike = np.where(opposite_movements(rig) | said_to_part(rig.names), 1, unlikeness(rig))
+    mirrored = unlikeness(rig)
+    others = np.where(np.eye(len(rig.names), dtype=bool), 2, mirrored).min(axis=1)
+    worse = mirrored > np.minimum(others[:, None], others) + NEARER
+    unlike = np.where(worse | opposite_movements(rig) | said_to_part(rig.names), 1, mirrored)
     one_sided = (overlap <= SELF_SYMMETRIC) | (np.abs(side) >= ONE_SIDED)
     left, right = np.flatnonzero(one_sided & (side > 0)), np.flatnonzero(one_sided & (side < 0))
     cost = np.minimum(unlike[np.ix_(left, right)], UNLIKE)
     for row, i in enumerate(left):
-        others = other_names(rig.names[i])
-        cost[row] -= [NAME_BONUS * (rig.names[j] in others) for j in right]
+        named = other_names(rig.names[i])
+        cost[row] -= [NAME_BONUS * (rig.names[j] in named) for j in right]
     rows, columns = linear_sum_assignment(cost)
     return tuple(
         (rig.names[i], rig.names[j]) for i, j in zip(left[rows], right[columns], strict=True) if unlike[i, j] < UNLIKE

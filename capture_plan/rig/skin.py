@@ -8,7 +8,8 @@ Data       p[v]      piece: vertices joined by triangles, or by lying on the sam
 Name       a part called 'teeth' or 'M_EyeOcclusion' is no skin; the part with most of the area is, whatever its name
 Piece      the largest that moves is skin; a further one has to be large enough, seen, moving (or called skin), no ball
 Hidden     the inside of mouth, nostrils and eye sockets: connected vertices with h <= HIDDEN, spread while h <= DIM,
-           given back as far as RIM_MM from the visible skin, since lips and lids part when they move
+           given back as far as RIM of the size of what moves from the visible skin, since lips and lids part when
+           they move
 Reach      a body below the neck is left off: what is further than REACH times the size of the moving face
 Face       where eyes and mouth are known, they tell a face of loose pieces, clothes and bodies (`face_skin.py`)
 """
@@ -35,7 +36,8 @@ WORN = re.compile(
 SKIN = re.compile(r"skin|face|head|neck|ear(?!ring)|scalp|lip|body", re.IGNORECASE)
 FACE = re.compile(r"skin|face|head|neck|ear(?!ring)|scalp|lip", re.IGNORECASE)  # a body may be dressed
 HIDDEN, DIM = 0.02, 0.10  # ICT-FaceKit: 99 % of the mouth bag is below the first, lips at rest apart above the second
-RIM_MM = 4.0  # ICT-FaceKit: keeps 10,695 of its 11,248 skin vertices and takes 42 of the mouth bag
+RIM = 1 / 62  # of the diagonal of the moving skin: 4 mm on a human head, in whatever unit it was read
+SAME_SPOT = 3e-6  # of the extent: 1e-3 mm on a human head
 PIECE_AREA, PIECE_SEEN = 0.01, 0.4  # ears: 2 % and 0.5; a lash strip 0.3 %; rows of teeth 0.38
 LITTLE = 0.1  # of the largest piece: no face is so small a part of its head
 COVER_AREA = 0.15  # of what moves: a piece so large that never moves is hair or clothes; an eyeball has 0.08
@@ -91,7 +93,8 @@ def find_skin(
         of_piece = piece == i
         if np.median(seen[of_piece]) >= PIECE_SEEN and (moving | called_skin)[of_piece].any():
             skin |= of_piece & (i == main or not is_ball(neutral[of_piece]))
-    skin &= ~_inside(neutral, kept[skin[kept].all(axis=1)], seen, skin)
+    rim = RIM * _diagonal(neutral[moving & skin])
+    skin &= ~_inside(neutral, kept[skin[kept].all(axis=1)], seen, skin, rim)
     skin &= _within_reach(neutral, moving & skin)
     if face is None:
         return _without_islands(neutral, triangles, skin)
@@ -171,10 +174,16 @@ def _named(
 def _seamless_pieces(neutral: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]) -> Int[np.ndarray, " v"]:
     """Connected pieces after border vertices on the same spot are taken for one."""
     border = boundary_vertices(triangles)
-    _, first, same = np.unique(neutral[border].round(3), axis=0, return_index=True, return_inverse=True)
+    spot = np.round(neutral[border] / (SAME_SPOT * max(_diagonal(neutral), 1e-300)))
+    _, first, same = np.unique(spot, axis=0, return_index=True, return_inverse=True)
     weld = np.arange(len(neutral))
     weld[border] = border[first[same.ravel()]]
     return pieces(weld[triangles], len(neutral))[weld]
+
+
+def _diagonal(points: Float[np.ndarray, "v 3"]) -> float:
+    """Diagonal of the box around points; 0 where there are none."""
+    return float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0
 
 
 def is_ball(points: Float[np.ndarray, "v 3"]) -> bool:
@@ -193,22 +202,23 @@ def _inside(
     triangles: Int[np.ndarray, "f 3"],
     seen: Float[np.ndarray, " v"],
     skin: Bool[np.ndarray, " v"],
+    rim: float,
 ) -> Bool[np.ndarray, " v"]:
-    """Vertices of `skin` inside mouth, nostrils or sockets, further than RIM_MM along the skin from what is seen."""
+    """Vertices of `skin` inside mouth, nostrils or sockets, further than `rim` along the skin from what is seen."""
     dim = skin & (seen <= DIM)
     piece = pieces(triangles[dim[triangles].all(axis=1)], len(neutral))
     deep = np.unique(piece[skin & (seen <= HIDDEN)])
     hidden = dim & np.isin(piece, deep)
     if not hidden.any() or hidden[skin].all():
         return np.zeros(len(neutral), dtype=bool)
-    rim = dijkstra(
+    near = dijkstra(
         surface_graph(neutral, triangles),
         directed=False,
         indices=np.flatnonzero(skin & ~hidden),
         min_only=True,
-        limit=RIM_MM,
+        limit=rim,
     )
-    return hidden & ~np.isfinite(rim)
+    return hidden & ~np.isfinite(near)
 
 
 def _within_reach(neutral: Float[np.ndarray, "v 3"], moving: Bool[np.ndarray, " v"]) -> Bool[np.ndarray, " v"]:

@@ -5,8 +5,8 @@ Data     plane n . x = c    found, not assumed (`mesh/mirror.py`)
          D[j]               mirrored delta: D[j, v] = d[j, m[v]] - 2 (n . d[j, m[v]]) n
 Figures  neutral            |reflection of v - m[v]|, millimetres, over the skin
          blendshape i       |d[i] - D[j]| / sqrt((|d[i]|^2 + |D[j]|^2) / 2) in per cent, over all vertices, for the j
-                            that comes nearest: its partner, or itself where it moves both sides alike;
-                            and at the worst vertex of the skin, max |d[i] - D[j]| / max |d[i]|
+                            that is its partner; without one the nearest that has none either, or itself where it
+                            moves both sides alike; and at the worst vertex of the skin, max |d[i] - D[j]| / max |d[i]|
 0 % is an exact mirror image, 141 % is unrelated, 200 % is the opposite. Beyond `NO_IMAGE` there is none.
 """
 
@@ -96,17 +96,20 @@ def symmetry_report(rig: Rig) -> SymmetryReport:
 
 
 def mirror_images(rig: Rig, plane: Plane, partners: Int[np.ndarray, " v"]) -> tuple[MirrorImage, ...]:
-    """For each blendshape the one whose mirror image it comes nearest to, and how far off it is."""
+    """For each blendshape its partner, else the one whose mirror image it comes nearest to, and how far off it is."""
     k = len(rig.names)
     d = rig.deltas.reshape(k, -1)
     D = plane.turn(rig.deltas[:, partners]).reshape(k, -1)
     # |d - D|^2 = |d|^2 + |D|^2 - 2 <d, D>
     squares = (d.astype(float) ** 2).sum(axis=1)[:, None] + (D.astype(float) ** 2).sum(axis=1)
     off = np.sqrt(np.clip(2 * (squares - 2 * (d @ D.T).astype(float)) / np.where(squares > 0, squares, 1), 0, None))
+    halves = {name: partner for pair in blendshape_pairs(rig) for name, partner in (pair, pair[::-1])}
+    single = np.array([name not in halves for name in rig.names])
     images = []
     for i, name in enumerate(rig.names):
-        j = int(np.argmin(off[i]))
+        j = int(np.argmin(np.where(single, off[i], np.inf)))
         j = i if off[i, i] <= off[i, j] + 1e-6 else j
+        j = rig.names.index(halves[name]) if name in halves else j
         percent = round(percent_off(d[i], D[j]), 2)  # `off` is a difference of large numbers in single precision
         largest = np.linalg.norm(d[i].reshape(-1, 3), axis=1).max()
         if largest == 0:
@@ -125,21 +128,20 @@ def percent_off(a: Float[np.ndarray, " n"], b: Float[np.ndarray, " n"]) -> float
     return float(100 * np.linalg.norm(a - b) / length) if length > 0 else 0.0
 
 
-def pair_disagreements(rig: Rig) -> tuple[Disagreement, ...]:
-    """Where the names of a rig say other partners or other sides than its geometry, in the rig's order.
+def pair_disagreements(rig: Rig, images: tuple[MirrorImage, ...]) -> tuple[Disagreement, ...]:
+    """Where the names of a rig say other partners or other sides than its geometry, in the rig's order; `images` are
+    the mirror images of all its blendshapes.
 
     MetaHuman's eyeLookLeftL shows why geometry comes first: its mirror image is eyeLookRightR, not eyeLookLeftR.
     """
     geometry = {name: partner for pair in blendshape_pairs(rig) for name, partner in (pair, pair[::-1])}
     lateral = dict(zip(rig.names, laterality(rig).tolist(), strict=True))
     found = []
-    for name in rig.names:
+    for name, image in zip(rig.names, images, strict=True):
         named = [other for other in rig.names if other != name and other in other_names(name)]
         own = geometry.get(name)
         if named and own not in named and side_of(name) is not None:
-            other = "none" if own is None else own
-            words = f"{name} and {named[0]} are partners by name; by shape the mirror image of {name} is {other}"
-            found.append(Disagreement(name, named[0], own, words))
+            found.append(Disagreement(name, named[0], own, _other_partner(image, named)))
         elif own is not None and not named and side_of(name) != side_of(own):
             words = f"{name} and {own} are mirror images by shape; their names do not say so"
             found.append(Disagreement(name, None, own, words))
@@ -149,3 +151,13 @@ def pair_disagreements(rig: Rig) -> tuple[Disagreement, ...]:
             words = f"{name} is called {side} and moves the subject's {moves}"
             found.append(Disagreement(name, named[0] if named else None, own, words))
     return tuple(found)
+
+
+def _other_partner(image: MirrorImage, named: list[str]) -> str:
+    """How the partner by name of a blendshape differs from the one by shape, in words."""
+    name, other = image.blendshape, image.partner
+    told = f"{name} and {named[0]} are partners by name"
+    if other in named:
+        return f"{told}; they mirror each other, and are no halves of one movement by shape"
+    shape = "none" if other is None else "its own" if other == name else other
+    return f"{told}; by shape the mirror image of {name} is {shape}"

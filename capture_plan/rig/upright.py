@@ -6,7 +6,8 @@ Rotation R        rows left, up, facing: left = s x with s = 1 or -1, up = (0, c
                   largest  U . up + F . facing + L . left  over s and the pitch (c, t)
 Nod      pitch of a head that lies along axes but bows or looks up in them: by what moves and looks which way,
          atan2(U_z - F_y, U_y + F_z), and by the line from the mouth to the eyes, each less what it is on upright
-         heads; heeded where both exceed NODS. A snout tips the line alone, so no other line counts as a sign of the way
+         heads; heeded where both exceed NODS, and where what goes up (U) and what looks forward (F) tell one pitch. A
+         snout tips the line alone, so no other line counts as a sign of the way
 The pitch is a matter of taste: human rigs that stand upright in their files are told within 10 degrees of it.
 """
 
@@ -26,6 +27,7 @@ SYMMETRIC, BETTER = 0.02, 4.0  # of the size; times as near as about any plane a
 RATHER = 1.5  # times as near: a lopsided head may lie turned
 PITCH_DEGREES = 10.0  # as well as it is told on human rigs
 NODS = 20.0  # degrees; of 22 upright avatars and 100 generated heads all but two lie within 16 by signs, 15 by the line
+ONE_PITCH = 30.0  # degrees between that of U and that of F: heads that are tipped 1, upright faces drawn flat 38 to 61
 BY_SIGNS, BY_LINE = 10.0, -10.0  # degrees: the middle of these
 TILTED_DEGREES = 5.0  # more than an artist leaves by chance, less than a head that was turned
 
@@ -116,7 +118,8 @@ def lifted(raw: RawRig, frame: Frame) -> tuple[RawRig, Float[np.ndarray, "3 3"]]
     U, F = (R @ together(ways, role) for role in ("up", "facing"))
     by_signs = np.degrees(np.arctan2(U[2] - F[1], U[1] + F[2])) - BY_SIGNS
     by_line = np.degrees(np.arctan2(line[2], line[1])) - BY_LINE
-    if min(abs(by_signs), abs(by_line)) < NODS or by_signs * by_line < 0:
+    apart = abs(np.degrees(np.arctan2(U[2] * F[2] + U[1] * F[1], U[1] * F[2] - U[2] * F[1])))
+    if min(abs(by_signs), abs(by_line)) < NODS or by_signs * by_line < 0 or apart > ONE_PITCH:
         return None
     nod = (by_signs + by_line) / 2
     told = (

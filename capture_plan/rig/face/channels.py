@@ -7,8 +7,9 @@ Letters    e[k, v]   share of a blendshape's energy at a vertex, e = a |d|^2 / s
            w[k]      how far it is heeded: 1 by a name of the face, 0.6 without one, 0 where it was set aside
            c, rho    where the face is and how large: middle of all facial energy, its root mean square distance
 Set aside  by name (hats, hair, bodies, head turns), where it folds what it moves to a third of its size (a part that
-           is hidden), where a few vertices fly off (`flying.py`), where it moves nearly all rigidly (a head turn), or
-           where it lies far from the others
+           is hidden), where a few vertices fly off (`flying.py`), where it moves no surface (neighbours go each their
+           own way, as after vertices were exchanged), where it moves nearly all rigidly (a head turn), or where it lies
+           far from the others
 On four human heads rho is 54 to 77 mm: it is the unit of length until the eyes are found.
 """
 
@@ -19,7 +20,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from capture_plan.errors import RigError
-from capture_plan.mesh import vertex_areas
+from capture_plan.mesh import edges, vertex_areas
 from capture_plan.rig.flying import flying
 from capture_plan.rig.movements import Movement, movements_of
 
@@ -35,6 +36,8 @@ TOO_WIDE = 3.0  # median radii
 FEW = 5  # blendshapes
 LITTLE = 0.5  # of the usual distance between movements: where each moves a single vertex
 SMALLEST = 0.02  # of the mesh's diagonal: a single vertex that moves is no face
+ROUNDING = 4e-7  # of the largest coordinate: single precision rounds to a seventh of that
+SCRAMBLED, MANY = 0.6, 24  # of what neighbours move, that they move apart: 1 by chance, 25 faces 0.46 at most; vertices
 REACH = 3.5  # rho: on a human head past the crown and the throat
 
 
@@ -42,7 +45,8 @@ REACH = 3.5  # rho: on a human head past the crown and the throat
 class Channels:
     """The figures of the module's docstring; lengths in the unit of the vertices.
 
-    `elsewhere` are blendshapes that are named for a face and lie far from this one.
+    `elsewhere` are blendshapes that are named for a face and lie far from this one. `still` says that all that moves is
+    rounding of the coordinates or no surface, which tells of no face.
     """
 
     energy: Float[np.ndarray, "k v"]
@@ -54,6 +58,7 @@ class Channels:
     elsewhere: Bool[np.ndarray, " k"]
     middle: Float[np.ndarray, " 3"]
     rho: float
+    still: bool = False
 
     @property
     def few(self) -> bool:
@@ -106,7 +111,9 @@ def find_channels(
     w = np.array([WITHOUT_NAME if movement is None else BY_NAME for movement in movements]) * moves
     folds = np.array([_folds(neutral, delta, length) for delta, length in zip(deltas, np.sqrt(squared), strict=True)])
     aside = folds | np.array([movement is not None and movement.kind in NOT_OF_THE_FACE for movement in movements])
-    w = _kept(_kept(w, flying(neutral, deltas)), aside)
+    rounding = np.sqrt(squared.max(axis=1)) < ROUNDING * np.abs(neutral).max()
+    nothing = rounding | scrambled(triangles, deltas, np.sqrt(squared))
+    w = _kept(_kept(_kept(w, nothing), flying(neutral, deltas)), aside)
     called = np.array([movement is not None for movement in movements]) & (w > 0)
     apart = np.linalg.norm(centre[w > 0] - np.median(centre[w > 0], axis=0), axis=1)
     least = max(SMALLEST * float(np.linalg.norm(np.ptp(neutral, axis=0))), LITTLE * float(np.median(apart)))
@@ -120,7 +127,7 @@ def find_channels(
     elsewhere = beyond & called & (radius <= TOO_WIDE * typical)
     w = _kept(w, beyond)
     w, middle, rho = _settled(neutral, a, deltas, energy, w)
-    return Channels(energy, centre, radius, D, w, movements, elsewhere & (w == 0), middle, rho)
+    return Channels(energy, centre, radius, D, w, movements, elsewhere & (w == 0), middle, rho, bool(nothing.all()))
 
 
 def _kept(w: Float[np.ndarray, " k"], aside: Bool[np.ndarray, " k"]) -> Float[np.ndarray, " k"]:
@@ -163,6 +170,20 @@ def _folds(neutral: Float[np.ndarray, "v 3"], delta: Float[np.ndarray, "v 3"], l
         return False
     before, after = (np.linalg.norm(np.ptp(x, axis=0)) for x in (points, points + delta[moving]))
     return bool(after < FOLDS * before)
+
+
+def scrambled(
+    triangles: np.ndarray, deltas: Float[np.ndarray, "k v 3"], length: Float[np.ndarray, "k v"]
+) -> Bool[np.ndarray, " k"]:
+    """Which blendshapes move many vertices, each its own way: sum |d_i - d_j|^2 over sum |d_i|^2 + |d_j|^2 of edges."""
+    i, j = edges(triangles).T
+    found = []
+    for d, m in zip(deltas, length, strict=True):
+        moving = m > MOVES * m.max()
+        some = moving[i] | moving[j]
+        apart, both = ((d[i[some]] - d[j[some]]) ** 2).sum(), (m[i[some]] ** 2 + m[j[some]] ** 2).sum()
+        found.append(moving.sum() >= MANY and apart > SCRAMBLED * both)
+    return np.array(found)
 
 
 def moves_rigidly(

@@ -88,7 +88,7 @@ def find_frame(
         note="; ".join(
             [
                 *axes_note(raw, axes, given=bool(up or facing)),
-                *unit_note(raw, unit, pupils, unit_mm),
+                *unit_note(raw, unit, unit_mm),
                 *heads_note(raw, shape),
             ]
         ),
@@ -127,14 +127,12 @@ def axes_note(raw: RawRig, axes: Axes, *, given: bool) -> list[str]:
     return notes
 
 
-def unit_note(raw: RawRig, unit: Unit, pupils: float | None, given: float | None) -> list[str]:
-    """What a person should know of the unit."""
+def unit_note(raw: RawRig, unit: Unit, given: float | None) -> list[str]:
+    """What a person should know of the unit; how far apart the pupils then are, only the reading says."""
     if given:
         return []
-    apart = f", which puts the pupils about {pupils * unit.mm:.0f} mm apart" if pupils else ""
     if raw.unit_mm and unit.mm != raw.unit_mm:
-        stated = f", {pupils * raw.unit_mm:,.0f} mm by the file" if pupils else ""
-        return [f"one unit is {raw.unit_mm:g} mm by the file; taken as {unit.mm:g} mm{apart}{stated}"]
+        return [f"one unit is {raw.unit_mm:g} mm by the file, of which no face has the size; taken as {unit.mm:g} mm"]
     if unit.sure:
         return []
     if unit.signs and unit.signs[0].name.startswith("no usual unit"):
@@ -143,7 +141,7 @@ def unit_note(raw: RawRig, unit: Unit, pupils: float | None, given: float | None
             "give --unit-mm where that is wrong"
         ]
     told = "the file's own unit" if unit.mm == raw.unit_mm else "not sure how long a unit is: one unit"
-    return [f"{told} was taken as {unit.mm:g} mm{apart}; give --unit-mm where it is not"]
+    return [f"{told} was taken as {unit.mm:g} mm; give --unit-mm where it is not"]
 
 
 def heads_note(raw: RawRig, shape: Shape) -> list[str]:

@@ -5,7 +5,8 @@ Agreement  candidates within NEAR pupil distances are one; their trusts add up, 
 Score      trust of the eyes + trust of the mouth - (log(h / (USUAL p)) / LOOSE)^2 / 2, h from the eyes to the mouth and
            p between the pupils
 Sure       the score leads that of every other place by LEAD, at least two kinds of sign agree, no sign that would be
-           enough alone points to another mouth, and the mouth lies below the eyes as it does in faces
+           enough alone points to another mouth, the mouth lies below the eyes as it does in faces, and what is named
+           for it does not move before it, as a picture of a mouth that hangs before the face does
 """
 
 from collections.abc import Iterable
@@ -26,6 +27,7 @@ NEAR = 0.35  # pupil distances
 USUAL, LOOSE = 1.0, 0.35  # pupil distances from the eyes to the mouth: four human heads 0.9 to 1.15; in logarithms
 LEAD = 0.5
 ALONE = 1.8  # trust in what is named for the mouth, or in skin that parts widely: enough without another sign
+BEFORE = 0.05  # pupil distances: the middle of what is named for the mouth lies 0.09 to 0.39 behind its front
 LOPSIDED = 0.2  # rho to the mirror image: 22 avatars 0.03 at most, halves of heads 0.27 to 0.65
 WITHOUT_MOUTH, NO_FACE = 1.5, 4.0  # trust that eyes lose that no mouth fits, or one that is not below them
 BELOW, DEEP = (0.3, 1.9), 0.9  # pupil distances from the eyes down and in depth to the mouth
@@ -52,10 +54,12 @@ class Points:
 def find_points(shape: Shape, *, named: bool) -> Points:
     """Eyes and mouth of a head in the rig's axes; names are heeded where `named` says that they do not contradict.
 
-    Of two heads in one file none is sure, nor of half a head; nor is a mouth that few movements show, without eyes
-    above it.
+    Where nothing moves there is no face. Of two heads in one file none is sure, nor of half a head; nor is a mouth that
+    few movements show, without eyes above it.
     """
     off, x0 = shape.mirror_across(0)
+    if shape.channels.still:
+        return Points(x0, Found(None, False, ()), Found(None, False, ()))
     eyes = [one for one in eye_candidates(shape, x0, named=named) if _possible(one, shape)]
     mouths = mouth_candidates(shape, x0, named=named)
     points = Points(x0, *choose(eyes, mouths))
@@ -112,7 +116,11 @@ def _chosen_mouth(eye: Candidate, mouth: Candidate, mouths: list[Candidate], *, 
         one for one in mouths if one.trust >= ALONE and not _same(one, mouth, pupils(eye)) and _face_like(eye, one)
     ]
     place = max(agreeing, key=lambda one: (one.kind == "tear", one.trust)).places
-    return Found(place, sure and several and not rivals and _face_like(eye, mouth), _signs(mouths, agreeing))
+    hangs = any(one.kind == "name" and one.places[0, 2] - place[0, 2] > BEFORE * pupils(eye) for one in agreeing)
+    signs = _signs(mouths, agreeing)
+    if hangs:
+        signs += (Sign("what is named for the mouth, which lies before it", "elsewhere", -1.0),)
+    return Found(place, sure and several and not rivals and not hangs and _face_like(eye, mouth), signs)
 
 
 def _together(agreeing: list[Candidate]) -> Float[np.ndarray, "n 3"]:

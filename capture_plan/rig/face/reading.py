@@ -1,5 +1,6 @@
 """The reading of a rig as a whole: how its file was understood, and where its eyes, mouth, nose, chin and ears are."""
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -16,6 +17,7 @@ from capture_plan.rig.record import Rig
 ASIDE = 0.1  # rho from the midline: what is called left and lies nearer than that says nothing of the sides
 ALONG = 0.2  # of a direction of length 1; sideways jaws, lips and looks of four heads 0.25 to 0.8
 MOST = 0.8  # of the names with a side
+DECIMALS, FINE_MM = 3, 10.0  # of a place in millimetres; one more for every tenth that the pupils are nearer than this
 
 
 @lru_cache(maxsize=REMEMBERED)
@@ -27,23 +29,27 @@ def face_reading(rig: Rig) -> Reading:
     both = points.eyes.sure and mouth_sure
     ears = "ears" in anchors.found and both
     found = points.eyes.places is not None
+
+    def vector(point: Float[np.ndarray, " 3"]) -> Vector:
+        return _vector(point, DECIMALS + max(0, math.ceil(np.log10(FINE_MM / max(anchors.pupils, 1e-9)))))
+
     return Reading(
         axes=file.axes,
         unit=file.unit,
         eyes=Eyes(
-            left=_vector(anchors.eye_left) if found else None,
-            right=_vector(anchors.eye_right) if found else None,
+            left=vector(anchors.eye_left) if found else None,
+            right=vector(anchors.eye_right) if found else None,
             sure=points.eyes.sure and file.axes.sure,
             signs=points.eyes.signs,
         ),
         mouth=Spot(
-            at=None if points.mouth.places is None else _vector(_lips(anchors, points)),
+            at=None if points.mouth.places is None else vector(_lips(anchors, points)),
             sure=mouth_sure and file.axes.sure,
             signs=points.mouth.signs + anchors.against_mouth,
         ),
-        nose=Spot(_vector(anchors.nose_tip) if both else None, sure=both),
-        chin=Spot(_vector(anchors.chin) if both else None, sure=both and anchors.chin_sure),
-        ears=Eyes(_vector(anchors.ear_left) if ears else None, _vector(anchors.ear_right) if ears else None, sure=ears),
+        nose=Spot(vector(anchors.nose_tip) if both else None, sure=both),
+        chin=Spot(vector(anchors.chin) if both else None, sure=both and anchors.chin_sure),
+        ears=Eyes(vector(anchors.ear_left) if ears else None, vector(anchors.ear_right) if ears else None, sure=ears),
         sides=find_sides(channels, rig.names, points.x0, sure=file.axes.sure),
         left_out=file.left_out,
         set_aside=file.set_aside,
@@ -113,6 +119,6 @@ def _towards(movement: Movement) -> Float[np.ndarray, " 3"] | None:
     return ways.get(movement.kind)
 
 
-def _vector(point: np.ndarray) -> Vector:
-    x, y, z = (round(float(c), 3) for c in point)
+def _vector(point: Float[np.ndarray, " 3"], decimals: int) -> Vector:
+    x, y, z = (round(float(c), decimals) for c in point)
     return x, y, z
