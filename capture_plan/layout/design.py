@@ -19,6 +19,7 @@ from capture_plan.layout.methods import choose
 from capture_plan.layout.multicover import best_cover
 from capture_plan.layout.record import Bound, ErrorBound, Layout
 from capture_plan.layout.relaxation import error_bound
+from capture_plan.layout.room import must_fit
 from capture_plan.layout.settings import BY_ERROR, LayoutSettings, Method
 from capture_plan.layout.shell.takes import Takes
 from capture_plan.layout.sites import Sites
@@ -39,13 +40,15 @@ def design_layout(
     its vertices, is to be left in some places (`wishes.differences`). What `takes` lose by the layout is measured.
 
     Raises:
-        InfeasibleError: no skin is seen well enough, the wishes clash, or the budget does not pay for a single site.
+        InfeasibleError: no skin is seen well enough, the wishes clash, or the budget does not pay for a single site or
+            is more than fits.
     """
     task = task_of(face, settings, unlike)
     head = NOTHING
     if settings.head_markers:
         head = choose_head_markers(face, settings, task.sites, task.limits, task.reachable)
         task = task.beside(head)
+    must_fit(task)
     known = points_of(face) | {SINGLE_COVER: papers_cover(face, settings)}
     _, target_mm = target_of({name: task.observation.worth(at) for name, at in known.items()})
     method, rounds, added = choose(task, target_mm, former, takes)
