@@ -83,7 +83,7 @@ def papers_cover(face: Face, settings: LayoutSettings) -> Int[np.ndarray, " m"]:
         settings.min_visibility,
     )
     if key not in face.single_covers:
-        plain = replace(settings, method="cover", number=None, budget=None, pins=(), spacing_mm=0.0)
+        plain = replace(settings, method="cover", number=None, budget=None, pins=(), relaxed_for=None, spacing_mm=0.0)
         sites = face.sites(plain)
         rows = np.flatnonzero(sites.covers(plain.epsilon).any(axis=1))
         chosen = best_cover(sites, plain, rows, all_of(sites), None).chosen
