@@ -341,6 +341,10 @@ def test_a_plan_within_a_budget_holds_and_its_summary_sets_it_beside_68_points(p
     assert "15 landmarks" in text
     assert "for a budget of 15" in text
     assert "68 points (iBUG): 68 landmarks" in text
+    assert "Beside 68 points (iBUG), these 15 landmarks have a predicted error" in text
+    assert (
+        f"no layout of fewer than {plan.layout.target_landmarks} landmarks has the upper estimate of 68 points" in text
+    )
     assert f"{plan.layout.curve_mm[6]:.2f} mm with the first 7" in text
     assert not any("chose markers" in line for line in proofs(plan))
 

@@ -177,7 +177,7 @@ def dropped_landmark(plan):
 
 
 def wider_spacing(plan):
-    plan["settings"]["landmarks"]["spacing_mm"] = 11.0
+    plan["settings"]["landmarks"]["spacing_mm"] = 14.0
 
 
 def two_exchanged(plan):
@@ -220,6 +220,14 @@ def rival_elsewhere(plan):
 
 def higher_error_bound(plan):
     plan["layout"]["error_bound"]["error_mm"] += 0.05
+
+
+def more_needed_for_the_target(plan):
+    plan["layout"]["target_landmarks"] += 1
+
+
+def target_out_of_reach(plan):
+    plan["layout"]["target_landmarks"] = None
 
 
 def made_up_importance(plan):
@@ -286,7 +294,7 @@ LIES = [
     ("default", longer_clique, "fit together: "),
     ("default", dropped_landmark, "has its mirror twin"),
     ("budget", dropped_landmark, "has its mirror twin"),
-    ("default", wider_spacing, "at least 11 mm apart, straight and along the skin: M"),
+    ("default", wider_spacing, "at least 14 mm apart, straight and along the skin: M"),
     ("default", two_exchanged, "share skin or exclude each other: E0"),
     ("default", all_in_one, "share skin or exclude each other: E01"),
     ("default", smaller_error, "the layout: rank 51 of 51, predicted error 0.146 mm"),
@@ -295,6 +303,8 @@ LIES = [
     ("default", worse_rival, "68 points (iBUG): rank"),
     ("default", rival_elsewhere, "68 points (iBUG) stand where they belong"),
     ("budget", higher_error_bound, "proved: no layout of 16 landmarks predicts less than 0.280 mm"),
+    ("default", more_needed_for_the_target, "proved: no layout of fewer than 28 landmarks predicts 0.184 mm or less"),
+    ("default", target_out_of_reach, "no number of landmarks here predicts 0.184 mm"),
     ("default", made_up_importance, "importance of the expressions"),
     ("default", hidden_finding, "the audit is that of the rig"),
     ("default", barred_pair_allowed, "partners, rules and correctives are those of the rig: other: exclusive"),

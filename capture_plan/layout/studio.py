@@ -54,7 +54,8 @@ def near(search: Search, start: Choice, target_mm: float) -> Choice:
     """The same from `start` alone: of a former answer little changes."""
     goal = Goal(search, target_mm)
     settled = goal.settled(goal.grown(start))
-    return search.in_order(goal.shrunk(goal.settled(goal.told_apart(settled))))
+    apart = goal.told_apart(settled)
+    return search.in_order(goal.shrunk(goal.settled(apart) if apart != settled else settled))
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,8 +150,11 @@ class Goal:
             search, kept = self.of(count), order
             while search.landmarks(kept) > max(count, 0):
                 kept = kept[:-1]
-            if kept and self.enough(fewer := search.swap_all(search.fill(kept)), than=chosen):
+            fewer = search.swap_all(search.fill(kept)) if kept else ()
+            if fewer and self.enough(fewer, than=chosen):
                 return fewer
+            if search.landmarks(fewer) == count:  # with one fewer still, the error is larger
+                break
         without = (tuple(other for other in chosen if other != site) for site in reversed(order))
         return next((fewer for fewer in without if fewer and self.enough(fewer, than=chosen)), None)
 
