@@ -177,7 +177,7 @@ def dropped_landmark(plan):
 
 
 def wider_spacing(plan):
-    plan["settings"]["landmarks"]["spacing_mm"] = 14.0
+    plan["settings"]["landmarks"]["spacing_mm"] = 11.0
 
 
 def two_exchanged(plan):
@@ -294,10 +294,10 @@ LIES = [
     ("default", longer_clique, "fit together: "),
     ("default", dropped_landmark, "has its mirror twin"),
     ("budget", dropped_landmark, "has its mirror twin"),
-    ("default", wider_spacing, "at least 14 mm apart, straight and along the skin: M"),
+    ("default", wider_spacing, "at least 11 mm apart, straight and along the skin: "),
     ("default", two_exchanged, "share skin or exclude each other: E0"),
     ("default", all_in_one, "share skin or exclude each other: E01"),
-    ("default", smaller_error, "the layout: rank 51 of 51, predicted error 0.146 mm"),
+    ("default", smaller_error, "the layout: rank 51 of 51, predicted error 0.140 mm"),
     ("default", higher_rank, "the layout: rank 50 of 50"),
     ("budget", better_curve, "the curve is the error of the first landmarks"),
     ("default", worse_rival, "68 points (iBUG): rank"),
