@@ -45,6 +45,7 @@ Skin = Annotated[str | None, typer.Option(help="Skin: part names with commas, or
 Paper = Literal["a4", "letter"]
 Dpi = Annotated[int, typer.Option(min=72, max=600, help="Resolution of the page pictures.")]
 Method = Literal["studio", "adaptive", "trivial", "distance", "cover", "budget", "motion"]
+Known = Literal["ibug68", "ibug51", "mpeg4", "iemocap53", "motionbuilder17", "faceware30"]
 Weights = Literal["lexicographic", "paper", "count"]
 Packer = Literal["early", "minimum", "sequential", "greedy"]
 
@@ -133,6 +134,9 @@ def plan(
         list[str] | None,
         typer.Option(help="Zone without landmarks and its margin in millimetres: 'wet lip=3', a file, or 'none'."),
     ] = None,
+    relaxed_for: Annotated[
+        Known | None, typer.Option(help="Open the zones where points of this known layout stand, e.g. ibug68.")
+    ] = None,
     cap: Annotated[list[str] | None, typer.Option(help="Most landmarks of a region: 'nose=4'.")] = None,
     min_views: Annotated[int | None, typer.Option(help="Cameras that must see a landmark at once [1].")] = None,
     dot_mm: Annotated[float | None, typer.Option(help="Diameter of a marker, millimetres [3].")] = None,
@@ -174,7 +178,7 @@ def plan(
         read_settings(settings, dots.vertices) if settings else Settings(),
         {"method": method or ("budget" if budget is not None else None), "budget": budget, "weights": weights}
         | {"epsilon": epsilon, "symmetric": symmetric, "spacing_mm": spacing_mm, "noise_mm": noise_mm}
-        | {"number": number, "keep_out": zones(keep_out), "caps": counts(cap)}
+        | {"number": number, "keep_out": zones(keep_out), "relaxed_for": relaxed_for, "caps": counts(cap)}
         | {"pins": pin and dots.vertices(pin, "--pin"), "forbidden": forbid and dots.vertices(forbid, "--forbid")}
         | {"min_views": min_views, "dot_mm": dot_mm, "head_markers": head_markers},
         {"method": expressions, "mu": mu, "paired": paired, "limit": limit, "rules": rules, "most_things": most_things},

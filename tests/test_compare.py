@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from capture_plan.errors import PlanError
+from capture_plan.errors import InfeasibleError, PlanError
 from capture_plan.layout.baselines import BASELINES
 from capture_plan.layout.compare import (
     FOR_TAKE,
@@ -49,6 +49,11 @@ def found(face):
     return compare(
         face, SETTINGS, budgets=(10,), noises_mm=(0.2,), given=given, take=take, takes=takes_of(face.rig, [sequence])
     )
+
+
+def test_more_landmarks_than_candidates_are_refused_before_anything_is_designed(face):
+    with pytest.raises(InfeasibleError, match="99,999 landmarks asked for"):
+        compare(face, SETTINGS, budgets=(10, 99_999))
 
 
 def test_every_method_stands_in_the_table_once_a_budget(found):

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from capture_plan.layout.limits import Limit
-from capture_plan.layout.relaxation import best_shares, bound_from, error_bound, relax, shares_of
+from capture_plan.layout.relaxation import best_shares, bound_from, error_bound, fewest_for, relax, shares_of
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.worth import Observation
 
@@ -111,3 +111,28 @@ def test_too_few_coordinates_for_the_blendshapes_leave_what_they_cannot_see():
     bound = error_bound(quiet, sites, budget=1).error_mm
     assert bound >= 0.2 * np.sqrt(eigenvalues[:2].sum()) - 1e-4
     assert bound <= least_error(quiet, sites, 1)
+
+
+@given(lam=st.lists(st.floats(0, 3), min_size=S, max_size=S), seed=st.integers(0, 4), reached=st.integers(1, 5))
+@settings(max_examples=40, deadline=None)
+def test_no_smaller_choice_reaches_what_any_shares_say_it_cannot(lam, seed, reached):
+    observation, sites = problem(seed)
+    target = least_error(observation, sites, reached)
+    fewest = fewest_for(observation, sites, np.array(lam), target_mm=target)
+    assert fewest <= reached
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_fewest_that_reach_a_target_are_stated_closely_and_none_where_all_sites_together_do_not(seed):
+    observation, sites = problem(seed, singles=S)
+    for reached in (3, 5):
+        target = least_error(observation, sites, reached)
+        lam = shares_of(sites, error_bound(observation, sites, budget=reached))
+        fewest = fewest_for(observation, sites, lam, target_mm=target)
+        assert reached - 1 <= fewest <= reached
+        bound = bound_from(observation, sites, lam, budget=fewest - 1)
+        assert bound > target >= bound_from(observation, sites, lam, budget=fewest)
+    everything = observation.error(observation.covariance(sites.members(np.arange(S))))
+    assert fewest_for(observation, sites, lam, target_mm=0.999 * everything) is None
+    shut = tuple(one(site, most=0) for site in range(S - 1))
+    assert fewest_for(observation, sites, lam, target_mm=1.001 * everything, limits=shut) is None

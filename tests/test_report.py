@@ -217,7 +217,7 @@ def with_covered(plan, *covered):
 
 def test_one_may_stop_at_the_first_expression_that_covers_four_fifths(plan):
     assert stop_line(with_covered(plan, 0.5, 0.79, 0.8, 1.0)) == (
-        "stop after E01, 3 of 4: 80 % of the importance is covered."
+        "stop after E01, 3 of 4: 80 % of the expected squared error is covered."
     )
     assert stop_line(with_covered(plan, 0.5, 1.0)) == ""
 

@@ -6,6 +6,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from capture_plan.layout.budget import spend_budget
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import SIXTY_EIGHT
 from capture_plan.layout.follow import EVEN, target_of
@@ -14,7 +15,7 @@ from capture_plan.layout.record import Worth
 from capture_plan.layout.search import Search
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites
-from capture_plan.layout.studio import WORTHWHILE, Goal, ceiling, fewest
+from capture_plan.layout.studio import HARDLY, WORTHWHILE, Goal, ceiling, fewest
 from capture_plan.layout.task import task_of
 from capture_plan.layout.worth import Observation
 
@@ -95,16 +96,42 @@ def test_no_exchange_of_one_landmark_lowers_its_error(seed):
     assert Goal(search, target).error(exchanged) == pytest.approx(Goal(search, target).error(found))
 
 
-def test_a_mix_that_one_site_alone_tells_keeps_that_site_though_others_lower_the_error_more():
-    search, shy = problem(6, s=30, budget=30), 7
+def with_a_shy_site(seed, like):
+    """The fifth blendshape moves one site alone and little; that site else moves as site number `like` does."""
+    search, shy = problem(seed, s=30, budget=30), 7
     deltas = search.observation.deltas.copy()
     deltas[4] = 0
-    deltas[:, shy] = 0
+    deltas[:, shy] = deltas[:, like] if like is not None else 0
     deltas[4, shy] = 0.05
-    search = replace(search, observation=replace(search.observation, deltas=deltas), covers=search.covers[:0])
-    found = fewest(search, (0,), Goal(search, 0.0).error((0, 1, 2, 3)))
+    return replace(search, observation=replace(search.observation, deltas=deltas), covers=search.covers[:0]), shy
+
+
+def test_a_mix_that_costs_the_others_nothing_is_told_apart_though_the_error_does_not_ask_for_it():
+    plain, _ = with_a_shy_site(6, like=None)
+    target = Goal(plain, 0.0).error((0, 1, 2, 3))
+    told = next(site for site in fewest(plain, (0,), target))
+    search, shy = with_a_shy_site(6, like=told)
+    found = fewest(search, (0,), target)
     assert shy in found
     assert Goal(search, 0.0).rank(found) == K
+
+
+def test_a_mix_that_costs_the_others_more_than_hardly_anything_is_not_told_apart():
+    search, shy = with_a_shy_site(6, like=None)
+    found = fewest(search, (0,), Goal(search, 0.0).error((0, 1, 2, 3)))
+    assert shy not in found
+    assert Goal(search, 0.0).rank(found) == K - 1
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("share", [1.1, 0.0], ids=["reached", "out of reach"])
+def test_no_budget_of_as_many_landmarks_has_a_lower_error_by_more_than_hardly(seed, share):
+    search = problem(seed, s=40, pairs=12, budget=30)
+    start, target = start_of(search), share * Goal(search, 0.0).error(tuple(range(12)))
+    found = fewest(search, start, target)
+    goal, most = Goal(search, target), search.landmarks(found)
+    budget = spend_budget(search.observation, search.sites, search.covers, np.array(start), budget=most, spacing=None)
+    assert goal.error(found) <= goal.error(tuple(budget.tolist())) * (1 + HARDLY)
 
 
 def test_it_never_goes_above_the_ceiling():
@@ -137,10 +164,10 @@ def test_points_that_tell_less_than_dots_anywhere_are_no_target():
     assert target_of({EVEN: worth(0.25), "single set cover": worth(0.1)}) == (EVEN, 0.25)
 
 
-def test_a_budget_of_as_many_landmarks_is_hardly_better(face, studio):
+def test_on_the_sample_no_budget_of_as_many_landmarks_is_better_by_more_than_hardly(face, studio):
     count = len(studio.landmarks)
     budget = design_layout(face, LayoutSettings(method="budget", budget=count))
-    assert budget.worth.error_mm >= studio.worth.error_mm * 0.99
+    assert studio.worth.error_mm <= budget.worth.error_mm * (1 + HARDLY)
 
 
 def test_a_budget_of_two_fewer_does_not_reach_the_target(face, studio):

@@ -238,6 +238,14 @@ def higher_error_bound(plan):
     plan["layout"]["error_bound"]["error_mm"] += 0.05
 
 
+def more_needed_for_the_target(plan):
+    plan["layout"]["target_landmarks"] += 1
+
+
+def target_out_of_reach(plan):
+    plan["layout"]["target_landmarks"] = None
+
+
 def made_up_importance(plan):
     plan["packing"]["expressions"][0]["gain"] = plan["packing"]["expressions"][0]["covered"] = 0.99
 
@@ -311,6 +319,12 @@ LIES = [
     ("default", worse_rival, "68 points (iBUG): rank"),
     ("default", rival_elsewhere, "68 points (iBUG) stand where they belong"),
     ("budget", higher_error_bound, "proved: no layout of 16 landmarks has an upper estimate below 0.280 mm"),
+    (
+        "default",
+        more_needed_for_the_target,
+        "proved: no layout of fewer than 28 landmarks has an upper estimate of 0.184 mm",
+    ),
+    ("default", target_out_of_reach, "no number of landmarks here has an upper estimate of 0.184 mm"),
     ("default", made_up_importance, "importance of the expressions"),
     ("default", hidden_finding, "the audit is that of the rig"),
     ("default", barred_pair_allowed, "partners, rules and correctives are those of the rig: exclusive"),

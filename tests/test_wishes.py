@@ -7,11 +7,11 @@ from msgspec.structs import replace
 from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.layout.alternatives import alternatives
 from capture_plan.layout.design import design_layout
-from capture_plan.layout.face import Face, see_face
+from capture_plan.layout.face import SIXTY_EIGHT, Face, see_face
 from capture_plan.layout.head import HEAD_LAYOUTS, head_candidates
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.task import task_of
-from capture_plan.layout.wishes import OTHER_SHARE, counted
+from capture_plan.layout.wishes import OTHER_SHARE, counted, keep_outs
 from capture_plan.mesh import geodesic_distance
 from capture_plan.plan.check import check_plan
 from capture_plan.plan.make import make_plan
@@ -171,3 +171,36 @@ def test_a_plan_that_breaks_a_wish_is_caught(pin):
     for settings, what in zip(lies, ("at most 0", "no landmark at", "4 head markers", "wet lip"), strict=True):
         lie = replace(plan, settings=replace(plan.settings, landmarks=settings))
         assert any(what in claim.what for claim in check_plan(lie, sample_rig()) if not claim.holds)
+
+
+def shut_by_zones(face, settings):
+    """Vertices of sites, and those of them that keep-outs shut."""
+    sites = face.sites(settings)
+    may, shut = np.zeros((2, len(face.rig.neutral)), dtype=bool)
+    may[sites.vertices] = True
+    for limit in keep_outs(face, settings, sites):
+        shut[sites.vertices[limit.amount > 0]] = True
+    return may, shut
+
+
+def test_zones_relaxed_for_a_known_layout_are_open_at_its_points_and_shut_elsewhere(face):
+    plain, relaxed = LayoutSettings(), LayoutSettings(relaxed_for="ibug68")
+    _, before = shut_by_zones(face, plain)
+    may, shut = shut_by_zones(face, relaxed)
+    points = np.union1d(face.points68, face.mirror[face.points68])
+    paired = points[face.markable[points] & (face.mirror[face.mirror[points]] == points)]
+    far = np.linalg.norm(face.rig.neutral[paired] - face.rig.neutral[face.mirror[paired]], axis=1)
+    assert (may & ~shut)[paired[(far == 0) | (far >= plain.spacing_mm)]].all()
+    opened = np.flatnonzero(before & ~shut)
+    away = np.linalg.norm(face.rig.neutral[opened][:, None] - face.rig.neutral[points], axis=2).min(axis=1)
+    assert len(opened)
+    assert away.max() < relaxed.dot_mm
+    assert shut.any()
+
+
+def test_half_of_68_landmarks_allowed_where_these_stand_have_less_error_than_they(face):
+    layout = design_layout(face, LayoutSettings(method="budget", budget=34, relaxed_for="ibug68"))
+    other = layout.references[SIXTY_EIGHT]
+    assert layout.worth.error_mm < other.error_mm
+    assert layout.predictions[0].error_mm < other.predictions[0].error_mm
+    assert layout.target_landmarks <= 34

@@ -78,6 +78,7 @@ def place_arrays(task: Task) -> Arrays:
     shut[np.delete(task.sites.vertices, task.open_, axis=0)] = True
     return {
         "visibility": face.visibility,
+        "opened": face.relaxed(task.settings),
         "shut": shut,
         "mirror": face.mirror,
         "mirror_x_mm": np.array(mirror_plane(face.rig.neutral)),

@@ -6,8 +6,9 @@ and asks no solver: a proof is a certificate in the plan, of which only the arit
 
 Given in rig.npz, taken as true: the mesh (millimetres, y up, the face looks along z, the subject's left at +x), its
   blendshapes, which vertices are skin, which blendshapes are planned for and the audit that says why; how well each
-  vertex is seen; vertices shut by keep-outs and limits; the mirror map (tested below); left/right partners, correctives
-  (`drivers`) and what no face does at once; how much each blendshape matters; 68 points; recorded motion.
+  vertex is seen, and where landmarks may stand though they are not; vertices shut by keep-outs and limits; the mirror
+  map (tested below); left/right partners, correctives (`drivers`) and what no face does at once; how much each
+  blendshape matters; 68 points; recorded motion.
 Not looked at: sentences, session times, regions and words of labels but for their side, cameras' views, hard pairs,
   overlap warnings, the order of expressions and whether that of landmarks is the best, the error predicted for weights
   between 0 and 1, dots that meet when the face moves, blendshapes that a take does not show and notes on it, which
@@ -30,6 +31,7 @@ STILL, RANK, PRIOR_SD = 0.01, 1e-4, 0.2  # share of motion; share of singular va
 FORMATS, ORDERED = (3, 4), ("studio", "budget", "motion")
 EVEN, USUAL = "dots spread evenly", 68
 RULES = ("pairs", "local", "relaxed", "exclusive", "colliding", "drivers")
+TARGETS = ("68 points (iBUG)", EVEN)
 SAME = 2e-4  # the plan rounds to four decimals
 
 
@@ -57,7 +59,8 @@ class Face:
         deltas = rig["deltas"][[names.index(name) for name in self.used]]
         self.moved = np.where(self.skin, np.linalg.norm(deltas, axis=2), 0)  # |d[k, v]|, 0 off the skin
         self.moving = self.skin & (self.moved.max(axis=0) > STILL * self.moved.max())
-        seen = self.skin & (self.moving | self.moving[self.mirror]) & (rig["visibility"] >= self.want["min_visibility"])
+        seen = (rig["visibility"] >= self.want["min_visibility"]) | rig["opened"]
+        seen &= self.skin & (self.moving | self.moving[self.mirror])
         # r[k, v] = |d[k, v]| / largest of k on seen skin, 0 where k drowns in noise
         self.pins = [int(np.flatnonzero(rig["source_index"] == pin)[0]) for pin in self.want["pins"]]
         largest, may = np.where(seen, self.moved, 0).max(axis=1, keepdims=True), seen.copy()
@@ -280,15 +283,31 @@ def check_error_bound(face):
     each = ((A @ (C @ (Q * np.sqrt(np.clip(w, 0, None))))) ** 2).sum(axis=(1, 2)) / sigma**2
     g = np.where(face.size == 2, each[face.sites].sum(axis=1), each[face.sites[:, 0]])
     held = face.open & np.isin(face.sites, face.pins).any(axis=1)
-    left, most, free = M - face.size[held].sum(), g[held].sum(), np.flatnonzero(face.open & ~held)
-    for s in free[np.argsort(-g[free] / face.size[free], kind="stable")]:  # the mu that lowers the bound most
-        most += min(1.0, max(0.0, left / face.size[s])) * g[s]
-        left -= face.size[s]
-    unseen = PRIOR_SD**2 * np.clip(w[::-1][3 * M :], 0, None).sum()  # M landmarks answer to 3 M mixes
-    bound = float(np.sqrt(max((face.G * C).sum() + g @ lam - most, unseen, 0)))
+    free = np.flatnonzero(face.open & ~held)
+    free = free[np.argsort(-g[free] / face.size[free], kind="stable")]  # the mu that lowers the bound most
+    before = np.cumsum(face.size[free]) - face.size[free] + face.size[held].sum()
+
+    def least(M):
+        mu = np.clip((M - before) / face.size[free], 0, 1)
+        unseen = PRIOR_SD**2 * np.clip(w[::-1][3 * M :], 0, None).sum()  # M landmarks answer to 3 M mixes
+        return float(np.sqrt(max((face.G * C).sum() + g @ lam - g[held].sum() - g[free] @ mu, unseen, 0)))
+
+    bound = least(M)
     holds = (lam >= 0).all() and alike(said["error_mm"], bound) and bound <= layout["worth"]["error_mm"] + SAME
     what = f"proved: no layout of {M} landmarks has an upper estimate below {said['error_mm']:.3f} mm"
     yield what, holds, f"the shares prove {bound:.4f} mm"
+    target = min(layout["references"][name]["error_mm"] for name in TARGETS if name in layout["references"])
+    fewest, everywhere = layout["target_landmarks"], face.error(np.unique(face.sites[face.open]))
+    if fewest is None:
+        yield (
+            f"no number of landmarks here has an upper estimate of {target:.3f} mm",
+            everywhere > target,
+            f"{everywhere:.4f} mm at all",
+        )
+        return
+    holds = everywhere <= target and least(fewest) <= target + SAME and (fewest == 1 or least(fewest - 1) > target)
+    what = f"proved: no layout of fewer than {fewest} landmarks has an upper estimate of {target:.3f} mm or less"
+    yield what, holds, f"one fewer: {least(fewest - 1):.4f} mm" if fewest > 1 else "no fewer"
 
 
 def check_head_pose(face):

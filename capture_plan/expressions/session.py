@@ -18,6 +18,7 @@ from capture_plan.expressions.fallback import Part, fallback
 from capture_plan.expressions.record import Expression, Packing
 from capture_plan.expressions.sentences import from_rest, mistakes
 from capture_plan.expressions.session_settings import SessionSettings
+from capture_plan.expressions.settings import MEASURED_BY, Importance
 from capture_plan.rig import Rig
 
 ENOUGH = 0.8  # share of the importance after which a session may stop: four fifths, the usual knee of these curves
@@ -69,8 +70,10 @@ class Session(Struct, frozen=True, forbid_unknown_fields=True):
     stop: str
 
 
-def session(rig: Rig, used: tuple[str, ...], packing: Packing, settings: SessionSettings) -> Session:
-    """The shot list of a packing.
+def session(
+    rig: Rig, used: tuple[str, ...], packing: Packing, settings: SessionSettings, importance: Importance = "error"
+) -> Session:
+    """The shot list of a packing, whose shares are of this kind of importance.
 
     Raises InfeasibleError where not even what frames the expressions fits into the time there is.
     """
@@ -80,16 +83,14 @@ def session(rig: Rig, used: tuple[str, ...], packing: Packing, settings: Session
     items = (*planned, *_clocked(_spare(shown[fitting:], settings), after=planned[-1]))
     stop = _stop(shown[:fitting], cut=fitting < len(shown))
     at = next((item.minutes for item in planned if stop and item.name == stop.name), 0.0)
+    share = f"{stop.covered:.0%} of the {MEASURED_BY[importance]}" if stop else ""
     return Session(
         settings=settings,
         items=items,
         minutes=planned[-1].minutes,
         fitting=fitting,
         stop_after=stop.name if stop else "",
-        stop=f"If time runs out, stop after {stop.name}: {stop.covered:.0%} of the importance is covered, "
-        f"{at:.0f} minutes in."
-        if stop
-        else "",
+        stop=f"If time runs out, stop after {stop.name}: {share} is covered, {at:.0f} minutes in." if stop else "",
     )
 
 

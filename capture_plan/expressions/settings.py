@@ -55,6 +55,10 @@ class Edits(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         return tuple(dict.fromkeys(listed))
 
 
+Importance = Literal["error", "paper"]
+MEASURED_BY: dict[Importance, str] = {"error": "expected squared error", "paper": "paper's importance"}
+
+
 class PackingSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Shares from 0 to 1, after Carrigan et al. 2020.
 
@@ -81,7 +85,7 @@ class PackingSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     poseable: bool = True
     rules: str | None = None
     most_things: Number | None = None
-    importance: Literal["error", "paper"] = "error"
+    importance: Importance = "error"
     distortion: Share = 0.5
     distortion_form: DistortionForm = field(default_factory=DistortionForm)
     uniqueness: Share = 0.0

@@ -231,8 +231,17 @@ def choose_baseline(name: str, among: Candidates, count: int, seed: int) -> Int[
     Raises:
         InfeasibleError: there are fewer candidates.
     """
+    must_have(among, count)
+    return BASELINES[name](among, count, seed)
+
+
+def must_have(among: Candidates, count: int) -> None:
+    """Refuses a number of landmarks that there are not as many candidates for.
+
+    Raises:
+        InfeasibleError: there are fewer.
+    """
     if count > len(among.vertices):
         raise InfeasibleError(
-            f"{count} landmarks asked for, {len(among.vertices)} vertices may carry one: ask for fewer"
+            f"{count:,} landmarks asked for, {len(among.vertices):,} vertices may carry one: ask for fewer"
         )
-    return BASELINES[name](among, count, seed)

@@ -24,7 +24,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from capture_plan.errors import InfeasibleError, RigError
-from capture_plan.layout.baselines import BASELINES, candidates, choose_baseline
+from capture_plan.layout.baselines import BASELINES, candidates, choose_baseline, must_have
 from capture_plan.layout.budget import spend_budget
 from capture_plan.layout.by_motion import sites_for
 from capture_plan.layout.design import design_layout
@@ -113,6 +113,7 @@ def compare(
         InfeasibleError: no skin is seen well enough, or a budget is larger than the number of candidates.
     """
     observation, among = face.observation(settings.noise_mm), candidates(face)
+    must_have(among, max(budgets))
     k = len(face.used)
     performances = {MIXES: random_mixes(k, frames=FRAMES, seed=seed), SINGLES: single_blendshapes(k)}
     if take is not None:

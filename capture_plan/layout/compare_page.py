@@ -84,7 +84,15 @@ def table(found: Comparison) -> list[str]:
         before = row.landmarks
         worst = row.scores[MIXES][n].worst
         lines.append(f"{row.landmarks:>3}  {row.method:<{wide}}  {row.rank:>4} {cells}  {worst}")
-    return [*lines, f"     rank: of {found.full_rank} mixes of blendshapes that the whole skin tells apart"]
+    return [*lines, foot(found)]
+
+
+def foot(found: Comparison) -> str:
+    """What the ranks are of, and which layouts reach all that there is to reach."""
+    short = sum(row.rank < found.full_rank for row in found.rows)
+    all_of = f"all of the skin identifies {found.full_rank} of {found.blendshapes}"
+    reach = f"{short} of {len(found.rows)} layouts do not reach that" if short else "every layout reaches that"
+    return f"     rank: independent mixes of blendshapes that a layout identifies; {all_of}, {reach}"
 
 
 def is_ours(row: Row) -> bool:

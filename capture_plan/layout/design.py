@@ -21,6 +21,7 @@ from capture_plan.layout.methods import Chosen, choose
 from capture_plan.layout.multicover import best_cover
 from capture_plan.layout.record import Bound, ErrorBound, Layout
 from capture_plan.layout.relaxation import error_bound
+from capture_plan.layout.room import must_fit
 from capture_plan.layout.settings import BY_ERROR, LayoutSettings, Method
 from capture_plan.layout.shell.takes import Takes
 from capture_plan.layout.sites import Sites
@@ -44,13 +45,15 @@ def design_layout(
     whose dots meet.
 
     Raises:
-        InfeasibleError: no skin is seen well enough, the wishes clash, or the budget does not pay for a single site.
+        InfeasibleError: no skin is seen well enough, the wishes clash, or the budget does not pay for a single site or
+            is more than fits.
     """
     task = task_of(face, settings, unlike)
     head = NOTHING
     if settings.head_markers:
         head = choose_head_markers(face, settings, task.sites, task.limits, task.reachable)
         task = task.beside(head)
+    must_fit(task)
     known = points_of(face) | {SINGLE_COVER: papers_cover(face, settings)}
     _, target_mm = target_of({name: task.observation.worth(at) for name, at in known.items()})
     method, rounds, added = chosen_apart(task, poses, target_mm, former, takes)
@@ -105,7 +108,7 @@ def papers_cover(face: Face, settings: LayoutSettings) -> Int[np.ndarray, " m"]:
         settings.min_visibility,
     )
     if key not in face.single_covers:
-        plain = replace(settings, method="cover", number=None, budget=None, pins=(), spacing_mm=0.0)
+        plain = replace(settings, method="cover", number=None, budget=None, pins=(), relaxed_for=None, spacing_mm=0.0)
         sites = face.sites(plain)
         rows = np.flatnonzero(sites.covers(plain.epsilon).any(axis=1))
         chosen = best_cover(sites, plain, rows, all_of(sites), None).chosen

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.sparse import csr_array
 
 from capture_plan.errors import InfeasibleError, RigError
-from capture_plan.layout.empirical import place_ibug68
+from capture_plan.layout.empirical import place_ibug68, place_layout
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites, mirrored_sites, moving, single_sites
 from capture_plan.layout.spacing import Spacing
@@ -63,12 +63,12 @@ class Face:
         return self.rig.skin & (self.moving_skin | self.moving_skin[self.mirror])
 
     def allowed(self, settings: LayoutSettings) -> Bool[np.ndarray, " v"]:
-        """Markable skin that is seen well enough in every expression.
+        """Markable skin that is seen well enough in every expression, or where a known layout may stand anyway.
 
         Raises:
             InfeasibleError: there is none.
         """
-        allowed = self.markable & (self.visibility >= settings.min_visibility)
+        allowed = self.markable & ((self.visibility >= settings.min_visibility) | self.relaxed(settings))
         if not allowed.any() and self.cameras:
             raise InfeasibleError(why_blind(self.cameras, self.rig.neutral[self.markable]))
         if not allowed.any():
@@ -134,6 +134,20 @@ class Face:
                 mask = self.ground.zone(name, margin_mm).mask
             self._zones[name, margin_mm] = mask
         return self._zones[name, margin_mm]
+
+    def relaxed(self, settings: LayoutSettings) -> Bool[np.ndarray, " v"]:
+        """Skin within a dot's diameter of the points of the layout that zones are relaxed for, or of their mirror
+        images: none where there is no such layout.
+
+        Raises:
+            RigError: the points have no place on this face.
+        """
+        around = np.zeros(len(self.rig.neutral), dtype=bool)
+        if settings.relaxed_for:
+            points = place_layout(self.rig, settings.relaxed_for).vertices
+            points = np.union1d(points, self.mirror[points])
+            around[points] = around[self.near(settings.dot_mm)[points].indices] = True
+        return around & self.rig.skin
 
     @cached_property
     def ground(self) -> Ground:

@@ -21,6 +21,7 @@ from capture_plan.layout.head import pose_error
 from capture_plan.layout.naming import name_head_markers, name_landmarks
 from capture_plan.layout.predict import Performance, performances, predictions
 from capture_plan.layout.record import Bound, ErrorBound, HeadPose, Layout, MotionFit, Program, Reference, Worth
+from capture_plan.layout.relaxation import fewest_for, shares_of
 from capture_plan.layout.rounds import RESOLUTION, costs, to_cover
 from capture_plan.layout.settings import ORDERED, LayoutSettings, Method
 from capture_plan.layout.shell.takes import Takes
@@ -82,6 +83,7 @@ def follow(task: Task, decided: Decided, takes: Takes | None = None) -> Layout:
     name_at = {m.vertex: m.name for m in landmarks}
     given = performances(observation, takes)
     covered = sites.covers(settings.epsilon)[:, chosen].any(axis=1)
+    references = {name: reference(observation, at, given) for name, at in decided.known.items()}
     return Layout(
         method=decided.method,
         landmarks=landmarks,
@@ -89,12 +91,13 @@ def follow(task: Task, decided: Decided, takes: Takes | None = None) -> Layout:
         certificate=decided.certificate,
         uncovered=tuple(face.used[k] for k in np.flatnonzero(~covered)),
         worth=observation.worth(order),
-        references={name: reference(observation, at, given) for name, at in decided.known.items()},
+        references=references,
         head=name_head_markers(face, settings, decided.head),
         head_pose=head_pose(face, decided.head, settings.noise_mm) if len(decided.head) else None,
         order=tuple(name_at[vertex] for vertex in told.tolist()),
         curve_mm=tuple(np.round(error_against_budget(observation, told), 4).tolist()),
         error_bound=decided.error_bound,
+        target_landmarks=target_landmarks(task, decided.error_bound, target_of(references)[1]),
         motion=motion_fit(face, takes, order, told, decided.known) if takes else None,
         predictions=predictions(observation, order, given),
     )
@@ -153,6 +156,14 @@ def target_of(references: Mapping[str, Worth]) -> tuple[str, float]:
     Points that tell less than dots anywhere lie wrong on this face and are no target.
     """
     return min(((name, references[name].error_mm) for name in TARGETS if name in references), key=itemgetter(1))
+
+
+def target_landmarks(task: Task, bound: ErrorBound | None, target_mm: float) -> int | None:
+    """`Layout.target_landmarks`; None where there is no certificate either."""
+    if bound is None:
+        return None
+    shares = shares_of(task.sites, bound)
+    return fewest_for(task.observation, task.sites, shares, target_mm=target_mm, limits=task.limits)
 
 
 def most_of(settings: LayoutSettings, method: Method, landmarks: int) -> int:

@@ -24,7 +24,7 @@ from capture_plan.layout.search import Choice, Search
 from capture_plan.layout.settings import Method, Weights
 from capture_plan.layout.shell.takes import Takes
 from capture_plan.layout.spacing import Spacing
-from capture_plan.layout.studio import ceiling, fewest
+from capture_plan.layout.studio import ceiling, fewest, near
 from capture_plan.layout.task import NOTHING, Task
 
 Chosen = tuple[Method, list[Cover], Int[np.ndarray, " a"]]
@@ -88,7 +88,8 @@ def enough_for(task: Task, target_mm: float, former: Layout | None) -> tuple[Cov
     search = search_of(task, most)
     if former:
         kept = keepable(search, sites_in(task, former))
-        start = start if search.uncovered(kept) else kept
+        if not search.uncovered(kept):
+            return cover, np.array(near(search, kept, target_mm), dtype=int)
     return cover, np.array(fewest(search, start, target_mm), dtype=int)
 
 

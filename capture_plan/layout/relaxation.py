@@ -8,6 +8,8 @@ Bound      f is convex, so that for any lam >= 0 and every layout mu
                f(mu) >= f(lam) + sum_s g[s] (lam[s] - mu[s]),   g[s] = trace(A_s C G C A_s^T) / sigma^2 = -df/dlam[s];
            least over mu: pinned sites, then sites in the order of g[s] / n[s] up to M, the last one in part
 
+Number     the same shares bound every other M too: the least that can reach a target is the first whose bound does
+
 Rank       M landmarks answer to 3 M mixes at most: error^2 >= tau^2 (sum of the eigenvalues of G beyond the first 3 M)
 
 Spacing, covers and wishes about several sites are left out, which can only lower the bound. Multiplicative updates
@@ -15,7 +17,8 @@ lam <- lam (g / n)^p, scaled to the budget and held at 1 (Silvey et al. 1978 wit
 matter; sites that the others' price calls for join them, until the bound is close to f.
 """
 
-from dataclasses import dataclass
+from bisect import bisect_left
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -139,10 +142,35 @@ def bound_from(
 ) -> float:
     """The bound (mm, rounded down) that shares `lam` >= 0 of the sites prove, whoever found them."""
     relaxed = relax(observation, sites, budget, limits)
-    eigenvalues = np.linalg.eigvalsh(observation.gram)[::-1]
-    unseen = PRIOR_SD**2 * float(np.clip(eigenvalues[3 * budget :], 0, None).sum())
-    error = np.sqrt(max(unseen, relaxed.bound(*relaxed.value(lam), lam)))
+    return proved(relaxed, *relaxed.value(lam), lam)
+
+
+def proved(relaxed: Relaxed, f: float, g: Float[np.ndarray, " s"], lam: Float[np.ndarray, " s"]) -> float:
+    """The larger of what shares and rank prove, mm, rounded down."""
+    eigenvalues = np.linalg.eigvalsh(relaxed.observation.gram)[::-1]
+    unseen = PRIOR_SD**2 * float(np.clip(eigenvalues[3 * relaxed.budget :], 0, None).sum())
+    error = np.sqrt(max(unseen, relaxed.bound(f, g, lam)))
     return float(np.floor(error * (1 - 1e-9) * 10**ERROR_DIGITS) / 10**ERROR_DIGITS)
+
+
+def fewest_for(
+    observation: Observation,
+    sites: Sites,
+    lam: Float[np.ndarray, " s"],
+    *,
+    target_mm: float,
+    limits: tuple[Limit, ...] = (),
+) -> int | None:
+    """The number below which no layout has an upper estimate of `target_mm` or less, as the shares prove it; None where
+    landmarks on all open sites together have more."""
+    relaxed = relax(observation, sites, int(sites.size.sum()), limits)
+    everywhere = observation.covariance(sites.members(np.flatnonzero(relaxed.open_)))
+    if observation.error(everywhere) > target_mm:
+        return None
+    f, g = relaxed.value(lam)
+    numbers = range(1, relaxed.budget + 1)
+    at = bisect_left(numbers, True, key=lambda M: proved(replace(relaxed, budget=M), f, g, lam) <= target_mm)
+    return numbers[min(at, len(numbers) - 1)]
 
 
 def relax(observation: Observation, sites: Sites, budget: int, limits: tuple[Limit, ...]) -> Relaxed:

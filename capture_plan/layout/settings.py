@@ -10,6 +10,7 @@ KEPT_OUT = ("lash line", "wet lip", "nostril rim")  # where no dot holds on anyb
 Share = Annotated[float, Meta(ge=0, le=1)]
 Length = Annotated[float, Meta(ge=0)]
 Method = Literal["studio", "adaptive", "trivial", "distance", "cover", "budget", "motion"]
+Known = Literal["ibug68", "ibug51", "mpeg4", "iemocap53", "motionbuilder17", "faceware30"]
 Weights = Literal["lexicographic", "paper", "count"]
 
 BUDGETED = ("budget", "motion")  # methods that are given the number of landmarks
@@ -21,9 +22,10 @@ ORDERED = ("studio", *BUDGETED)  # methods that choose all landmarks as one set,
 class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Lengths in millimetres, shares from 0 to 1.
 
-    `method`: `studio` is the fewest landmarks found that reach every blendshape, tell all mixes apart and have no
-    larger upper estimate of the error than 68 points, those of iBUG or as many spread evenly, whichever is better; it
-    ends earlier where another landmark is not worth its while (`layout.studio`). `adaptive` is Algorithm 1 of Zell &
+    `method`: `studio` is the fewest landmarks found that reach every blendshape, have no larger upper estimate of the
+    error than 68 points, those of iBUG or as many spread evenly, whichever is better, and tell all mixes apart but for
+    those that cost the others more than 0.5 % of the error; it ends earlier where another landmark is not worth its
+    while (`layout.studio`). `adaptive` is Algorithm 1 of Zell &
     McDonnell 2022; `trivial` has `rounds` sites for every blendshape next to each other, `distance` has them at the
     spacing; `cover` is their single set cover, at the spacing where that is not 0; `budget` has the least upper
     estimate that `budget` landmarks buy; `motion` loses least of a recorded take. `weights`: fewest landmarks first and
@@ -37,9 +39,11 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     visibility out. `budget`: most landmarks there may be; `number`: exactly so many.
     Wishes, by vertex number in the artist's file: `pins` carry a landmark whatever else is decided, `forbidden` carry
     none. `keep_out`: zones without dots and the margin around each, to the dot's edge, by name (`rig.zones`) or as a
-    file that paints one. `caps`: most landmarks in a region, by its name ("nose"). `min_views`: cameras that have to
-    see a landmark in every expression, where cameras are known (2 where they triangulate); one of them never smaller
-    than 3 pixels; 0 leaves cameras out of it. `dot_mm`: diameter of a marker.
+    file that paints one. `relaxed_for`: a layout that people use (`layout.empirical`); within a dot's diameter of its
+    points landmarks may stand as its own do, in zones without dots and where they are hardly seen. `caps`: most
+    landmarks in a region, by its name ("nose"). `min_views`: cameras that have to see a landmark in every expression,
+    where cameras are known (2 where they triangulate); one of them never smaller than 3 pixels; 0 leaves cameras out of
+    it. `dot_mm`: diameter of a marker.
     `head_markers`: 3 to 5 further markers where the face hardly moves, from which the motion of the head is taken.
     """
 
@@ -57,6 +61,7 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     pins: tuple[Annotated[int, Meta(ge=0)], ...] = ()
     forbidden: tuple[Annotated[int, Meta(ge=0)], ...] = ()
     keep_out: dict[str, Length] = field(default_factory=lambda: {name: MARGINS_MM[name] for name in KEPT_OUT})
+    relaxed_for: Known | None = None
     caps: dict[str, Annotated[int, Meta(ge=0)]] = field(default_factory=dict)
     min_views: Annotated[int, Meta(ge=0)] = 1
     dot_mm: Annotated[float, Meta(gt=0)] = 3.0

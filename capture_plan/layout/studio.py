@@ -7,19 +7,27 @@ Grow      from a cover: the site that lowers E most for each of its landmarks; w
 Shrink    exchanges at this number (`search`), then again without the landmark that is missed least, while this holds
 End       growth ends, short of the target, where another landmark lowers E by less than WORTHWHILE of it, or at the
           ceiling: what cannot be had is not forced; and a landmark whose loss raises E by less than that is not kept
+Beside    the starts of a budget of as many landmarks: the least E that any of them ends at, or more mixes told apart
+          for HARDLY more; then the numbers below it again. No budget of as many landmarks so has an E that is lower by
+          more than HARDLY, and a mix that costs the others more than that is not told apart
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Bool, Int
 
+from capture_plan.layout.budget import keepable, pivoted
 from capture_plan.layout.face import USUAL
 from capture_plan.layout.gains import rank_gains
+from capture_plan.layout.limits import Limit
 from capture_plan.layout.search import Choice, Search
+from capture_plan.layout.worth import RANK_TOLERANCE
 from capture_plan.progress import track
 
 WORTHWHILE = 0.01  # of the error, for each landmark: what the fiftieth brings where errors fall as 1 / sqrt(number)
+HARDLY = 0.005  # of the error: what telling one more mix apart may cost all others
+CLEARLY = 3.0  # times what counts as answering at all: sites that are asked for, where a mix is not told apart
 ABOVE = 1.5  # times what is usual or needed in any case: nobody glues more on a face in silence
 
 
@@ -30,13 +38,24 @@ def ceiling(cover: int, full_rank: int) -> int:
 
 
 def fewest(search: Search, start: Choice, target_mm: float) -> Choice:
-    """Sites that reach the goal from `start` on with as few landmarks as were found, the most telling first.
+    """Sites that reach the goal with as few landmarks as were found, from `start` on and from the starts of a budget,
+    the most telling first.
 
     The budget of `search` is the ceiling; `start` reaches every blendshape of its covers within the limits.
     """
+    goal, chosen, shrunk = Goal(search, target_mm), (), near(search, start, target_mm)
+    while chosen != shrunk:
+        chosen = goal.beside(shrunk)
+        shrunk = goal.shrunk(chosen)
+    return search.in_order(shrunk)
+
+
+def near(search: Search, start: Choice, target_mm: float) -> Choice:
+    """The same from `start` alone: of a former answer little changes."""
     goal = Goal(search, target_mm)
     settled = goal.settled(goal.grown(start))
-    return search.in_order(goal.shrunk(goal.settled(goal.told_apart(settled))))
+    apart = goal.told_apart(settled)
+    return search.in_order(goal.shrunk(goal.settled(apart) if apart != settled else settled))
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +108,35 @@ class Goal:
         better = self.of(self.search.landmarks(chosen)).swap_all(chosen)
         return better if self.rank(better) >= self.rank(chosen) else chosen
 
+    def beside(self, chosen: Choice) -> Choice:
+        """Of as many landmarks the least error that the starts of a budget end at, or more mixes told apart for hardly
+        more."""
+        search = self.of(self.search.landmarks(chosen))
+        starts = track((chosen, (), pivoted(search)), "Looking for a lower error of as many landmarks", total=3)
+        ends = [chosen, *(search.descend(search.fill(start)) for start in starts)]
+        ends = [end for end in ends if search.misses(end) <= search.misses(chosen)]
+        most = min(map(self.error, ends)) * (1 + HARDLY)
+        ends = [self.asked_for(end, most) for end in ends if self.error(end) <= most]
+        return max(ends, key=lambda end: (self.rank(end), -self.error(end)))
+
+    def asked_for(self, chosen: Choice, most_mm: float) -> Choice:
+        """The same number with sites that answer to mixes which `chosen` does not tell apart, while E stays low."""
+        search = self.of(self.search.landmarks(chosen))
+        while self.rank(chosen) < search.observation.full_rank and (answering := self.answering(chosen)).any():
+            search = replace(search, limits=(*search.limits, Limit("a mix told apart", answering.astype(int), least=1)))
+            more = search.descend(search.fill(keepable(search, chosen)))
+            if search.misses(more) or self.rank(more) <= self.rank(chosen) or self.error(more) > most_mm:
+                break
+            chosen = more
+        return chosen
+
+    def answering(self, chosen: Choice) -> Bool[np.ndarray, " s"]:
+        """Sites that answer clearly to mixes which `chosen` does not tell apart."""
+        search, vertices = self.search, self.vertices(chosen)
+        strongest = np.linalg.norm(search.observation.response(vertices), ord=2)
+        answers = np.sqrt(rank_gains(search.observation, search.all_rows, vertices))
+        return (answers > CLEARLY * RANK_TOLERANCE * strongest) & search.open_to(())
+
     def shrunk(self, chosen: Choice) -> Choice:
         """Without landmarks that the goal does not need, exchanging what is left each time."""
         while (fewer := self.next_fewer(chosen)) is not None:
@@ -102,8 +150,11 @@ class Goal:
             search, kept = self.of(count), order
             while search.landmarks(kept) > max(count, 0):
                 kept = kept[:-1]
-            if kept and self.enough(fewer := search.swap_all(search.fill(kept)), than=chosen):
+            fewer = search.swap_all(search.fill(kept)) if kept else ()
+            if fewer and self.enough(fewer, than=chosen):
                 return fewer
+            if search.landmarks(fewer) == count:  # with one fewer still, the error is larger
+                break
         without = (tuple(other for other in chosen if other != site) for site in reversed(order))
         return next((fewer for fewer in without if fewer and self.enough(fewer, than=chosen)), None)
 

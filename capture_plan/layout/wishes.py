@@ -1,7 +1,8 @@
 """What a person, a face and a camera ask of a layout, as named limits over its sites.
 
 pins, forbidden    vertices by their number in the artist's file; mirrored where the layout is
-keep-outs          zones of the skin; a site with either landmark inside is out
+keep-outs          zones of the skin, but for places of a layout that they are relaxed for; a site with either landmark
+                   inside is out
 caps               landmarks of a region, both of a mirrored pair counted
 number, budget     landmarks in all
 views              cameras that see a site in every expression, one of them never smaller than `FEWEST_PIXELS`
@@ -60,11 +61,16 @@ def pins(face: Face, settings: LayoutSettings, sites: Sites) -> list[Limit]:
 
 
 def keep_outs(face: Face, settings: LayoutSettings, sites: Sites) -> list[Limit]:
-    """No part of a dot inside the zones and their margins: its middle stays half a diameter further off."""
-    radius = settings.dot_mm / 2
+    """No part of a dot inside the zones and their margins: its middle stays half a diameter further off; but for places
+    of the layout that the zones are relaxed for."""
+    radius, known = settings.dot_mm / 2, settings.relaxed_for
+    spared = face.relaxed(settings)
+    but = f" but for the places of {known}" if known else ""
     return [
         Limit(
-            f"nothing on the {Path(name).stem}", touching(sites, face.zone(name, margin + radius)).astype(int), most=0
+            f"nothing on the {Path(name).stem}{but}",
+            touching(sites, face.zone(name, margin + radius) & ~spared).astype(int),
+            most=0,
         )
         for name, margin in settings.keep_out.items()
     ]

@@ -30,7 +30,7 @@ def landmark_knobs(*, take: bool = False) -> Any:
         method=(
             _choice(
                 {
-                    "studio": "Studio: full rank and accurate",
+                    "studio": "Studio: as accurate as 68 points",
                     "adaptive": "Adaptive: several per blendshape",
                     "cover": "Cover: one per blendshape",
                     "budget": "Budget: least error for so many",

@@ -39,7 +39,7 @@ def made_again(
         audit=report,
         layout=follow(task, decided_in(plan.layout, task), takes),
         packing=packing,
-        session=session(rig, plan.audit.used, packing, plan.settings.session),
+        session=session(rig, plan.audit.used, packing, plan.settings.session, plan.settings.expressions.importance),
     )
     return with_meetings(again, rig)
 

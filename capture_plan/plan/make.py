@@ -65,7 +65,7 @@ def assemble_plan(
         audit=report,
         layout=layout,
         packing=packing,
-        session=session(rig, report.used, packing, settings.session),
+        session=session(rig, report.used, packing, settings.session, settings.expressions.importance),
         versions={name: version(name) for name in DECIDING},
     )
     return sealed(with_meetings(made, rig))

@@ -70,5 +70,5 @@ def why_not_together(plan: Plan, rig: Rig, a: str, b: str, *, folder: Path = Pat
 
 def with_packing(plan: Plan, rig: Rig, packing: Packing) -> Plan:
     """The plan with other expressions, and the session that they make."""
-    shots = session(rig, plan.audit.used, packing, plan.settings.session)
+    shots = session(rig, plan.audit.used, packing, plan.settings.session, plan.settings.expressions.importance)
     return sealed(with_meetings(replace(plan, packing=packing, session=shots), rig))

@@ -6,6 +6,7 @@ All texts come from a `Plan` alone; nothing here is HTML.
 from typing import Any, NamedTuple
 
 from capture_plan.expressions.session import ENOUGH, Session
+from capture_plan.expressions.settings import MEASURED_BY
 from capture_plan.layout.record import Landmark, MotionFit, Prediction, View, Worth
 from capture_plan.plan.predicted import ANY_WEIGHTS, FRAMES_WITHIN, SOLVE, at_noise, beyond_words, known_to, within
 from capture_plan.plan.record import Plan
@@ -95,7 +96,7 @@ def tiles(plan: Plan) -> list[Tile]:
             "Expressions",
             str(len(packing.expressions)),
             "",
-            f"show {percent(covered)} of the importance of all blendshapes",
+            f"show {percent(covered)} of the {MEASURED_BY[plan.settings.expressions.importance]}",
             packing_proof(plan),
         ),
         Tile(apart, str(worth.rank), f"of {worth.full_rank}", " ".join([solved, *unidentified_words(plan)])),
@@ -190,10 +191,8 @@ def stop_line(plan: Plan) -> str:
     expressions = plan.packing.expressions
     for number, expression in enumerate(expressions, start=1):
         if expression.covered >= ENOUGH and number < len(expressions):
-            share = percent(expression.covered)
-            return (
-                f"stop after {expression.name}, {number} of {len(expressions)}: {share} of the importance is covered."
-            )
+            share = f"{percent(expression.covered)} of the {MEASURED_BY[plan.settings.expressions.importance]}"
+            return f"stop after {expression.name}, {number} of {len(expressions)}: {share} is covered."
     return ""
 
 

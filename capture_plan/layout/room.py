@@ -1,0 +1,54 @@
+"""How many landmarks have room on a face at once, told before anything is searched for.
+
+Data       n[s]      landmarks of site s;  T[s, t]  sites s and t stand too close to each other, or s = t (`spacing`)
+           limits    least <= sum_{s in S} amount[s] <= most (`limits`)
+Greedy     of the open sites the one that shuts out the fewest landmarks for each of its own, sum_t T[s, t] n[t] / n[s],
+           one after another: the rim comes first, and rows close up. A lower bound of what can stand at once
+"""
+
+import numpy as np
+from jaxtyping import Int
+
+from capture_plan.errors import InfeasibleError
+from capture_plan.layout.limits import Limit, open_under
+from capture_plan.layout.settings import BUDGETED
+from capture_plan.layout.sites import Sites
+from capture_plan.layout.spacing import Spacing
+from capture_plan.layout.task import NOTHING, Task
+
+
+def fitting(sites: Sites, spacing: Spacing | None, limits: tuple[Limit, ...] = ()) -> Int[np.ndarray, " n"]:
+    """Sites that stand at the spacing and over no limit at once, as many landmarks as a greedy choice finds."""
+    size, chosen = sites.size.astype(float), NOTHING
+    open_ = open_under(limits, chosen, len(size))
+    shut = spacing.table @ (open_ * size) if spacing else size
+    while open_.any():
+        at = np.flatnonzero(open_)
+        new = at[[(shut[at] / size[at]).argmin()]]
+        chosen = np.concatenate([chosen, new])
+        near = spacing.close(new)[0] if spacing else np.arange(len(size)) == new
+        left = open_ & ~near & open_under(limits, chosen, len(size))
+        gone = np.flatnonzero(open_ & ~left)
+        shut = shut - size[gone] @ spacing.table[gone] if spacing else shut
+        open_ = left
+    return chosen
+
+
+def must_fit(task: Task) -> None:
+    """Refuses a number of landmarks that a person asked for where fewer fit.
+
+    Raises:
+        InfeasibleError: fewer were found to fit on the face at once.
+    """
+    settings, size = task.settings, task.sites.size
+    asked = settings.budget or settings.number
+    if asked is None or settings.method not in BUDGETED:
+        return
+    limits = tuple(limit for limit in task.limits if not np.array_equal(limit.amount, size))  # but for the number
+    found = int(size[fitting(task.sites, task.spacing, limits)].sum())
+    if asked > found:
+        apart = f", {settings.spacing_mm:g} mm apart," if settings.spacing_mm else ""
+        raise InfeasibleError(
+            f"a budget of {asked:,} landmarks is more than fits on this face: {found:,} were found to fit{apart} "
+            f"outside the zones without dots: ask for {found:,} or fewer, or lower spacing_mm"
+        )
