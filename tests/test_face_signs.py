@@ -84,7 +84,7 @@ def test_every_sign_of_the_sample_points_where_it_should(named):
 
 
 # ---------------------------------------------------------------- unit
-@pytest.mark.parametrize(("mm", "sure"), [(1.0, True), (10.0, True), (1000.0, True), (25.4, False), (100.0, False)])
+@pytest.mark.parametrize(("mm", "sure"), [(1.0, True), (10.0, True), (1000.0, True), (25.4, True), (100.0, False)])
 def test_a_human_face_tells_its_unit_and_is_sure_where_no_doll_is_as_large_in_its_file(mm, sure):
     found = find_unit(None, 62 / mm, 52 / mm, 300 / mm, few=False)
     assert (found.mm, found.sure) == (mm, sure)
@@ -97,8 +97,8 @@ def test_the_format_s_unit_stands_for_a_mascot_and_is_not_sure():
 
 
 @pytest.mark.parametrize("stated", [None, 10.0])
-@pytest.mark.parametrize("doll", [0.2, 0.35, 0.37, 0.4, 0.44, 0.5])
-def test_a_doll_in_centimetres_is_never_surely_a_person_in_inches(stated, doll):
+@pytest.mark.parametrize("doll", [0.2, 0.35, 0.46, 0.5])
+def test_a_doll_in_centimetres_of_no_usual_adult_s_size_is_never_surely_a_person_in_inches(stated, doll):
     found = find_unit(stated, doll * 62 / 10, doll * 52 / 10, doll * 300 / 10, few=False)
     assert not found.sure
     assert stated is None or found.mm == stated
