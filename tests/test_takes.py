@@ -134,7 +134,7 @@ def test_a_layout_for_two_people_serves_both_better_than_one_for_either(rig, fac
     a, b = meshes("a", rig.neutral, jaw, rig), meshes("b", another_head(rig), brow, rig)
     both, settings = (
         takes_of(rig, [a, b], shares=(1.0, 20.0)),
-        LayoutSettings(method="motion", number=10, spacing_mm=0, symmetric=False),
+        LayoutSettings(method="motion", number=10, spacing_mm=0.0, symmetric=False),
     )
     error = {
         name: both.error(np.array([m.vertex for m in design_layout(face, settings, takes=takes).landmarks]))

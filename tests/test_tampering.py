@@ -95,7 +95,7 @@ def expressions_turned(plan):
         (order_turned, "missed least"),
         (program_of_all, "can be left out"),
         (one_expression_more, "a clique"),
-        (expressions_turned, "goes down in importance"),
+        (expressions_turned, "leaves least expected error"),
     ],
     ids=["no cover", "a large cover", "order turned", "a large program", "a long list", "list turned"],
 )

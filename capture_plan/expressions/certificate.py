@@ -176,8 +176,12 @@ def bound(active: Active, packing: Packing) -> list[str]:
 
 
 def mergeable(packing: Packing, conflict: Callable[[str, str], bool]) -> list[tuple[str, str]]:
-    """Two expressions that could be one, which refutes that no list is shorter; not where edits number them."""
-    partners, limit = _partners(packing), packing.most_things or len(_partners(packing))
+    """Two expressions that could be one, which refutes that no list is shorter; not where edits number them. Partners
+    that had to be split exclude each other like anybody."""
+    kept = [pair for pair in _pairs(packing) if pair not in packing.relaxed]
+    names = tuple(name for expression in packing.expressions for name in expression.blendshapes)
+    partners = {name: family for family in groups(names, kept) for name in family}
+    limit = packing.most_things or len(names)
     return [
         (one.name, other.name)
         for one, other in combinations(packing.expressions, 2)
@@ -197,6 +201,14 @@ def falling(packing: Packing) -> list[str]:
         for former, later in pairwise(packing.expressions)
         if later.gain > former.gain + ROUNDED
     ]
+
+
+def misplaced(packing: Packing) -> list[str]:
+    """A list as it was found that does not claim the order which its method promises; edits may have another."""
+    free = packing.kept is None and not packing.edits.names
+    return (
+        ["another order of the same expressions takes more error earlier"] if free and not packing.order_proven else []
+    )
 
 
 def _items(names: tuple[str, ...], packing: Packing) -> dict[str, tuple[str, ...]]:

@@ -116,6 +116,17 @@ def proves_order(
     return in_best_order(model_of(rig, problem, settings, target), problem.items_of(chosen))
 
 
+def in_promised_order(
+    rig: Rig, problem: Problem, settings: PackingSettings, target: Target, chosen: Sequence[tuple[int, ...]]
+) -> list[tuple[int, ...]]:
+    """Expressions, given by their blendshapes, in the order that `early` promises; as they are for other methods."""
+    if settings.method != "early":
+        return list(chosen)
+    items = problem.items_of(chosen)
+    ordered = model_of(rig, problem, settings, target).ordered(items)
+    return [chosen[items.index(each)] for each in ordered]
+
+
 def early(model: Model, lists: Sequence[Sequence[Items]]) -> list[Items]:
     """The lowest list that is found from `lists`, in order; all of these have as few expressions as there can be."""
     best = min((descend(model, list(parts)) for parts in lists), key=model.value)

@@ -21,7 +21,7 @@ from ortools.sat.python import cp_model
 from capture_plan.errors import InfeasibleError
 from capture_plan.expressions.colouring import Assigned, assigned, assignment
 from capture_plan.expressions.cpsat import solve
-from capture_plan.expressions.early import proves_order
+from capture_plan.expressions.early import in_promised_order, proves_order
 from capture_plan.expressions.instance import FREE, Instance, check_places
 from capture_plan.expressions.listing import Target, blendshape_importance, packing_record
 from capture_plan.expressions.minimum import fewest_colours
@@ -90,7 +90,8 @@ def another(
             f"no other list of {first.objective} expressions within {1 - ALIKE:.0%} of the importance was found: "
             "these are the ones to choose from"
         )
-    chosen = [problem.blendshapes(np.flatnonzero(where == e).tolist()) for e in np.unique(where)]
+    found = [problem.blendshapes(np.flatnonzero(where == e).tolist()) for e in np.unique(where)]
+    chosen = in_promised_order(rig, problem, settings, target, found)
     worth = blendshape_importance(rig, problem.names, settings, target)
     proven = proves_order(rig, problem, settings, target, chosen)
     return packing_record(

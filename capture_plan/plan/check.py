@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from msgspec.structs import replace
 
-from capture_plan.expressions.certificate import falling, packing_claims
+from capture_plan.expressions.certificate import falling, misplaced, packing_claims
 from capture_plan.layout.face import see_face
 from capture_plan.layout.task import task_of
 from capture_plan.plan.again import made_again
@@ -86,6 +86,8 @@ def expression_claims(plan: Plan, rig: Rig, folder: Path) -> list[Claim]:
     packing, mu = plan.packing, plan.settings.expressions.mu
     found = f"{len(packing.expressions)} expressions of {packing.objective}, at least {packing.bound} proved"
     faults = packing_claims(rig, plan.audit.used, packing, mu, read_rules_of(plan.settings, folder))
-    if plan.settings.expressions.uniqueness == 0:
+    if plan.settings.expressions.method == "early":
+        faults |= {"expressions stand in the order that leaves least expected error after each": misplaced(packing)}
+    elif plan.settings.expressions.uniqueness == 0:
         faults |= {"an order that is called proved goes down in importance": falling(packing)}
     return [claim(what, not lines, "; ".join(lines) or found) for what, lines in faults.items()]
