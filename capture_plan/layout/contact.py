@@ -7,7 +7,7 @@ Torn   such a pair comes nearer by r - (D + G), so that d[u] and d[v] differ as 
        and lids, and only where neighbours of the pose differ so are pairs looked up
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -15,22 +15,28 @@ from scipy.ndimage import maximum_filter, minimum_filter
 from scipy.sparse import coo_array, csr_array
 from scipy.spatial import KDTree
 
-from capture_plan.layout.face import Face
 from capture_plan.layout.meeting import GAP_MM, Poses
-from capture_plan.rig.performed import performed_deltas
+from capture_plan.rig import Rig
 
 
-def met_in(face: Face, poses: Poses, *, dot_mm: float, spacing_mm: float) -> csr_array:
-    """Pairs of markable vertices at the spacing whose dots meet in a blendshape or a pose; (v v) of 0 and 1."""
-    at, least = np.flatnonzero(face.markable), min(dot_mm + GAP_MM, spacing_mm)
-    neutral, pairs = face.rig.neutral[at], [np.empty((0, 2), dtype=int)]
-    for moved in movements(face, poses, at):
+def met_in(
+    points: Float[np.ndarray, "v 3"],
+    at: Int[np.ndarray, " n"],
+    poses: Iterable[Float[np.ndarray, "n 3"]],
+    *,
+    dot_mm: float,
+    spacing_mm: float,
+) -> csr_array:
+    """Pairs of the vertices `at` that keep the spacing and whose dots meet in a pose, given by how it moves them; (v v)
+    of 0 and 1."""
+    least, neutral, pairs = min(dot_mm + GAP_MM, spacing_mm), points[at], [np.empty((0, 2), dtype=int)]
+    for moved in poses:
         some = torn(neutral + moved, moved, within=least, by=spacing_mm - least)
         near = KDTree(neutral[some] + moved[some]).query_pairs(least, output_type="ndarray") if len(some) else some
         pairs.append(some[near].reshape(-1, 2))
     u, v = np.unique(np.concatenate(pairs), axis=0).T
     kept = np.linalg.norm(neutral[u] - neutral[v], axis=1) >= spacing_mm
-    return paired(at[u[kept]], at[v[kept]], len(face.rig.neutral))
+    return paired(at[u[kept]], at[v[kept]], len(points))
 
 
 def torn(
@@ -57,13 +63,12 @@ def torn(
     return at[np.linalg.norm(high[x, y, z] - low[x, y, z], axis=1) >= by]
 
 
-def movements(face: Face, poses: Poses, at: Int[np.ndarray, " n"]) -> Iterator[Float[np.ndarray, "n 3"]]:
-    """How every used blendshape alone, a corrective with what it corrects, and every pose moves the vertices."""
-    yield from performed_deltas(face.rig, face.used)[:, at]
+def movements(rig: Rig, poses: Poses, at: Int[np.ndarray, " n"]) -> Iterator[Float[np.ndarray, "n 3"]]:
+    """How every pose moves the vertices."""
     for pose in poses.values():
-        weights = np.array([pose.get(name, 0.0) for name in face.rig.names])
+        weights = np.array([pose.get(name, 0.0) for name in rig.names])
         moving = np.flatnonzero(weights)
-        yield np.tensordot(weights[moving], face.rig.deltas[moving][:, at], 1)
+        yield np.tensordot(weights[moving], rig.deltas[moving][:, at], 1)
 
 
 def without_pairs_of(met: csr_array, some: Int[np.ndarray, " n"]) -> csr_array:

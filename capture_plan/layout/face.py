@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.sparse import csr_array
 
 from capture_plan.errors import InfeasibleError, RigError
+from capture_plan.layout.contact import met_in
 from capture_plan.layout.empirical import place_ibug68, place_layout
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites, mirrored_sites, moving, single_sites
@@ -206,6 +207,19 @@ class Face:
 
     @cached_property
     def _near(self) -> dict[float, csr_array]:
+        return {}
+
+    def met(self, dot_mm: float, spacing_mm: float) -> csr_array:
+        """Pairs of markable vertices at the spacing whose dots meet in a blendshape alone, a corrective with what it
+        corrects; remembered. (v v) of 0 and 1."""
+        if (dot_mm, spacing_mm) not in self._met:
+            at, poses = np.flatnonzero(self.markable), performed_deltas(self.rig, self.used)
+            found = met_in(self.rig.neutral, at, poses[:, at], dot_mm=dot_mm, spacing_mm=spacing_mm)
+            self._met[dot_mm, spacing_mm] = found
+        return self._met[dot_mm, spacing_mm]
+
+    @cached_property
+    def _met(self) -> dict[tuple[float, float], csr_array]:
         return {}
 
     def spacing(self, sites: Sites, spacing_mm: float) -> Spacing | None:

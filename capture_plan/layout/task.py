@@ -10,7 +10,7 @@ from jaxtyping import Int
 from scipy.sparse import csr_array
 
 from capture_plan.errors import InfeasibleError
-from capture_plan.layout.contact import met_in, without_pairs_of
+from capture_plan.layout.contact import met_in, movements, without_pairs_of
 from capture_plan.layout.face import Face
 from capture_plan.layout.limits import Limit, open_under
 from capture_plan.layout.meeting import Poses
@@ -63,9 +63,9 @@ class Task:
         settings = self.settings
         if settings.method in NEUTRAL_ONLY or not settings.spacing_mm:
             return self
-        met = without_pairs_of(
-            met_in(self.face, poses, dot_mm=settings.dot_mm, spacing_mm=settings.spacing_mm), self.face.pinned(settings)
-        )
+        rig, at, widths = self.face.rig, np.flatnonzero(self.face.markable), (settings.dot_mm, settings.spacing_mm)
+        planned = met_in(rig.neutral, at, movements(rig, poses, at), dot_mm=widths[0], spacing_mm=widths[1])
+        met = without_pairs_of(csr_array(self.face.met(*widths) + planned), self.face.pinned(settings))
         partners = met[self.sites.vertices[:, 0], self.sites.vertices[:, 1]] > 0
         apart = Limit("partners whose dots meet when the face moves", partners.astype(int), most=0)
         return dataclass_replace(self, met=met, limits=(*self.limits, apart))
