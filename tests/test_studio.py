@@ -123,7 +123,7 @@ def test_a_mix_that_costs_the_others_more_than_hardly_anything_is_not_told_apart
     assert Goal(search, 0.0).rank(found) == K - 1
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("share", [1.1, 0.0], ids=["reached", "out of reach"])
 def test_no_budget_of_as_many_landmarks_has_a_lower_error_by_more_than_hardly(seed, share):
     search = problem(seed, s=40, pairs=12, budget=30)

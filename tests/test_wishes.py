@@ -28,7 +28,6 @@ METHODS = (
     LayoutSettings(method="distance", rounds=2),
     LayoutSettings(method="budget", budget=20),
     LayoutSettings(),
-    LayoutSettings(budget=24),
 )
 
 
