@@ -165,7 +165,7 @@ def bound(active: Active, packing: Packing) -> list[str]:
         faults.append(
             f"the solver's bound of {packing.solver_bound} lies outside {packing.bound} to {packing.objective}"
         )
-    if packing.solver_bound == packing.objective:
+    if packing.solver_bound == packing.objective or packing.method in ("early", "minimum"):
         faults += [f"{a} and {b} can be performed as one: fewer are enough" for a, b in mergeable(packing, conflict)]
     if packing.proven_optimal != (packing.bound == packing.objective):
         faults.append(f"{packing.objective} expressions against a bound of {packing.bound}: the proof is misstated")

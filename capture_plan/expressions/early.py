@@ -55,7 +55,7 @@ class Model:
 
     def ordered(self, parts: Sequence[Items]) -> list[Items]:
         """The expressions by gain, the largest first, those with a locked item at its place."""
-        return in_places(self.instance, sorted(parts, key=lambda items: (-self.gain(items), min(items))))
+        return in_places(self.instance, sorted(parts, key=lambda items: (-self.gain(items), min(items, default=-1))))
 
     def value(self, parts: Sequence[Items]) -> float:
         """The model of the best order of these expressions."""

@@ -3,6 +3,7 @@
 import numpy as np
 
 from capture_plan.layout.follow import most_of
+from capture_plan.layout.head import head_candidates
 from capture_plan.layout.relaxation import bound_from, shares_of
 from capture_plan.layout.settings import BY_ERROR
 from capture_plan.layout.spacing import nearest_straight, nearest_two
@@ -98,7 +99,17 @@ def wish_claims(plan: Plan, task: Task) -> list[Claim]:
             len(plan.layout.head) == task.settings.head_markers,
             f"{len(plan.layout.head)}, {pose.surface_mm:.2f} mm of error from the head's pose" if pose else "none",
         ),
+        *head_claims(plan, task),
     ]
+
+
+def head_claims(plan: Plan, task: Task) -> list[Claim]:
+    """Head markers stand where the face stays still."""
+    if not plan.layout.head:
+        return []
+    still = head_candidates(task.face, task.face.cameras).vertices
+    moving = [m.name for m in plan.layout.head if m.vertex not in still]
+    return [claim("head markers stand where the face stays still", not moving, ", ".join(moving) or "all of them")]
 
 
 def error_claims(plan: Plan, task: Task) -> list[Claim]:

@@ -3,6 +3,8 @@
 Program    f costs sum_s cost[s] f[s] >= bound. No site of its answer can be left out where all blendshapes and limits
            are kept without it, or the answer costs less than the bound
 Order      the last of the first n landmarks, or pairs, is the one that is missed least, for every n
+Default    no site can be left out while the goal is reached, and none with room lowers an error above the target by
+           more than twice what is worth its while (`studio`)
 Single     the paper's cover, of any site and without wishes, sees every blendshape, and none that is at hand is smaller
 """
 
@@ -12,10 +14,12 @@ import numpy as np
 from jaxtyping import Int
 from msgspec.structs import replace
 
-from capture_plan.layout.follow import SINGLE_COVER, Decided, Solved, decided_in, program_costs, rows_of
+from capture_plan.layout.follow import SINGLE_COVER, Decided, Solved, decided_in, program_costs, rows_of, target_of
 from capture_plan.layout.gains import gains_at
+from capture_plan.layout.methods import search_of
 from capture_plan.layout.search import Search
 from capture_plan.layout.settings import BY_ERROR
+from capture_plan.layout.studio import WORTHWHILE, Goal, ceiling
 from capture_plan.layout.task import Task
 from capture_plan.plan.claims import TOLERANCE, Claim, claim
 from capture_plan.plan.record import Plan
@@ -31,7 +35,36 @@ def refuted_claims(plan: Plan, task: Task) -> list[Claim]:
     claims = [single_cover_claim(plan, task)]
     if decided.programs and decided.method not in SEVERAL:
         claims.append(spared_claim(task, decided))
+    if decided.method == "studio":
+        claims += studio_claims(plan, task, decided)
     return [*claims, order_claim(task, decided)] if decided.method in BY_ERROR else claims
+
+
+def studio_claims(plan: Plan, task: Task, decided: Decided) -> list[Claim]:
+    """The default has no landmark too many; and none too few, where the expressions are those that it was made for."""
+    chosen, (name, target_mm) = tuple(decided.further.tolist()), target_of(plan.layout.references)
+    goal = Goal(search_of(task, len(task.sites.size)), target_mm)
+    without = [tuple(other for other in chosen if other != site) for site in chosen]
+    spare = sum(bool(rest) and goal.enough(rest, than=chosen) for rest in without)
+    least = f"no landmark can be left out of the default and all of it be as good beside {name}"
+    claims = [claim(least, not spare, f"{spare} of {len(chosen)} places can")]
+    if plan.packing.kept is None and not plan.packing.edits.names:
+        gain = best_gain(task.apart_in(plan.packing.poses), decided) if goal.error(chosen) > target_mm else 0.0
+        more = f"the default reaches the error of {name}, or another landmark is not worth its while"
+        found = f"{goal.error(chosen):.3f} mm against {target_mm:.3f} mm, another would take {gain:.1%} of it"
+        claims.append(claim(more, gain < 2 * WORTHWHILE, found))
+    return claims
+
+
+def best_gain(task: Task, decided: Decided) -> float:
+    """Share of the error that another landmark takes at most, where one has room below the ceiling."""
+    chosen = tuple(decided.further.tolist())
+    cover = int(task.sites.size[decided.programs[0].sites].sum()) if decided.programs else 0
+    search = search_of(task, ceiling(cover, task.observation.full_rank))
+    among, gains = search.next(chosen), search.gains(chosen)
+    squared = float(np.sum(search.observation.gram * gains.C))
+    each = gains.all(among) / search.size[among]
+    return float(each.max(initial=0.0)) / (2 * squared)  # the square falls twice as fast
 
 
 def spared_claim(task: Task, decided: Decided) -> Claim:
@@ -68,7 +101,7 @@ def missed_least(search: Search, kept: Int[np.ndarray, " n"]) -> bool:
 
 def single_cover_claim(plan: Plan, task: Task) -> Claim:
     """The single set cover is one, and where its number counts first no larger than the covers in this plan."""
-    layout, plain = plan.layout, replace(task.settings, pins=(), spacing_mm=0.0)
+    layout, plain = plan.layout, replace(task.settings, pins=(), relaxed_for=None, spacing_mm=0.0)
     sites = task.face.sites(plain)
     covers = sites.covers(plain.epsilon)
 

@@ -23,6 +23,7 @@ from capture_plan.rig.meaning import arkit_by_motion, base_name
 SAID = 0.75  # of the largest movement: a place is told by its own furthest point, and millimetres are rounded
 SMALL_MM = 1.0  # an expression that moves less than that moves nothing that a sentence could leave out
 MILLIMETRES = re.compile(r"by ([0-9]+(?:\.[0-9]+)?) mm")
+PICTURE = "match the picture"
 CLOSED = "keep your lips closed"
 OPEN_MM = 3.0  # a scan shows lips as open
 
@@ -57,6 +58,8 @@ def largest_unsaid(rig: Rig, expression: Expression, drivers: tuple[tuple[str, s
     name = max(far, key=lambda name: far[name])
     told = [float(mm) for mm in MILLIMETRES.findall(expression.sentence)]
     both = (far[name], _in_pose(rig, name, expression.blendshapes, drivers))
+    if not told and PICTURE in expression.sentence.lower():
+        return None  # where names say nothing, no sentence can: the picture shows all of it
     if min(both) < SMALL_MM or any(SAID * mine <= mm <= mine + 1 for mine in both for mm in told):
         return None
     if any(phrase in expression.sentence.lower() for phrase in _phrases_for(arkit_by_motion(rig, name))):
