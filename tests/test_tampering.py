@@ -1,14 +1,18 @@
 """A plan with any one value changed is refused or fails its check, with the seal broken or made anew."""
 
 import json
+from dataclasses import replace as dataclass_replace
 
+import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from capture_plan.layout.follow import SINGLE_COVER
+from capture_plan.layout.follow import SINGLE_COVER, decided_in
 from capture_plan.plan import again, check
 from capture_plan.plan.files import read_plan, write_plan
+from capture_plan.plan.landmark_claims import head_claims
 from capture_plan.plan.record import sealed
+from capture_plan.plan.refuted_claims import studio_claims
 from capture_plan.rig import sample_rig
 from tests.lies import LIES
 from tests.tampering import FREE, KINDS, answers_kept, is_free, outcomes, verdict
@@ -114,3 +118,47 @@ def test_decisions_that_a_second_look_refutes_are_lies_although_all_else_follows
 def test_writing_a_plan_seals_it(made, tmp_path):
     plan = read_plan(made["default"])
     assert read_plan(write_plan(plan, tmp_path / "again.json")) == plan
+
+
+def bare(plan):
+    return replace(plan, layout=replace(plan.layout, order=plan.layout.order[: len(plan.layout.order) // 2]))
+
+
+def all_alone(plan):
+    """Every blendshape in an expression of its own, and the solver's word that fewer are needed."""
+    first, *_ = plan.packing.expressions
+    names = [name for one in plan.packing.expressions for name in one.blendshapes]
+    alone = tuple(replace(first, blendshapes=(name,), weights=(1.0,)) for name in names)
+    return replace(plan, packing=replace(plan.packing, expressions=alone))
+
+
+@pytest.mark.parametrize(
+    ("decide", "named"), [(bare, "is not worth its while"), (all_alone, "(a clique)")], ids=["bare", "alone"]
+)
+def test_what_the_default_promises_is_asked_of_it(made, decide, named):
+    plan, rig = read_plan(made["default"]), sample_rig()
+    report = check.audit(rig)
+    task = check.task_of(check.see_face(rig, report.used, ()), plan.settings.landmarks)
+    forged = sealed(again.made_again(decide(plan), report, task, None))
+    broken = [one.what for one in check.claims_of(forged, rig, made["default"].parent) if not one.holds]
+    assert any(named in what for what in broken)
+
+
+def test_a_default_with_landmarks_to_spare_is_none(made):
+    plan, rig = read_plan(made["default"]), sample_rig()
+    task = check.task_of(check.see_face(rig, plan.audit.used, ()), plan.settings.landmarks)
+    chosen = decided_in(plan.layout, task)
+    assert all(one.holds for one in studio_claims(plan, task, chosen))
+    free = np.setdiff1d(task.open_, chosen.further)[::40]
+    padded = dataclass_replace(chosen, further=np.concatenate([chosen.further, free]))
+    assert not studio_claims(plan, task, padded)[0].holds
+
+
+def test_head_markers_that_move_are_none(made):
+    plan, rig = read_plan(made["cameras"]), sample_rig()
+    face = check.see_face(rig, plan.audit.used, ())
+    task = check.task_of(face, replace(plan.settings.landmarks, min_views=0))
+    moving = np.argsort(-face.displacement.max(axis=0))[: len(plan.layout.head)].tolist()
+    head = tuple(replace(m, vertex=v) for m, v in zip(plan.layout.head, moving, strict=True))
+    assert head
+    assert not head_claims(replace(plan, layout=replace(plan.layout, head=head)), task)[0].holds

@@ -27,7 +27,7 @@ LEFT = (
     r"packing\.(method|overlaps.*|hard.*|kept|order_proven|edits.*)",
     r"layout\.(landmarks|head)\.#\.(region|label|views.*)",
     r"layout\.(references\.[^.]*\.)?predictions(\..*)?",
-    r"(meetings|draft)(\..*)?",
+    r"meetings(\..*)?",
     r"layout\.programs\.#\.blendshapes.*",
     r"layout\.motion\.(missing|notes|rank|tail_mm|curve_mm)(\..*)?",
 )

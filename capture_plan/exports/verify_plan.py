@@ -120,6 +120,7 @@ def check_rig(face):
     )
     yield "the plan is of a format known here", plan["format"] in FORMATS, plan["format"]
     same = plan["audit"] == json.loads(str(rig["audit"])) and plan["audit"]["used"] == face.used
+    yield "the plan is no draft: nothing was known against it", not plan["draft"], "; ".join(plan["draft"]) or "none"
     yield "the audit is that of the rig", same, f"{len(face.used)} blendshapes planned for"
 
 

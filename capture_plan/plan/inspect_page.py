@@ -201,8 +201,8 @@ def other_lines(found: Inspection) -> list[str]:
     worse = [one for one in found.others if not one.as_good]
     if worse:
         lines.append(
-            f"The next that leaves a fifth of the places is {worse[0].worse:.1%} worse "
-            f"({worse[0].landmarks} markers, {worse[0].error_mm:.3f} mm{left_words(worse[0])})."
+            f"The next that leaves a fifth of the places is {worse[0].worse:.1%} worse, in its error or "
+            f"its number of markers ({worse[0].landmarks} markers, {worse[0].error_mm:.3f} mm{left_words(worse[0])})."
         )
     return lines or ["None: no other layout keeps all wishes."]
 

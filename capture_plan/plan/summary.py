@@ -22,6 +22,7 @@ def summary(plan: Plan) -> tuple[str, ...]:
     lines = [
         f"{plan.rig.name}: {len(audit.used)} of {audit.blendshapes} blendshapes planned for, "
         f"{audit.skin_vertices:,} skin vertices.",
+        *uncovered_words(plan),
         f"{worth_words(layout.worth, layout.predictions)}{budget_words(plan)}.",
         *prediction_words(layout.predictions),
         *target_words(plan),
@@ -43,17 +44,24 @@ def summary(plan: Plan) -> tuple[str, ...]:
         f"The session takes about {plan.session.minutes:.0f} minutes. {plan.session.stop}".strip(),
     ]
     lines += [f"{heading}, planned apart: {names}." for heading, names, _ in apart_lines(audit.apart)]
-    if layout.uncovered and layout.method == "motion":
-        lines.append(f"Chosen for the take, the layout has no landmark on {', '.join(layout.uncovered)}.")
-    elif layout.uncovered and (layout.programs or plan.settings.landmarks.method != "budget"):
-        lines.append(f"No landmark can stand for {', '.join(layout.uncovered)}: capture these by another means.")
-    elif layout.uncovered:
-        lines.append(
-            f"The budget does not pay for a landmark on every blendshape; without one: {', '.join(layout.uncovered)}."
-        )
     if packing.left_out:
         lines.append(f"Left out by the limit on expressions: {', '.join(packing.left_out)}.")
     return tuple(lines)
+
+
+def uncovered_words(plan: Plan) -> list[str]:
+    """Which blendshapes no landmark moves with, and why."""
+    layout, names = plan.layout, ", ".join(plan.layout.uncovered)
+    if not names:
+        return []
+    if layout.method == "motion":
+        return [f"Chosen for the take, the layout has no landmark on {names}."]
+    if layout.programs or plan.settings.landmarks.method != "budget":
+        return [
+            f"No landmark can stand for {names}: the skin that they move is seen too little or lies in a zone without "
+            "dots. Capture these by another means, or make the zones smaller (--keep-out)."
+        ]
+    return [f"The budget does not pay for a landmark on every blendshape; without one: {names}."]
 
 
 def budget_words(plan: Plan) -> str:

@@ -85,7 +85,10 @@ def left_out_words(read: ReadingFacts, most: int | None = None) -> list[tuple[st
     if read.set_aside:
         names = some(read.set_aside, most or len(read.set_aside))
         rows.append(
-            ("Set aside", f"{names}: they move more than the face, or other things, so they tell nothing of it")
+            (
+                "Set aside",
+                f"{names}: not used to find the face; each moves nothing, something else, or more than a face",
+            )
         )
     return rows
 
