@@ -69,6 +69,17 @@ def test_what_a_corrective_needs_excludes_what_excludes_it(rig, used):
     assert set(never) == {("browInnerUp", "jawOpen"), ("browInnerUp", "mouthClose")}
 
 
+def test_a_sound_that_opens_the_jaw_too_is_not_needed_besides_the_jaw(rig, used):
+    deltas, k = rig.deltas.copy(), rig.names.index("mouthShrugUpper")
+    deltas[k] = 0.4 * rig.deltas[rig.names.index("jawOpen")]
+    names = tuple("viseme_aa" if name == "mouthShrugUpper" else name for name in rig.names)
+    planned = tuple("viseme_aa" if name == "mouthShrugUpper" else name for name in used)
+    sounding = replace(rig, names=names, deltas=deltas)
+    assert [pair for pair in driven(sounding, planned) if pair[0] == "mouthClose"] == [("mouthClose", "jawOpen")]
+    silent = tuple(name for name in planned if name != "jawOpen")
+    assert ("mouthClose", "viseme_aa") in driven(sounding, silent)
+
+
 def test_requirements_come_from_rules_as_well_as_from_geometry(rig, used):
     assert ("noseSneerLeft", "browDownLeft") in driven(rig, used, Rules(requires={"noseSneerLeft": ("browDownLeft",)}))
     rules = Rules(requires={"mouthSmile": ("cheekPuff",)})

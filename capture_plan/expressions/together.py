@@ -54,13 +54,22 @@ def driven(rig: Rig, used: tuple[str, ...], rules: Rules | None = None) -> tuple
     by_shape = _correctives(rig, used)
     needed = {(a, b) for a, others in (rules or default_rules()).requires.items() for b in others}
     calls = {name: called(rig, name) for name in used}
+    meant = {b: _meant(rig, used, b) for _, b in needed}
     by_rule = [
         (name, base)
         for name in used
         for base in used
-        if name != base and any(a in calls[name] and b in calls[base] for a, b in needed)
+        if name != base and any(a in calls[name] and base in meant[b] for a, b in needed)
     ]
     return tuple(dict.fromkeys([*by_shape, *by_rule]))
+
+
+def _meant(rig: Rig, used: tuple[str, ...], call: str) -> tuple[str, ...]:
+    """Blendshapes that a rule means by a call: those that bear the name, else what moves like it. The 'a' of a mouth
+    opens the jaw too, and is not needed besides."""
+    moving = tuple(name for name in used if call in called(rig, name))
+    bearing = [(name, arkit) for name in moving for arkit in (name, rig.arkit(name)) if arkit]
+    return tuple(dict.fromkeys(name for name, own in bearing if call in (own, base_name(own)))) or moving
 
 
 @lru_cache(maxsize=8)  # every edit of a list asks again
