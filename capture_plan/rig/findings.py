@@ -130,11 +130,11 @@ def _too_weak(found: list[tuple[str, float]]) -> list[Finding]:
     if not found:
         return []
     names = tuple(name for name, _ in found)
-    message = f"{names[0]} moves the skin by {found[0][1]:.2g} mm at most, less than a marker's noise ({NOISE_MM} mm)"
+    message = f"{names[0]} moves the skin by {found[0][1]:.2g} mm at most, less than a marker can show ({NOISE_MM} mm)"
     advice = "Make it stronger, or check the unit of the rig if every blendshape is that small."
     if len(found) > 1:
         told = ", ".join(f"{name} ({mm:.2g} mm)" for name, mm in found)
-        message = f"{len(found)} blendshapes move the skin by less than a marker's noise ({NOISE_MM} mm): {told}"
+        message = f"{len(found)} blendshapes move the skin by less than a marker can show ({NOISE_MM} mm): {told}"
         advice = "Make them stronger, or check the unit of the rig if every blendshape is that small."
     return [Finding("noise", names, message, advice, True, "rigger")]
 
