@@ -12,6 +12,7 @@ import re
 import numpy as np
 from jaxtyping import Float
 
+from capture_plan.expressions.movement import movements
 from capture_plan.expressions.record import Expression
 from capture_plan.expressions.sentences import phrases
 from capture_plan.plan.advice import say_names
@@ -58,8 +59,8 @@ def largest_unsaid(rig: Rig, expression: Expression, drivers: tuple[tuple[str, s
     name = max(far, key=lambda name: far[name])
     told = [float(mm) for mm in MILLIMETRES.findall(expression.sentence)]
     both = (far[name], _in_pose(rig, name, expression.blendshapes, drivers))
-    if not told and PICTURE in expression.sentence.lower():
-        return None  # where names say nothing, no sentence can: the picture shows all of it
+    if not told and PICTURE in expression.sentence.lower() and not movements(rig, (name,)):
+        return None  # neither its name nor its place has words: the picture shows it
     if min(both) < SMALL_MM or any(SAID * mine <= mm <= mine + 1 for mine in both for mm in told):
         return None
     if any(phrase in expression.sentence.lower() for phrase in _phrases_for(arkit_by_motion(rig, name))):
