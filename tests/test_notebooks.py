@@ -89,9 +89,7 @@ def test_notebooks_are_clean_under_marimos_own_check():
     assert all("__generated_with" in path.read_text() for path in NOTEBOOKS)
 
 
-@pytest.mark.parametrize(
-    "name", ["compact_landmarks", "compare_layouts", "expressions", "landmarks", "packing_worth", "rig", "visibility"]
-)
+@pytest.mark.parametrize("name", ["compare_layouts", "expressions", "landmarks", "packing_worth", "rig", "visibility"])
 def test_a_notebook_runs_alone_on_the_sample(name):
     assert run(name)["rig"].fingerprint == sample_rig().fingerprint
 
