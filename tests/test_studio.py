@@ -10,13 +10,12 @@ from capture_plan.layout.budget import spend_budget
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import SIXTY_EIGHT
 from capture_plan.layout.follow import EVEN, target_of
-from capture_plan.layout.methods import search_of
 from capture_plan.layout.record import Worth
 from capture_plan.layout.search import Search
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.studio import HARDLY, WORTHWHILE, Goal, ceiling, fewest
-from capture_plan.layout.task import task_of
+from capture_plan.layout.task import search_of, task_of
 from capture_plan.layout.worth import Observation
 
 K = 5

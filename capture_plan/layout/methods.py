@@ -20,12 +20,12 @@ from capture_plan.layout.by_motion import sites_for
 from capture_plan.layout.cover import Cover
 from capture_plan.layout.multicover import adaptive_cover, best_cover
 from capture_plan.layout.record import Layout
-from capture_plan.layout.search import Choice, Search
+from capture_plan.layout.search import Choice
 from capture_plan.layout.settings import Method, Weights
 from capture_plan.layout.shell.takes import Takes
 from capture_plan.layout.spacing import Spacing
 from capture_plan.layout.studio import ceiling, fewest, near
-from capture_plan.layout.task import NOTHING, Task
+from capture_plan.layout.task import NOTHING, Task, search_of
 
 Chosen = tuple[Method, list[Cover], Int[np.ndarray, " a"]]
 
@@ -91,12 +91,6 @@ def enough_for(task: Task, target_mm: float, former: Layout | None) -> tuple[Cov
         if not search.uncovered(kept):
             return cover, np.array(near(search, kept, target_mm), dtype=int)
     return cover, np.array(fewest(search, start, target_mm), dtype=int)
-
-
-def search_of(task: Task, budget: int, *, covered: bool = True) -> Search:
-    """The search for a budget; with `covered`, every blendshape that can be reached keeps a landmark."""
-    covers = task.sites.covers(task.settings.epsilon)[task.reachable]
-    return Search(task.observation, task.sites, covers if covered else covers[:0], task.spacing, budget, task.limits)
 
 
 def sites_in(task: Task, former: Layout) -> Choice:

@@ -14,6 +14,7 @@ from capture_plan.layout.contact import met_in, movements, without_pairs_of
 from capture_plan.layout.face import Face
 from capture_plan.layout.limits import Limit, open_under
 from capture_plan.layout.meeting import Poses
+from capture_plan.layout.search import Search
 from capture_plan.layout.settings import NEUTRAL_ONLY, LayoutSettings
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.spacing import Spacing
@@ -91,3 +92,9 @@ def task_of(face: Face, settings: LayoutSettings, unlike: Sequence[Sequence[int]
     if not len(task.reachable):
         raise InfeasibleError(f"no vertex that is seen moves by {settings.epsilon} of any blendshape: lower epsilon")
     return task
+
+
+def search_of(task: Task, budget: int, *, covered: bool = True) -> Search:
+    """The search for a budget; with `covered`, every blendshape that can be reached keeps a landmark."""
+    covers = task.sites.covers(task.settings.epsilon)[task.reachable]
+    return Search(task.observation, task.sites, covers if covered else covers[:0], task.spacing, budget, task.limits)

@@ -16,11 +16,10 @@ from msgspec.structs import replace
 
 from capture_plan.layout.follow import SINGLE_COVER, Decided, Solved, decided_in, program_costs, rows_of, target_of
 from capture_plan.layout.gains import gains_at
-from capture_plan.layout.methods import search_of
 from capture_plan.layout.search import Search
 from capture_plan.layout.settings import BY_ERROR
 from capture_plan.layout.studio import WORTHWHILE, Goal, ceiling
-from capture_plan.layout.task import Task
+from capture_plan.layout.task import Task, search_of
 from capture_plan.plan.claims import TOLERANCE, Claim, claim
 from capture_plan.plan.record import Plan
 
