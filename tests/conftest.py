@@ -51,14 +51,27 @@ def made(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def face():
-    """The sample head with all blendshapes that a plan uses."""
-    from capture_plan.layout.face import see_face
+def rig():
+    """The sample head."""
     from capture_plan.rig import sample_rig
+
+    return sample_rig()
+
+
+@pytest.fixture(scope="session")
+def used(rig):
+    """Its blendshapes that a plan uses."""
     from capture_plan.rig.audit import audit
 
-    rig = sample_rig()
-    return see_face(rig, audit(rig).used)
+    return audit(rig).used
+
+
+@pytest.fixture(scope="session")
+def face(rig, used):
+    """The sample head with all blendshapes that a plan uses."""
+    from capture_plan.layout.face import see_face
+
+    return see_face(rig, used)
 
 
 @pytest.fixture(scope="session")

@@ -5,17 +5,12 @@ from dataclasses import replace
 import msgspec
 import pytest
 
-from capture_plan.rig import agreement, sample_rig
+from capture_plan.rig import agreement
 from capture_plan.rig.agreement import agreed_meanings, name_doubts
 from capture_plan.rig.audit import audit
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.face.record import Eyes
 from capture_plan.rig.meaning import arkit_by_motion
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return sample_rig()
 
 
 def renamed(rig, **names):

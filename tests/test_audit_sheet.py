@@ -12,7 +12,6 @@ from msgspec.structs import replace
 from PIL import Image
 
 from capture_plan.errors import RigError
-from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
 from capture_plan.rig.face.axes import axes_matrix
 from capture_plan.rig.face.facts import reading_facts
@@ -24,11 +23,6 @@ from capture_plan.sheets.understood import COLUMN_MM, POINT, VIEWS, file_axis, f
 from capture_plan.sheets.view import FRONT, picture, pixels
 
 EACH_MM = (A4_ACROSS.width - 2 * MARGIN_MM) / len(VIEWS)
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return sample_rig()
 
 
 @pytest.fixture(scope="module")

@@ -16,19 +16,7 @@ from capture_plan.plan.check import check_plan
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.settings import Settings
 from capture_plan.progress import listen
-from capture_plan.rig import sample_rig
-from capture_plan.rig.audit import audit
 from capture_plan.visibility import FEWEST_PIXELS, cameras_for, look_at, why_blind
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return sample_rig()
-
-
-@pytest.fixture(scope="module")
-def used(rig):
-    return audit(rig).used
 
 
 def calibration(path, cameras, unit_mm=1000.0, **more):

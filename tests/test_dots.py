@@ -14,7 +14,6 @@ from capture_plan.layout.given import read_layouts
 from capture_plan.plan.files import read_plan, write_plan
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.settings import LayoutSettings, Settings
-from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
 from tests.command import run
 
@@ -35,11 +34,6 @@ NEITHER = (
     "M01M02",
     "M",
 )
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return sample_rig()
 
 
 @pytest.fixture(scope="module")

@@ -15,8 +15,6 @@ from capture_plan.expressions.early import BEHIND, END, Model, chains, early, in
 from capture_plan.expressions.instance import FREE, Instance
 from capture_plan.expressions.pack import pack
 from capture_plan.expressions.settings import Edits
-from capture_plan.rig import sample_rig
-from capture_plan.rig.audit import audit
 from capture_plan.transfer.example import BETA
 from capture_plan.transfer.expected import Expectation, expectation, mean_expectation
 from capture_plan.transfer.importance import transfer_importance
@@ -138,16 +136,6 @@ def test_a_scan_of_one_takes_nearly_all_and_one_beside_another_place_costs_nothi
     assert apart.gain((0, 1)) == pytest.approx(apart.gain((0,)) + apart.gain((1,)))
     meeting = Expectation(np.ones((2, 1)), np.ones((2, 1)))
     assert meeting.gain((0, 1)) < 0.6 * (meeting.gain((0,)) + meeting.gain((1,)))
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return sample_rig()
-
-
-@pytest.fixture(scope="module")
-def used(rig):
-    return audit(rig).used
 
 
 def test_expectations_add_up_to_what_a_scan_of_each_is_worth(rig):

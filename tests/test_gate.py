@@ -22,7 +22,7 @@ from capture_plan.plan.make import make_plan
 from capture_plan.plan.places import names_files
 from capture_plan.plan.record import sealed
 from capture_plan.plan.settings import Settings
-from capture_plan.rig import audited, sample_rig
+from capture_plan.rig import audited
 from capture_plan.rig.audit import audit
 from capture_plan.sheets.page import DRAFT, Booklet, paper
 from tests.command import run
@@ -36,11 +36,6 @@ COMMANDS = (
     ("edit", "-o", "out/edited.json", "--lock", "jawOpen=2"),
     ("edit", "--why", "jawOpen,browInnerUp"),
 )
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return sample_rig()
 
 
 @pytest.fixture(scope="module")

@@ -15,14 +15,8 @@ from capture_plan.plan.landmark_claims import mirrored_claim
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.record import sealed
 from capture_plan.plan.settings import Settings
-from capture_plan.rig import sample_rig
 
 COVER = LayoutSettings(method="cover")
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return sample_rig()
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,6 @@ from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.layout.alternatives import alternatives
 from capture_plan.layout.by_motion import fit_of
 from capture_plan.layout.design import design_layout
-from capture_plan.layout.face import see_face
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.shell.evaluate import METHODS, OURS, motion_error, score
 from capture_plan.layout.shell.recording import EXACT_MM, record
@@ -26,29 +25,12 @@ from capture_plan.plan.make import make_plan
 from capture_plan.plan.motion_claims import direct_error
 from capture_plan.plan.settings import Settings
 from capture_plan.plan.summary import summary
-from capture_plan.rig import sample_rig
-from capture_plan.rig.audit import audit
 from capture_plan.rig.regions import REGIONS
 from capture_plan.rig.sequence import Sequence, read_sequence
 from capture_plan.rig.sequence.frames import PosedFrames, StoredFrames
 
 NUMBER = 16
 BY_MOTION = LayoutSettings(method="motion", number=NUMBER)
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return sample_rig()
-
-
-@pytest.fixture(scope="module")
-def used(rig):
-    return audit(rig).used
-
-
-@pytest.fixture(scope="module")
-def face(rig, used):
-    return see_face(rig, used)
 
 
 def recorded(rig, seed=0, frames=40):

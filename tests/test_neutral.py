@@ -4,13 +4,7 @@ import numpy as np
 import pytest
 
 from capture_plan.errors import RigError
-from capture_plan.rig import sample_rig
 from capture_plan.rig.neutral import read_neutral
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return sample_rig()
 
 
 def write_obj(path, vertices):

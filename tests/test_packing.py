@@ -20,7 +20,6 @@ from capture_plan.expressions.minimum import _heaviest_colour, fewest_colours, m
 from capture_plan.expressions.pack import pack
 from capture_plan.expressions.sequential import heaviest, sequential
 from capture_plan.expressions.together import never_together, performed_together
-from capture_plan.rig import sample_rig
 
 few = settings(max_examples=30, deadline=None)
 RING = np.array([[i in (e, (e + 1) % 5) for e in range(5)] for i in range(5)])  # five items, each overlaps two others
@@ -192,11 +191,6 @@ def test_without_a_proof_a_known_colour_is_filled_up():
     assert 4 in chosen
     assert len(chosen) == 2
     assert fits(RING, chosen)
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return sample_rig()
 
 
 @pytest.fixture(scope="module")

@@ -13,17 +13,11 @@ from capture_plan.expressions.active import vertex_kinds
 from capture_plan.expressions.sweep import AblationRow, MuRow
 from capture_plan.notebooks_support.packing import worth_sentences
 from capture_plan.plan.packing_worth import ALONE, RANDOM, error_after, error_curves, mean_curve, rival_lists
-from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
 from capture_plan.transfer.score import Score
 
 SETTINGS = PackingSettings()
 MU = {"Rules": (MuRow(0.2, 5, 5, "clique", 6, 7),), "None": (MuRow(0.2, 4, 3, "solver", 4, 4),)}
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return sample_rig()
 
 
 @pytest.fixture(scope="module")

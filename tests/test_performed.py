@@ -1,17 +1,10 @@
 """What a face does when one blendshape is performed: a corrective never comes alone."""
 
 import numpy as np
-import pytest
 
-from capture_plan.rig import sample_rig
 from capture_plan.rig.performed import performed_deltas
 from capture_plan.rig.regions import face_regions
 from capture_plan.visibility import camera_views, cameras_for
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return sample_rig()
 
 
 def test_a_corrective_moves_with_what_it_corrects_and_all_others_alone(rig):

@@ -22,12 +22,6 @@ from capture_plan.plan.files import (
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.settings import Settings
 from capture_plan.plan.summary import summary
-from capture_plan.rig import sample_rig
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return sample_rig()
 
 
 @pytest.fixture(scope="module")

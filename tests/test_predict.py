@@ -25,7 +25,6 @@ from capture_plan.layout.record import Prediction
 from capture_plan.layout.shell.recording import record
 from capture_plan.layout.shell.takes import takes_of
 from capture_plan.layout.worth import PRIOR_SD, Observation
-from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
 from capture_plan.rig.sample.motion import made_up_take
 from capture_plan.rig.sequence import Sequence
@@ -44,11 +43,6 @@ def observed(noise_mm=0.2):
 @pytest.fixture
 def observation():
     return observed()
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return sample_rig()
 
 
 @pytest.fixture(scope="module")

@@ -37,8 +37,10 @@ def test_a_standard_error_is_never_printed_smaller_than_it_is():
 
 def test_the_headline_is_predicted_at_the_noise_of_the_settings():
     assert headline(WORTH, (USUAL, MIXES, TAKE)) == MIXES.error_mm
-    assert error_words(WORTH, (USUAL, MIXES)) == "predicted error 0.31 mm, upper estimate 0.41 mm under 0.5 mm of noise"
-    assert worth_words(WORTH, (USUAL, MIXES)).startswith("20 landmarks, rank 5 of 6, predicted error 0.31 mm")
+    assert (
+        error_words(WORTH, (USUAL, MIXES)) == "predicted error 0.312 mm, upper estimate 0.410 mm under 0.5 mm of noise"
+    )
+    assert worth_words(WORTH, (USUAL, MIXES)).startswith("20 landmarks, rank 5 of 6, predicted error 0.312 mm")
     tile = error_tile(WORTH, (USUAL, MIXES))
     assert (tile.name, tile.figure, tile.unit) == ("Predicted error", "0.31", "mm")
     assert "weights solved between 0 and 1, 3 to 8 blendshapes at once" in tile.note
@@ -49,7 +51,7 @@ def test_where_nothing_was_predicted_the_upper_estimate_has_its_own_name(predict
     tile = error_tile(WORTH, predictions)
     assert (tile.name, tile.figure) == ("Upper estimate", "0.41")
     assert "weights of any size" in tile.note
-    assert error_words(WORTH, predictions) == "upper estimate 0.41 mm under 0.5 mm of noise"
+    assert error_words(WORTH, predictions) == "upper estimate 0.410 mm under 0.5 mm of noise"
 
 
 def test_rows_of_tables_keep_both_errors_apart():
@@ -61,7 +63,7 @@ def test_rows_of_tables_keep_both_errors_apart():
 
 def test_another_layout_brings_its_own_predictions():
     other = Reference(68, 4, 4, 3.0, 0.5, 0.62, (), (MIXES,))
-    assert "predicted error 0.31 mm, upper estimate 0.62 mm" in worth_words(other, other.predictions)
+    assert "predicted error 0.312 mm, upper estimate 0.620 mm" in worth_words(other, other.predictions)
 
 
 def test_where_there_is_room_for_one_figure_it_is_what_the_solve_is_expected_to_give():

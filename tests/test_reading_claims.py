@@ -9,16 +9,10 @@ from capture_plan.plan.again_claims import audit_claim
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.reading_claims import reading_claims, strongest_kinds
 from capture_plan.plan.settings import Settings
-from capture_plan.rig import sample_rig
 from capture_plan.rig.read import read_rig
 from tests.command import run
 
 COVER = Settings(landmarks=LayoutSettings(method="cover"))
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return sample_rig()
 
 
 @pytest.fixture(scope="module")

@@ -7,17 +7,11 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import Audit, audit
 from capture_plan.rig.audit_page import audit_text, verdict
 from capture_plan.rig.face.facts import SIGNS, PairFacts, ReadingFacts, SpotFacts, reading_facts
 from capture_plan.rig.face.record import Sign
 from capture_plan.rig.face.words import answers, doubts, signs_words
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return sample_rig()
 
 
 @pytest.fixture(scope="module")

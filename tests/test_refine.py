@@ -1,24 +1,14 @@
 """Two landmarks for every blendshape, with and without a spacing, and the swarm between them."""
 
 import numpy as np
-import pytest
 from msgspec.structs import replace
 
-from capture_plan.layout.face import see_face
 from capture_plan.layout.refine import swarm, swarm_energy
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.variants import vertices_of
 from capture_plan.mesh import geodesic_distance
-from capture_plan.rig import sample_rig
-from capture_plan.rig.audit import audit
 
 FREE = LayoutSettings(method="cover", symmetric=False, spacing_mm=7.0, rounds=2, keep_out={})
-
-
-@pytest.fixture(scope="module")
-def face():
-    rig = sample_rig()
-    return see_face(rig, audit(rig).used)
 
 
 def counted(face, vertices):

@@ -11,11 +11,6 @@ from capture_plan.rig.regions import REGIONS, face_regions, region_label
 
 
 @pytest.fixture(scope="module")
-def rig():
-    return sample_rig()
-
-
-@pytest.fixture(scope="module")
 def regions(rig):
     return face_regions(rig)
 

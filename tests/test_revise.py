@@ -14,12 +14,6 @@ from capture_plan.expressions.pack import pack
 from capture_plan.expressions.revise import another, repack
 from capture_plan.expressions.settings import Edits
 from capture_plan.expressions.sweep import importance_ablation, mu_sweep
-from capture_plan.rig import sample_rig
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return sample_rig()
 
 
 @pytest.fixture(scope="module")

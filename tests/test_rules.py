@@ -14,14 +14,8 @@ from capture_plan.expressions.rules import Hard, Rules, default_rules, read_rule
 from capture_plan.expressions.settings import Edits
 from capture_plan.expressions.together import driven, groups, hard_together, never_together
 from capture_plan.expressions.why import why_apart
-from capture_plan.rig import sample_rig
 
 FREE = Rules()
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return sample_rig()
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,6 @@ from capture_plan.expressions.session_settings import SessionSettings
 from capture_plan.layout.record import Landmark, Layout, Worth
 from capture_plan.plan.record import FORMAT_VERSION, Plan, RigReference
 from capture_plan.plan.settings import Settings
-from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import Audit
 from capture_plan.rig.regions import face_regions
 from capture_plan.sheets import expression_pictures, marker_pictures, region_looks, write_sheets
@@ -89,11 +88,6 @@ def make(rig, *, label: str | None = None) -> Plan:
 def partly(kind, **known):
     """A record with nothing in the fields that no sheet reads."""
     return kind(**{field.name: known.get(field.name, ()) for field in fields(kind)})
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return sample_rig()
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from capture_plan.errors import RigError
-from capture_plan.layout.face import see_face
 from capture_plan.layout.shell.boundary import STILL_MM
 from capture_plan.layout.shell.evaluate import (
     METHODS,
@@ -31,7 +30,6 @@ from capture_plan.layout.shell.validate import (
     simulation_recovery,
 )
 from capture_plan.rig import sample_rig
-from capture_plan.rig.audit import audit
 from capture_plan.rig.sample.motion import random_weights, sample_motion
 from capture_plan.rig.sequence import Sequence
 from capture_plan.rig.sequence.frames import PosedFrames, StoredFrames
@@ -40,11 +38,6 @@ from capture_plan.rig.sequence.frames import PosedFrames, StoredFrames
 @pytest.fixture(scope="module")
 def take():
     return face_take(sample_rig(), sample_motion(frames=60))
-
-
-@pytest.fixture(scope="module")
-def face():
-    return see_face(sample_rig(), audit(sample_rig()).used)
 
 
 def frames_of(take):

@@ -5,21 +5,12 @@ import pytest
 from msgspec.structs import replace
 
 from capture_plan.errors import InfeasibleError
-from capture_plan.layout.face import see_face
 from capture_plan.layout.importance_map import blendshape_map, importance, neutral_visibility, replacement_map
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sweep import epsilon_sweep
 from capture_plan.layout.variants import by_metric, multicovers, single_cover, terms
-from capture_plan.rig import sample_rig
-from capture_plan.rig.audit import audit
 
 FREE = LayoutSettings(method="cover", symmetric=False)
-
-
-@pytest.fixture(scope="module")
-def face():
-    rig = sample_rig()
-    return see_face(rig, audit(rig).used)
 
 
 @pytest.fixture(scope="module", params=[True, False], ids=["symmetric", "free"])

@@ -11,7 +11,6 @@ from capture_plan.cli import app
 from capture_plan.errors import PlanError, RigError
 from capture_plan.layout.by_motion import fit_of
 from capture_plan.layout.design import design_layout
-from capture_plan.layout.face import see_face
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.shell import recording as recordings
 from capture_plan.layout.shell.persons import SAME_PERSON_MM, apart, by_person
@@ -20,28 +19,11 @@ from capture_plan.layout.shell.takes import takes_of
 from capture_plan.plan.check import check_plan
 from capture_plan.plan.files import change_settings, read_plan, rig_of, write_plan
 from capture_plan.plan.settings import Settings
-from capture_plan.rig import sample_rig
-from capture_plan.rig.audit import audit
 from capture_plan.rig.sample.motion import sample_motion
 from capture_plan.rig.sequence import Sequence
 from capture_plan.rig.sequence.frames import StoredFrames
 from capture_plan.rig.sequence.rigid import stillness
 from capture_plan.rig.vertex_weights import read_vertex_weights
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return sample_rig()
-
-
-@pytest.fixture(scope="module")
-def used(rig):
-    return audit(rig).used
-
-
-@pytest.fixture(scope="module")
-def face(rig, used):
-    return see_face(rig, used)
 
 
 def meshes(name, neutral, displacements, rig):

@@ -15,18 +15,12 @@ from capture_plan.plan.settings import Settings
 from capture_plan.plan.summary import expression_words, summary
 from capture_plan.report.contents import tiles
 from capture_plan.report.proofs import packing_proof
-from capture_plan.rig import sample_rig
 from capture_plan.rig.findings import duplicates
 from capture_plan.sheets.marker_pages import nearest_words
 from capture_plan.sheets.write import packed_words
 
 PACKAGE = Path(capture_plan.__file__).parent
 PAGES = [*PACKAGE.rglob("*.py"), *PACKAGE.rglob("*.jinja"), *(PACKAGE.parent / "notebooks").glob("*.py")]
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return sample_rig()
 
 
 @pytest.fixture(scope="module")

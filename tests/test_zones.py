@@ -8,15 +8,10 @@ from solids import sphere
 
 from capture_plan.errors import RigError
 from capture_plan.mesh.mirror import mirror_map
-from capture_plan.rig import Rig, sample_rig
+from capture_plan.rig import Rig
 from capture_plan.rig.painted import painted_zone
 from capture_plan.rig.regions import face_regions
 from capture_plan.rig.zones import MARGINS_MM, ZONES, find_zones, zone_mask
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return sample_rig()
 
 
 @pytest.fixture(scope="module")

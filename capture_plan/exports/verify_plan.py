@@ -119,8 +119,8 @@ def check_rig(face):
         unlike(plan["rig"], {"fingerprint": digest.hexdigest()[:16], "vertices": len(face.x)}),
     )
     yield "the plan is of a format known here", plan["format"] in FORMATS, plan["format"]
-    same = plan["audit"] == json.loads(str(rig["audit"])) and plan["audit"]["used"] == face.used
     yield "the plan is no draft: nothing was known against it", not plan["draft"], "; ".join(plan["draft"]) or "none"
+    same = plan["audit"] == json.loads(str(rig["audit"])) and plan["audit"]["used"] == face.used
     yield "the audit is that of the rig", same, f"{len(face.used)} blendshapes planned for"
 
 

@@ -1,4 +1,4 @@
-"""What is asked of a plan before anything is made of it: all that can be recomputed in a second or two.
+"""What is asked of a plan before anything is made of it: all that can be recomputed in seconds, and once only.
 
 A plan whose seal is unbroken is as a planner wrote it, and its word is taken for what costs most of the time. A broken
 seal says already that something was changed: where no quick claim tells what, everything is asked. A plan that does not

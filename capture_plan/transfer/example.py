@@ -80,13 +80,12 @@ def rebuild_and_weigh(
     """
     check_scans(prior, scans, asked)
     Y, u, P = cells(prior.surface, scans - prior.surface.neutral), prior.freedom(hard=hard), prior.cells
-    X, W, wanted, energies = P, asked, asked != 0, []
+    X, W, wanted, left, energies = P, asked, asked != 0, Y, []
     for _ in track(range(ROUNDS), "fitting blendshapes and weights in turns"):
-        A, B = np.where(wanted, W, 0), np.where(wanted, 0, W)
-        X = best_gradients(prior, Y - B @ P, A, u, beta)
+        X = best_gradients(prior, left, W * wanted, u, beta)
         W = _weights_of_each(prior, X, Y, asked, gamma)
-        A, B = np.where(wanted, W, 0), np.where(wanted, 0, W)
-        energies.append(energy(prior, X, Y - B @ P, A, u, beta) + gamma * float(np.square(W - asked).sum()))
+        left = Y - (W * ~wanted) @ P  # of each scan, what was asked for has to show
+        energies.append(energy(prior, X, left, W * wanted, u, beta) + gamma * float(np.square(W - asked).sum()))
     changed = np.flatnonzero(wanted.any(axis=0))
     return Rebuilt(integrate(prior, X, changed, hard=hard), W, tuple(energies))
 
@@ -100,10 +99,8 @@ def _weights_of_each(
 ) -> Float[np.ndarray, "j k"]:
     """W of every scan, in which X is seen of what was asked for and P of all else."""
     shapes = (np.where(row[:, None] != 0, X, prior.cells) for row in asked)
-    rows = (
-        best_weights(prior.surface, x, y[None], row[None], gamma)[0] for x, y, row in zip(shapes, Y, asked, strict=True)
-    )
-    return np.stack(list(rows))
+    scans = zip(shapes, Y, asked, strict=True)
+    return np.concatenate([best_weights(prior.surface, x, y[None], row[None], gamma) for x, y, row in scans])
 
 
 def best_gradients(
