@@ -96,11 +96,11 @@ def audit(
     """Say and show how a rig was understood, what is wrong with it, and what a plan will leave out and why."""
     import msgspec
 
-    from capture_plan.rig.audit import audit as audit_rig
     from capture_plan.rig.audit_page import audit_text
+    from capture_plan.rig.audited import audit_once
 
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
-    report = audit_rig(found)
+    report = audit_once(found)
     text = msgspec.json.format(msgspec.json.encode(report)).decode() + "\n" if json else audit_text(report)
     if output is not None:
         write_audit(report, found, output, text)
@@ -409,10 +409,10 @@ def compare(
     from capture_plan.layout.given import read_layouts, take_weights
     from capture_plan.layout.settings import LayoutSettings
     from capture_plan.layout.shell.takes import takes_of
-    from capture_plan.rig.audit import audit as audit_rig
+    from capture_plan.rig.audited import audit_once
 
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
-    used = audit_rig(found).used
+    used = audit_once(found).used
     sequence = open_take(take, found, names) if take else None
     made = compare_layouts(
         see_face(found, used),

@@ -10,7 +10,9 @@ import pytest
 from capture_plan.errors import RigError
 from capture_plan.rig import sample_rig
 from capture_plan.rig.sequence import read_sequence
+from capture_plan.rig.sequence.archive import read_archive
 from capture_plan.rig.sequence.axes_of import as_frames
+from capture_plan.rig.sequence.meshes import MeshTake
 from tests.test_take_dialects import NAMES, driven, read, table, weights
 
 X = np.random.default_rng(0).normal(size=(7, 120, 3)).astype(np.float32)  # 7 frames of 120 vertices
@@ -148,7 +150,10 @@ CURVES = {
     "pairs of frame and value": {
         "fps": 60,
         "fcurves": [
-            {"data_path": n, "keyframe_points": [{"co": [t + 1, float(x)]} for t, x in enumerate(w)]}
+            {
+                "data_path": f'key_blocks["{n}"].value',
+                "keyframe_points": [{"co": [t + 1, float(x)]} for t, x in enumerate(w)],
+            }
             for n, w in BY_NAME.items()
         ],
     },
@@ -156,6 +161,15 @@ CURVES = {
         "tracks": {n: {"times": SECONDS, "values": w.tolist()} for n, w in BY_NAME.items()},
     },
 }
+
+
+@pytest.mark.parametrize("clock", ["timestamp_ms", "time_s", "frame"])
+def test_curves_play_in_the_unit_that_their_clock_is_named_for(tmp_path, clock):
+    unit = {"timestamp_ms": 1000 / 60, "time_s": 1 / 60, "frame": 1}[clock]
+    keys = {n: [{clock: round(t * unit, 6), "value": float(x)} for t, x in enumerate(w)] for n, w in BY_NAME.items()}
+    take = read(tmp_path / "take.json", json.dumps({"fps": 60, "curves": keys}))
+    assert driven(take) == pytest.approx(W, abs=1e-3)
+    assert take.fps == 60
 
 
 @pytest.mark.parametrize("kind", CURVES)
@@ -221,3 +235,14 @@ def test_names_and_values_as_two_lists_of_each_frame_are_read(tmp_path):
     take = read(tmp_path / "take.json", json.dumps({"frames": frames}))
     assert driven(take) == pytest.approx(W)
     assert take.fps == 60
+
+
+def test_meshes_stay_meshes_beside_arrays_that_bear_names_of_a_face(tmp_path):
+    frames = np.zeros((4, 30, 3), np.float32) + np.arange(30)[:, None]
+    np.savez(tmp_path / "take.npz", frames=frames, jawOpen=np.arange(4.0), mouthClose=np.arange(4.0))
+    assert isinstance(read_archive(tmp_path / "take.npz"), MeshTake)
+
+
+def test_the_one_table_of_an_archive_says_what_is_wrong_with_it(tmp_path):
+    with pytest.raises(RigError, match=r"take\.csv, which .*two columns 'jawOpen' with other numbers"):
+        read(tmp_path / "take.zip", archive(take__csv=doubled(other=True)))

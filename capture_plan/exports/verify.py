@@ -25,7 +25,7 @@ from capture_plan.plan.files import plan_bytes, write_whole
 from capture_plan.plan.places import read_cameras_of, read_rules_of, read_takes_of, read_target, with_zones_found
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
-from capture_plan.rig.audit import audit
+from capture_plan.rig.audited import audit_once
 from capture_plan.rig.regions import MIDDLE
 
 Arrays = dict[str, Any]
@@ -50,7 +50,7 @@ def write_verifier(plan: Plan, rig: Rig, folder: Path, *, plan_folder: Path = Pa
 
 def given_arrays(plan: Plan, rig: Rig, plan_folder: Path) -> Arrays:
     """Everything in rig.npz."""
-    report = audit(rig)
+    report = audit_once(rig)
     settings = with_zones_found(plan.settings, plan_folder)
     face = see_face(rig, report.used, read_cameras_of(rig, plan.settings, plan_folder))
     task = task_of(face, settings.landmarks)

@@ -26,8 +26,9 @@ NO_IMAGE = 100 * float(np.sqrt(2 * UNLIKE))  # per cent; the same bound as that 
 
 @dataclass(frozen=True)
 class MirrorImage:
-    """`blendshape` comes nearest to the mirror image of `partner`, and differs by `percent` of their length, and at
-    the worst vertex by `worst_percent` of its largest displacement.
+    """`partner` is the other half of `blendshape`; of what has none, that without a half (or itself) whose mirror image
+    it comes nearest to; none where nothing comes near. They differ by `percent` of their length, and at the worst
+    vertex by `worst_percent` of its largest displacement.
     """
 
     blendshape: str
@@ -103,13 +104,15 @@ def mirror_images(rig: Rig, plane: Plane, partners: Int[np.ndarray, " v"]) -> tu
     # |d - D|^2 = |d|^2 + |D|^2 - 2 <d, D>
     squares = (d.astype(float) ** 2).sum(axis=1)[:, None] + (D.astype(float) ** 2).sum(axis=1)
     off = np.sqrt(np.clip(2 * (squares - 2 * (d @ D.T).astype(float)) / np.where(squares > 0, squares, 1), 0, None))
-    halves = {name: partner for pair in blendshape_pairs(rig) for name, partner in (pair, pair[::-1])}
-    single = np.array([name not in halves for name in rig.names])
+    other_half = halves(rig)
+    single = np.array([name not in other_half for name in rig.names])
     images = []
     for i, name in enumerate(rig.names):
-        j = int(np.argmin(np.where(single, off[i], np.inf)))
-        j = i if off[i, i] <= off[i, j] + 1e-6 else j
-        j = rig.names.index(halves[name]) if name in halves else j
+        if name in other_half:
+            j = rig.names.index(other_half[name])
+        else:
+            j = int(np.argmin(np.where(single, off[i], np.inf)))
+            j = i if off[i, i] <= off[i, j] + 1e-6 else j
         percent = round(percent_off(d[i], D[j]), 2)  # `off` is a difference of large numbers in single precision
         largest = np.linalg.norm(d[i].reshape(-1, 3), axis=1).max()
         if largest == 0:
@@ -119,6 +122,11 @@ def mirror_images(rig: Rig, plane: Plane, partners: Int[np.ndarray, " v"]) -> tu
         partner = rig.names[j] if percent < NO_IMAGE else None
         images.append(MirrorImage(name, partner, percent, round(100 * worst, 1)))
     return tuple(images)
+
+
+def halves(rig: Rig) -> dict[str, str]:
+    """The partner of each half of a movement."""
+    return {name: partner for pair in blendshape_pairs(rig) for name, partner in (pair, pair[::-1])}
 
 
 def percent_off(a: Float[np.ndarray, " n"], b: Float[np.ndarray, " n"]) -> float:
@@ -134,7 +142,7 @@ def pair_disagreements(rig: Rig, images: tuple[MirrorImage, ...]) -> tuple[Disag
 
     MetaHuman's eyeLookLeftL shows why geometry comes first: its mirror image is eyeLookRightR, not eyeLookLeftR.
     """
-    geometry = {name: partner for pair in blendshape_pairs(rig) for name, partner in (pair, pair[::-1])}
+    geometry = halves(rig)
     lateral = dict(zip(rig.names, laterality(rig).tolist(), strict=True))
     found = []
     for name, image in zip(rig.names, images, strict=True):

@@ -14,7 +14,7 @@ from capture_plan.layout.face import Face, see_face
 from capture_plan.layout.shell.evaluation import Evaluation, People, counts_for, evaluate_take
 from capture_plan.layout.shell.take import Take, face_take
 from capture_plan.rig import Rig
-from capture_plan.rig.audit import audit
+from capture_plan.rig.audited import audit_once
 from capture_plan.rig.sequence import Sequence
 
 ANSWER = "evaluation 1"  # a new number where the same take would be judged otherwise
@@ -31,7 +31,7 @@ def evaluate_all(
         InfeasibleError: less skin moves than markers are asked for.
     """
     take = face_take(rig, sequence)
-    return kept_evaluation(take, see_face(rig, audit(rig).used), counts or counts_for(take), people)
+    return kept_evaluation(take, see_face(rig, audit_once(rig).used), counts or counts_for(take), people)
 
 
 def kept_evaluation(take: Take, face: Face, counts: Several[int], people: People | None = None) -> Evaluation:

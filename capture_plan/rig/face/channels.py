@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from capture_plan.errors import RigError
 from capture_plan.mesh import edges, vertex_areas
@@ -97,7 +97,7 @@ def find_channels(
     """What the blendshapes of a rig move. RigError where none moves a triangle that has an area."""
     a = vertex_areas(neutral, triangles)
     squared = np.einsum("kvx,kvx->kv", deltas, deltas)
-    energy = a * squared
+    length, energy = np.sqrt(squared), a * squared
     total = energy.sum(axis=1, dtype=np.float64)
     if not total.any():
         raise RigError("no blendshape moves a triangle that has an area: export the face mesh with its faces")
@@ -106,13 +106,13 @@ def find_channels(
     centre = energy @ neutral
     spread = energy @ (neutral**2).sum(axis=1) - (centre**2).sum(axis=1)
     radius = np.sqrt(np.clip(spread, 0, None))
-    D = np.einsum("kv,kvx->kx", a * np.sqrt(squared), deltas) / np.where(moves, total, 1)[:, None]
+    D = np.einsum("kv,kvx->kx", a * length, deltas) / np.where(moves, total, 1)[:, None]
     movements = movements_of(names)
     w = np.array([WITHOUT_NAME if movement is None else BY_NAME for movement in movements]) * moves
-    folds = np.array([_folds(neutral, delta, length) for delta, length in zip(deltas, np.sqrt(squared), strict=True)])
+    folds = np.array([_folds(neutral, delta, far) for delta, far in zip(deltas, length, strict=True)])
     aside = folds | np.array([movement is not None and movement.kind in NOT_OF_THE_FACE for movement in movements])
-    rounding = np.sqrt(squared.max(axis=1)) < ROUNDING * np.abs(neutral).max()
-    nothing = rounding | scrambled(triangles, deltas, np.sqrt(squared))
+    rounding = length.max(axis=1) < ROUNDING * np.abs(neutral).max()
+    nothing = rounding | scrambled(triangles, deltas, length)
     w = _kept(_kept(_kept(w, nothing), flying(neutral, deltas)), aside)
     called = np.array([movement is not None for movement in movements]) & (w > 0)
     apart = np.linalg.norm(centre[w > 0] - np.median(centre[w > 0], axis=0), axis=1)
@@ -173,7 +173,7 @@ def _folds(neutral: Float[np.ndarray, "v 3"], delta: Float[np.ndarray, "v 3"], l
 
 
 def scrambled(
-    triangles: np.ndarray, deltas: Float[np.ndarray, "k v 3"], length: Float[np.ndarray, "k v"]
+    triangles: Int[np.ndarray, "f 3"], deltas: Float[np.ndarray, "k v 3"], length: Float[np.ndarray, "k v"]
 ) -> Bool[np.ndarray, " k"]:
     """Which blendshapes move many vertices, each its own way: sum |d_i - d_j|^2 over sum |d_i|^2 + |d_j|^2 of edges."""
     i, j = edges(triangles).T

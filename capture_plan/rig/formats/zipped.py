@@ -40,12 +40,13 @@ def open_zip(path: Path) -> Iterator[zipfile.Path]:
 def check_directory(path: Path, entries: list[zipfile.ZipInfo]) -> None:
     """RigError unless every entry is a plain file or folder in the archive, and all together are of a rig's size."""
     if len(entries) > MOST_FILES:
-        raise RigError(f"{path.name} holds {len(entries):,} files, expected at most {MOST_FILES:,}: zip the rig alone")
+        most = f"expected at most {MOST_FILES:,}: zip only what is to be read"
+        raise RigError(f"{path.name} holds {len(entries):,} files, {most}")
     total, packed = sum(e.file_size for e in entries), sum(e.compress_size for e in entries)
     if total > MOST_BYTES or (total > LARGE_BYTES and total > MOST_RATIO * packed):
         raise RigError(
-            f"{path.name} would unpack from {packed / 1e6:,.1f} to {total / 1e6:,.1f} MB, which no rig does: "
-            "zip the neutral and its blendshapes alone"
+            f"{path.name} would unpack from {packed / 1e6:,.1f} to {total / 1e6:,.1f} MB, more than is read here: "
+            "zip the mesh with its blendshapes, or the table of weights, alone"
         )
     for entry in entries:
         name, steps = entry.filename, entry.filename.removesuffix("/").split("/")

@@ -30,6 +30,7 @@ FRAME_NAMES = ("frames", "vertices", "verts", "v", "vertex", "positions", "point
 NEUTRAL_NAMES = ("neutral", "template", "v_template", "vertices", "verts", "v")
 FACE_NAMES = ("faces", "triangles", "f", "tris")
 COLUMN_NAMES = ("names", "columns", "blendshapes", "blendshape_names")
+FEWEST_NAMES = 2  # of a face
 MOST_BYTES = 3 << 29  # 1.6 GB: 5,000 frames of 26,719 vertices in float32
 CHUNK = 64  # frames looked through at once
 DAMAGE = (ValueError, EOFError, OSError, zipfile.BadZipFile, NotImplementedError, RuntimeError, SyntaxError)
@@ -53,7 +54,8 @@ def read_archive(path: Path, counts: Collection[int] = ()) -> MeshTake | WeightT
         ) from error
     if "weights" in arrays:
         return from_arrays(arrays)
-    return from_arrays(gathered(arrays)) if is_by_name(arrays) else stored(arrays, counts)
+    table = by_name(arrays)
+    return from_arrays(table) if table else stored(arrays, counts)
 
 
 def read_array(path: Path, counts: Collection[int] = ()) -> MeshTake:
@@ -81,26 +83,25 @@ def check_size(count: int) -> None:
         raise RigError(f"holds {told}: save the frames as float32, or cut the take into parts")
 
 
-def is_by_name(arrays: Mapping[str, np.ndarray]) -> bool:
-    """Whether there is an array of numbers for each of several names of a face."""
-    named = [name for name, array in arrays.items() if array.ndim == 1 and array.dtype.kind in "fiu" and known(name)]
-    return len(named) > 1 and len({arrays[name].shape for name in named}) == 1
-
-
-def gathered(arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """The same with one table of the arrays of names, of their length."""
-    length = max(array.shape for name, array in arrays.items() if known(name) and array.ndim == 1)
-    named = [name for name, x in arrays.items() if x.shape == length and x.dtype.kind in "fiu" and not kind_of(name)]
-    rest = {name: array for name, array in arrays.items() if name not in named}
-    return {**rest, "weights": np.column_stack([arrays[name] for name in named]), "names": np.array(named)}
+def by_name(arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray] | None:
+    """The arrays with one table `weights` (t, c) of those that stand, (t) each, under names of a face; None where these
+    are few or meshes are held."""
+    if any(arrays[name].ndim > 1 for name in FRAME_NAMES if name in arrays):
+        return None
+    rows = {name: x for name, x in arrays.items() if x.ndim == 1 and x.dtype.kind in "fiu" and not kind_of(name)}
+    lengths = [len(x) for name, x in rows.items() if known(name)]
+    if len(lengths) < FEWEST_NAMES or len(set(lengths)) > 1:
+        return None
+    named = {name: x for name, x in rows.items() if len(x) == lengths[0]}
+    return {**arrays, "weights": np.column_stack([*named.values()]), "names": np.array([*named])}
 
 
 def mesh_counts(arrays: Mapping[str, np.ndarray]) -> set[int]:
     """How many vertices the mesh may have, by faces and neutral in the archive."""
-    faces = {int(arrays[name].max()) + 1 for name in FACE_NAMES if name in arrays and arrays[name].dtype.kind in "iu"
-             and arrays[name].size}  # fmt: skip
-    return faces | {len(arrays[name]) for name in NEUTRAL_NAMES if name in arrays and arrays[name].ndim == 2
-                    and arrays[name].shape[1] == 3}  # fmt: skip
+    held = arrays.get
+    faces = [x for name in FACE_NAMES if (x := held(name)) is not None and x.dtype.kind in "iu" and x.size]
+    neutrals = [x for name in NEUTRAL_NAMES if (x := held(name)) is not None and x.ndim == 2 and x.shape[1] == 3]
+    return {int(x.max()) + 1 for x in faces} | {len(x) for x in neutrals}
 
 
 def stored(arrays: Mapping[str, np.ndarray], counts: Collection[int] = ()) -> MeshTake:

@@ -18,6 +18,8 @@ def as_frames(array: np.ndarray, counts: Collection[int] = ()) -> tuple[np.ndarr
         return array, ()
     x = array[0] if array.ndim == 4 and len(array) == 1 else array
     turned = in_rows(x, counts) if x.ndim == 2 else by_axes(x, counts) if x.ndim == 3 else x
+    if turned.ndim != 3 or turned.shape[2] != 3:
+        return array, ()
     if turned.shape == array.shape or (x.ndim == 2 and len(turned) == len(x)):
         return turned, ()
     return turned, (f"its array {array.shape} is taken as {len(turned):,} frames of {turned.shape[1]:,} vertices",)

@@ -6,6 +6,7 @@ Names are compared in small letters without separators: timestamp_ms, timestampM
 import re
 from functools import lru_cache
 
+PATH = re.compile(r".*key_blocks\[[\"']+(.+?)[\"']*\](?:\.value)?")
 CODE = re.compile("timecode|tc|smpte|smptetimecode|タイムコード|时间码|時間碼")
 TIMES = "zeit(?:stempel|punkt)?|temps|horodatage|tiempo|tempo|tijd|время|時間|時刻|时间|秒|sekunden?|secondes?|segundos"
 FRAMES = "bild(?:er|nummer|nr)?|image|trame|fotograma|quadro|кадр|フレーム(?:番号)?|帧(?:号)?|幀"
@@ -60,6 +61,12 @@ def kind_of(name: str) -> str | None:
 
 
 @lru_cache(MANY)
+def of_path(name: str) -> str:
+    """The name of a blendshape in a path of data: key_blocks["jawOpen"].value."""
+    match = PATH.fullmatch(name)
+    return match[1] if match else name
+
+
 def unit_of(name: str) -> float | None:
     """Seconds in the unit that a clock's name tells: 0.001 of timestamp_ms; None where it tells none."""
     short = plain(name)

@@ -32,7 +32,7 @@ from capture_plan.rig.sequence.around import (
     without_sums,
 )
 from capture_plan.rig.sequence.clock import Timing, timing_of
-from capture_plan.rig.sequence.columns import kind_of, plain, unit_of, why_not
+from capture_plan.rig.sequence.columns import kind_of, of_path, plain, unit_of, why_not
 from capture_plan.rig.sequence.face_cap import as_table, is_face_cap
 from capture_plan.rig.sequence.frames import evenly
 from capture_plan.rig.sequence.json_take import read_json
@@ -55,7 +55,6 @@ BLOCK = 4096  # rows parsed at once
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
 JSON = re.compile(r"\s*(?:\{\s*\"|\[\s*[\[{\"])")
 POWER = re.compile(r"(?<=[\d.,])e[+-]?(?=\d)", re.IGNORECASE)  # 1,2E-05
-PATH = re.compile(r".*key_blocks\[[\"']+(.+?)[\"']*\](?:\.value)?")
 DIGIT = re.compile(r"\d")
 AMOUNT = re.compile(r"[-+\d][-+\d:;.,TZ ]*%?")  # a number, a timecode, a date
 
@@ -135,12 +134,6 @@ def find_table(lines: Lines) -> TextTable:
         notes=(*notes, *told),
         fps=told_rate((*lines.comments, *lines.texts[:first])),
     )
-
-
-def of_path(name: str) -> str:
-    """The name of a blendshape in a path of data: key_blocks["jawOpen"].value."""
-    match = PATH.fullmatch(name)
-    return match[1] if match else name
 
 
 def frame_lines(texts: Sequence[str], first: int, delimiter: str) -> tuple[list[int], list[str], tuple[str, ...]]:

@@ -2,7 +2,8 @@
 
     {"Curves": {"jawOpen": [{"Time": 0.0, "Value": 0.1}, ...], ...}}            also [time, value], {"times", "values"}
     {"curves": [{"name": "jawOpen", "keys": [{"frame": 1, "value": 0.1}, ...]}, ...]}
-Frames     at the numbers of frames; of times at the rate that the file tells, else at the usual step of all keys
+Frames     at the numbers of frames; of times, in the unit that their name tells, at the rate that the file tells, else
+           at the usual step of all keys
 Between    keys a curve runs straight, before the first and behind the last it stays: said where keys are fewer
 """
 
@@ -13,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_plan.errors import RigError
-from capture_plan.rig.sequence.columns import kind_of, plain
+from capture_plan.rig.sequence.columns import kind_of, of_path, plain, unit_of
 from capture_plan.rig.sequence.json_weights import is_number, known
 from capture_plan.rig.sequence.rows import Rows, table_of
 from capture_plan.rig.sequence.weights import WeightTable
@@ -23,7 +24,7 @@ LABELS = ("name", "curve", "curvename", "target", "attribute", "property", "shap
 TIMES, VALUES = ("x", "key", "times"), ("value", "val", "v", "y", "weight", "values", "weights")
 FEWEST = 2  # names of a face
 MOST_FRAMES = 1_000_000
-Keys = tuple[list[float], list[float], bool]  # times, values, and whether the times are numbers of frames
+Keys = tuple[list[float], list[float], float | None]  # times, values, seconds in a unit of time (0: numbers of frames)
 
 
 def curve_take(document: Any, fps: float | None) -> WeightTable | None:
@@ -31,14 +32,15 @@ def curve_take(document: Any, fps: float | None) -> WeightTable | None:
     found = curves_in(document)
     if found is None:
         return None
-    curves = {name: (np.array(times), np.array(values)) for name, (times, values, _) in found.items()}
+    units = [unit for *_, unit in found.values()]
+    curves = {n: (np.array(times, float) * (unit or 1), np.array(x, float)) for n, (times, x, unit) in found.items()}
     every = np.unique(np.concatenate([times for times, _ in curves.values()]))
-    counted = all(by_frame for *_, by_frame in found.values()) or bool((every == np.round(every)).all())
+    counted = units.count(0.0) == len(units) or (not any(units) and bool((every == np.round(every)).all()))
     steps = np.diff(every)
     step = 1.0 if counted else 1 / fps if fps else float(np.median(steps)) if len(steps) else 1.0
     at = frames_at(every, step)
     x = np.column_stack([sampled(at, *curve) for curve in curves.values()])
-    rate = fps if counted or fps else round(1 / step, 3)
+    rate = fps if counted or fps else round(1 / step, 3) or None
     told = f"it holds curves: they are read at {len(at):,} frames, each curve straight between its keys"
     few = any(len(times) < len(at) for times, _ in curves.values())
     rows = Rows(tuple(curves), x, np.zeros(len(at), dtype=bool), {})
@@ -62,7 +64,7 @@ def sampled(
 
 
 def curves_in(value: Any, depth: int = 0) -> dict[str, Keys] | None:
-    """The curves by name, nearest to the top; None where there are none."""
+    """The first curves by name that a document holds; None where there are none."""
     if depth > DEEPEST or not isinstance(value, dict | list):
         return None
     named = by_name(value) if isinstance(value, dict) else labelled(value)
@@ -74,7 +76,7 @@ def curves_in(value: Any, depth: int = 0) -> dict[str, Keys] | None:
 
 def by_name(value: Mapping[str, Any]) -> dict[str, Keys]:
     """Curves that stand under their names."""
-    return {name: keys for name, one in value.items() if (keys := keys_in(one) or keys_below(one))}
+    return {of_path(name): keys for name, one in value.items() if (keys := keys_in(one) or keys_below(one))}
 
 
 def labelled(values: list[Any]) -> dict[str, Keys]:
@@ -87,7 +89,7 @@ def labelled(values: list[Any]) -> dict[str, Keys]:
         name = next((spelled[key] for key in LABELS if isinstance(spelled.get(key), str)), None)
         keys = keys_in(one) or keys_below(one)
         if name is not None and keys:
-            found.setdefault(name, keys)
+            found.setdefault(of_path(name), keys)
     return found
 
 
@@ -101,27 +103,28 @@ def keys_below(value: Any) -> Keys | None:
 def keys_in(value: Any) -> Keys | None:
     """The keys of a curve: a list of them, or lists of times and values; None where it is neither."""
     if isinstance(value, dict):
-        times, values, by_frame = time_and_value(value)
+        times, values, unit = time_and_value(value)
         good = isinstance(times, list) and isinstance(values, list) and len(times) == len(values) > 0
-        return (times, values, by_frame) if good and all(map(is_number, [*times, *values])) else None
+        return (times, values, unit) if good and all(map(is_number, [*times, *values])) else None
     if not isinstance(value, list) or not value:
         return None
     pairs = [time_and_value(one) for one in value]
     if not all(is_number(time) and is_number(number) for time, number, _ in pairs):
         return None
-    return [float(t) for t, _, _ in pairs], [float(x) for _, x, _ in pairs], all(by_frame for *_, by_frame in pairs)
+    return [float(t) for t, _, _ in pairs], [float(x) for _, x, _ in pairs], pairs[0][2]
 
 
-def time_and_value(one: Any) -> tuple[Any, Any, bool]:
-    """Time and value of a key, and whether the time is the number of a frame; None where nothing stands for them."""
+def time_and_value(one: Any) -> tuple[Any, Any, float | None]:
+    """Time and value of a key, None where nothing stands for them, and the seconds in a unit of time: 0 where it is the
+    number of a frame, None where nobody tells."""
     if isinstance(one, list):
-        return (*one, False) if len(one) == 2 else (None, None, False)
+        return (*one, None) if len(one) == 2 else (None, None, None)
     if not isinstance(one, dict):
-        return None, None, False
+        return None, None, None
     if isinstance(co := one.get("co"), list) and len(co) == 2:  # Blender's keyframe points
-        return co[0], co[1], True
+        return co[0], co[1], 0.0
     time = next((key for key in one if kind_of(key) in ("time", "count") or plain(key) in TIMES), None)
     value = next((key for key in one if plain(key) in VALUES), None)
     if time is None or value is None:
-        return None, None, False
-    return one[time], one[value], kind_of(time) == "count"
+        return None, None, None
+    return one[time], one[value], 0.0 if kind_of(time) == "count" else unit_of(time)

@@ -88,8 +88,7 @@ def across_names(lines: Lines, delimiters: Sequence[str]) -> Lines:
 
 def columns_cut_by(texts: Sequence[str], delimiter: str) -> Columns | None:
     """Where names and values stand in lines cut by this delimiter; None where they make no long table."""
-    some = [cells_of(texts[t], delimiter) for t in evenly(len(texts), SAMPLE)]
-    return columns_of(cells_of(texts[0], delimiter), some) if looks_long(some) else None
+    return columns_of([cells_of(texts[t], delimiter) for t in evenly(len(texts), SAMPLE)])
 
 
 def cells_of(text: str, delimiter: str) -> list[str]:
@@ -97,13 +96,6 @@ def cells_of(text: str, delimiter: str) -> list[str]:
     if '"' not in text and " " not in text:  # half the time for a million lines
         return (text if delimiter == "\t" else text.strip()).split(delimiter)
     return [cell.strip().strip('"').strip() for cell in split(text, delimiter)]
-
-
-def looks_long(some: Sequence[Sequence[str]]) -> bool:
-    """Whether most of some rows are equally long, short, and hold one name of a face."""
-    widths = Counter(map(len, some))
-    width, often = widths.most_common(1)[0]
-    return 2 <= width <= WIDEST and often >= NAMES * len(some) and name_column(some, width) is not None
 
 
 def name_column(rows: Sequence[Sequence[str]], width: int) -> int | None:
@@ -116,10 +108,11 @@ def name_column(rows: Sequence[Sequence[str]], width: int) -> int | None:
     return None
 
 
-def columns_of(first: Sequence[str], some: Sequence[Sequence[str]]) -> Columns | None:
-    """Where names and values stand, by the first row and some others; None without a column of numbers."""
-    width = Counter(map(len, some)).most_common(1)[0][0]
-    name = name_column(some, width)
+def columns_of(some: Sequence[Sequence[str]]) -> Columns | None:
+    """Where names and values stand, by the first row and some others; None where most are not equally long, short, and
+    hold one name of a face and a number."""
+    first, (width, often) = some[0], Counter(map(len, some)).most_common(1)[0]
+    name = name_column(some, width) if 2 <= width <= WIDEST and often >= NAMES * len(some) else None
     if name is None:
         return None
     titled = len(first) == width and not any(map(is_number, first))
@@ -153,7 +146,7 @@ def body_of(texts: Sequence[str], delimiter: str, found: Columns) -> Body:
 
 
 def columns_in(block: Sequence[str], delimiter: str, width: int) -> tuple[Sequence[Sequence[str]], Sequence[int]]:
-    """The first `width` columns of the lines that have as many cells, and which lines these are."""
+    """The first `width` columns of the lines that have as many cells or more, and which lines these are."""
     text = delimiter.join(block)
     if not any(sign in text for sign in {*'" \t'} - {delimiter}) and {line.count(delimiter) for line in block} == {
         width - 1

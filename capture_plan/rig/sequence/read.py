@@ -46,7 +46,7 @@ TABLES = {
 }
 ARRAYS = {".npz": read_archive, ".npy": read_array}
 GLTF = (".glb", ".gltf", ".vrm")
-FORMATS = "a folder of numbered OBJ or PLY files, .npz, .npy, .csv, .txt, .json, .glb, .gltf or .usd"
+FORMATS = "a folder of numbered OBJ or PLY files, .npz, .npy, .csv, .txt, .json, .zip, .glb, .gltf or .usd"
 CONVERT = {
     ".abc": "Alembic, which no Python package reads: import it in Blender, export it as USD",
     ".fbx": "FBX, whose animation is not read here: export it as .glb with its shape keys' animation",
@@ -174,7 +174,8 @@ def lay_onto(
     if apart > NO_FIT_MM:
         raise RigError(
             f"{path.name} lies {apart:.0f} mm off the rig {rig.name} where the face is still: "
-            "it is another mesh, its vertex order was lost, or it holds displacements"
+            "it is another mesh, its vertex order was lost, or it holds displacements: export positions of the rig's "
+            "own mesh, with its vertex order kept"
         )
     if neutral is None and shape is None and apart < SAME_HEAD_MM:
         placed = rig.neutral

@@ -2,7 +2,7 @@
 
 Packed     gzip files are unpacked
 Encoding   by its mark (UTF-8, UTF-16, UTF-32); without one, UTF-16 where every other byte is 0, else UTF-8, else the
-           Windows code page 1252, which is said
+           Windows code page 932 where it reads as Japanese, or 1252, which is said
 Lines      ended as on any system; "sep=;" and lines that begin with # are left out, the first is remembered
 """
 

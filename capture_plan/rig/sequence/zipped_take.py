@@ -23,9 +23,12 @@ Readers = Mapping[str, Callable[[Path], WeightTable]]
 
 def read_zip(path: Path, readers: Readers) -> WeightTable:
     """The take in a zip archive. RigError where it holds none or several."""
-    found, count = tables_in(path, readers)
+    found, faults, count = tables_in(path, readers)
     plain = {name: take for name, take in found.items() if BESIDE.isdisjoint(split_words(PurePosixPath(name).stem))}
     chosen = plain if len(found) > 1 else found
+    if not found and len(faults) == 1:
+        name, fault = next(iter(faults.items()))
+        raise RigError(f"holds {name}, which {fault}")
     if len(chosen) != 1:
         told = f"{len(found)} tables of weights ({', '.join(list(found)[:3])})" if found else "no table of weights"
         raise RigError(f"holds {told}, expected one: unpack it and give one file")
@@ -37,31 +40,28 @@ def read_zip(path: Path, readers: Readers) -> WeightTable:
     return replace(take, notes=(f"of the archive, {name} is read{beside}", *take.notes))
 
 
-def tables_in(path: Path, readers: Readers) -> tuple[dict[str, WeightTable], int]:
-    """Tables of weights by their names in the archive, and how many files it has."""
+def tables_in(path: Path, readers: Readers) -> tuple[dict[str, WeightTable], dict[str, str], int]:
+    """Tables of weights by their names in the archive, what is said of files that hold none, how many files it has."""
     with open_zip(path) as root, TemporaryDirectory() as folder:
         names = [name for name in root.root.namelist() if not name.endswith("/") and not is_hidden(name)]
         kinds = {name: PurePosixPath(name).suffix.lower() for name in names}
         found: dict[str, WeightTable] = {}
+        faults: dict[str, str] = {}
         for some in (FIRST, tuple(set(readers) - set(FIRST))):
             here = [name for name in names if kinds[name] in some]
             for i, name in enumerate(here):
                 copy = Path(folder) / f"{i}{kinds[name]}"
                 copy.write_bytes((root / name).read_bytes())
-                if take := table_or_none(copy, readers):
+                try:
+                    take = readers[kinds[name]](copy)
+                except RigError as error:
+                    faults[name] = str(error)
+                    continue
+                if len(take.weights) > 1 and any(map(known, take.columns)):
                     found[name] = take
             if found:
                 break
-        return found, len(names)
-
-
-def table_or_none(path: Path, readers: Readers) -> WeightTable | None:
-    """The table of weights in a file; None where it is none, or holds a single frame."""
-    try:
-        take = readers[path.suffix](path)
-    except RigError:
-        return None
-    return take if len(take.weights) > 1 and any(map(known, take.columns)) else None
+        return found, faults, len(names)
 
 
 def is_hidden(name: str) -> bool:
