@@ -20,6 +20,7 @@ import numpy as np
 
 Arrays = dict[str, np.ndarray]
 PACKAGE = Path(__file__).parent
+DECIDING = (".py", ".toml", ".json", ".npz")
 
 
 def cache_dir() -> Path:
@@ -46,9 +47,10 @@ def digest(parts: Iterable[str | bytes | np.ndarray]) -> str:
 
 @cache
 def code_digest(*rooms: str) -> str:
-    """Changes whenever the code of these rooms of the package does; of all of it where none is named."""
+    """Changes whenever code or data of these rooms of the package do; of all of it where none is named."""
     folders = [PACKAGE / room for room in rooms] or [PACKAGE]
-    return digest(file.read_bytes() for folder in folders for file in sorted(folder.rglob("*.py")))
+    files = (file for folder in folders for file in sorted(folder.rglob("*")) if file.suffix in DECIDING)
+    return digest(file.read_bytes() for file in files)
 
 
 def cached(compute: Callable[[], Arrays], shelf: str, name: str, *, entries: int) -> Arrays:

@@ -92,8 +92,9 @@ def changes(value: Any, others: list[Any], rng: random.Random) -> list[Any]:
         return [[], value[:one] + value[one + 1 :], value[:-1], mixed, [*value, *value[:1]], another]
     if isinstance(value, dict):
         names = [*value]
+        gone = rng.choice(names) if names else None
         turned = dict(zip(names, [*value.values()][1:] + [*value.values()][:1], strict=True))
-        return [{}, {name: value[name] for name in names if name != rng.choice(names)}, turned, another]
+        return [{}, {name: value[name] for name in names if name != gone}, turned, another]
     return [5, 0.5, "x", True, [], {}, another]
 
 

@@ -65,26 +65,44 @@ def test_no_dots_of_a_layout_meet_where_some_would_have(face, apart):
     assert len(task.apart_in(POSES).open_) < len(task.open_)
 
 
-def test_two_pins_that_meet_stay_and_are_told(face, near):
-    task = task_of(face, replace(WIDE, symmetric=False))
-    may = np.isin(np.arange(len(face.rig.neutral)), task.sites.vertices[task.open_])
-    u, v = next((int(u), int(v)) for u, v in zip(*near.nonzero(), strict=True) if may[u] and may[v])
+@pytest.mark.parametrize("symmetric", [False, True])
+def test_two_pins_that_meet_stay_and_are_told_and_no_others_meet(face, near, symmetric):
+    settings = replace(WIDE, symmetric=symmetric, budget=12)
+    task = task_of(face, settings)
+    vertices = task.sites.vertices[task.open_]
+    pairs = zip(*near[vertices[:, 0]][:, vertices[:, 0]].nonzero(), strict=True)
+    u, v = next((int(vertices[i, 0]), int(vertices[j, 0])) for i, j in pairs)
     assert without_pairs_of(near, np.array([u, v]))[u, v] == 0 < near[u, v]
     assert (near - without_pairs_of(near, np.array([u, v]))).nnz == 2
-    pins = tuple(int(face.rig.source_index[each]) for each in (u, v))
-    layout = design_layout(face, replace(WIDE, pins=pins, symmetric=False, budget=6), poses=POSES)
-    assert {u, v} <= {m.vertex for m in layout.landmarks}
-    names = {m.name for m in layout.landmarks if m.vertex in (u, v)}
-    assert any(set(one.dots) == names for one in told(face, layout))
+    layout = design_layout(face, replace(settings, pins=tuple(face.rig.source_index[[u, v]].tolist())), poses=POSES)
+    pinned = {u, v, *(face.mirror[[u, v]].tolist() if symmetric else ())}
+    assert pinned <= {m.vertex for m in layout.landmarks}
+    names = {m.name for m in layout.landmarks if m.vertex in pinned}
+    met = [set(one.dots) for one in told(face, layout) if one.pose != "neutral"]
+    assert met
+    assert all(dots <= names for dots in met)
 
 
-def test_where_all_partners_would_meet_they_are_placed_as_without_the_wish(face):
+def test_partners_that_alone_stand_for_a_blendshape_may_meet(face):
+    plain = task_of(face, WIDE)
+    site = next(s for s in plain.open_ if plain.sites.size[s] == 2)
+    deltas, pair = face.rig.deltas.copy(), plain.sites.vertices[site]
+    jaw, x = face.rig.names.index("jawOpen"), face.rig.neutral[pair, 0]
+    deltas[jaw] = 0
+    deltas[jaw, pair, 0] = x.mean() - x  # the two vertices alone, onto each other
+    task = task_of(Face(dataclass_replace(face.rig, deltas=deltas), face.used, face.visibility), WIDE)
+    apart = task.apart_in({})
+    assert apart.met is not None
+    assert apart.met[pair[0], pair[1]]
+    assert apart.reachable.tolist() == task.reachable.tolist()
+    assert len(apart.open_) < len(task.open_)
+
+
+def test_where_all_partners_would_meet_as_many_are_placed_all_the_same(face):
     deltas = face.rig.deltas.copy()
     deltas[face.rig.names.index("jawOpen")] = face.rig.neutral * [-1, 0, 0]
     crushed = Face(dataclass_replace(face.rig, deltas=deltas), face.used, face.visibility)
     task = task_of(crushed, replace(WIDE, budget=6))
-    apart = task.apart_in({})
-    assert not len(apart.open_[task.sites.size[apart.open_] > 1])
     _, _, sites = chosen_apart(task, {}, 0.1, None, None)
     assert task.sites.size[sites].sum() == 6
 

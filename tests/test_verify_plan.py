@@ -16,6 +16,7 @@ from capture_plan.exports import verify_plan, write_verifier
 from capture_plan.plan.files import read_plan
 from capture_plan.rig import sample_rig
 from tests.lies import LIES as CONSISTENT
+from tests.lies import source_vertices_zero
 from tests.tampering import KINDS, answers_kept, is_free, tampered, verdict
 
 # What the checker leaves to `check`, as its docstring says.
@@ -153,11 +154,6 @@ def other_sides(plan):
     other_side_in_labels(plan)
     for m in plan["layout"]["landmarks"]:
         m["side"] = {"left": "right", "right": "left"}.get(m["side"], "middle")
-
-
-def source_vertices_zero(plan):
-    for m in plan["layout"]["landmarks"]:
-        m["source_vertex"] = 0
 
 
 def moved_marker(plan):

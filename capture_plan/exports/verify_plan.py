@@ -206,7 +206,9 @@ def check_programs(face):
     layout, programs, ordered = face.layout, face.layout["programs"], face.layout["method"] in ORDERED
     chosen = {m["vertex"]: m["round"] for m in layout["landmarks"]}
     known = ({*range(len(programs))} if not ordered else set()) | ({None} if layout["method"] != "cover" else set())
-    holds = {*chosen.values()} <= known and len(programs) <= (99 if layout["method"] == "adaptive" else 1)
+    holds = {*chosen.values()} <= known and len(programs) <= (
+        face.want["rounds"] if layout["method"] == "adaptive" else 1
+    )
     yield "every landmark was chosen by a program or added after them", holds, f"{len(programs)} programs"
     for number, program in enumerate(programs):
         rows, v = [face.used.index(name) for name in program["blendshapes"]], program["vertices"]

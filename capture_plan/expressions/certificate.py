@@ -166,7 +166,9 @@ def bound(active: Active, packing: Packing) -> list[str]:
             f"the solver's bound of {packing.solver_bound} lies outside {packing.bound} to {packing.objective}"
         )
     if packing.solver_bound == packing.objective or packing.method in ("early", "minimum"):
-        faults += [f"{a} and {b} can be performed as one: fewer are enough" for a, b in mergeable(packing, conflict)]
+        faults += [
+            f"{a} and {b} can be performed as one: fewer are enough" for a, b in mergeable(packing, whole, conflict)
+        ]
     if packing.proven_optimal != (packing.bound == packing.objective):
         faults.append(f"{packing.objective} expressions against a bound of {packing.bound}: the proof is misstated")
     missing = packing.objective - len(packing.expressions)
@@ -175,19 +177,18 @@ def bound(active: Active, packing: Packing) -> list[str]:
     return faults
 
 
-def mergeable(packing: Packing, conflict: Callable[[str, str], bool]) -> list[tuple[str, str]]:
-    """Two expressions that could be one, which refutes that no list is shorter; not where edits number them. Partners
-    that had to be split exclude each other like anybody."""
-    kept = [pair for pair in _pairs(packing) if pair not in packing.relaxed]
-    names = tuple(name for expression in packing.expressions for name in expression.blendshapes)
-    partners = {name: family for family in groups(names, kept) for name in family}
-    limit = packing.most_things or len(names)
+def mergeable(
+    packing: Packing, whole: dict[str, tuple[str, ...]], conflict: Callable[[str, str], bool]
+) -> list[tuple[str, str]]:
+    """Two expressions that could be one, which refutes that no list is shorter; not where edits number them. `whole` is
+    who is performed together: partners that had to be split exclude each other like anybody."""
+    limit = packing.most_things or len(whole)
     return [
         (one.name, other.name)
         for one, other in combinations(packing.expressions, 2)
         if not packing.edits.numbers
         and len(groups((*one.blendshapes, *other.blendshapes), list(packing.pairs))) <= limit
-        and not any(conflict(i, j) for i in one.blendshapes for j in other.blendshapes if j not in partners[i])
+        and not any(conflict(i, j) for i in one.blendshapes for j in other.blendshapes if j not in whole[i])
     ]
 
 
@@ -206,9 +207,7 @@ def falling(packing: Packing) -> list[str]:
 def misplaced(packing: Packing) -> list[str]:
     """A list as it was found that does not claim the order which its method promises; edits may have another."""
     free = packing.kept is None and not packing.edits.names
-    return (
-        ["another order of the same expressions takes more error earlier"] if free and not packing.order_proven else []
-    )
+    return ["another order of them covers more earlier"] if free and not packing.order_proven else []
 
 
 def _items(names: tuple[str, ...], packing: Packing) -> dict[str, tuple[str, ...]]:

@@ -7,7 +7,7 @@ Variables  parts        a colouring of the items with the fewest colours, given;
 Model      min mean_J log sqrt(E_J) + END log sqrt(E_end) + BEHIND max_J max(0, log sqrt(E_J / E*_J))
                + PRICE (what is hard to perform at once, points)
 Moves      Kempe chain  of two expressions: items that conflict with each other, and with each other's, change places
-           exchange     of one item for one, or of one for none, where nothing is left that conflicts
+           exchange     of one item for one, where nothing is left that conflicts
            Neither adds an expression, so that a number that was proved the fewest stays so.
 Search     The first move that lowers the model is made, until none does; from the list given, from others, and from
            the best one so far shaken by random chains. Of all these lists the lowest is taken: it is no proved optimum.

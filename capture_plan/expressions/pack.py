@@ -14,7 +14,7 @@ from msgspec.structs import replace as change
 
 from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.expressions.colouring import largest_clique
-from capture_plan.expressions.early import Items, early, in_best_order, model_of
+from capture_plan.expressions.early import Items, early, model_of
 from capture_plan.expressions.importance import (
     cosine_similarity,
     uniqueness,
@@ -104,7 +104,7 @@ def early_list(rig: Rig, problem: Problem, settings: PackingSettings, target: Ta
     model = replace(model, to_beat=tuple(model.left(parts) for parts in rivals))
     best = early(model, [parts for parts in lists if len(parts) == fewest])
     expressions = tuple(np.array(sorted(items)) for items in best)
-    return Order(expressions, in_best_order(model, best)), found.bound
+    return Order(expressions, proven=True), found.bound
 
 
 def list_expressions(problem: Problem, method: str, weigh: Weigh, accept: Answer = always) -> tuple[Order, int]:

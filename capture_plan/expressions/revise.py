@@ -93,10 +93,8 @@ def another(
     found = [problem.blendshapes(np.flatnonzero(where == e).tolist()) for e in np.unique(where)]
     chosen = in_promised_order(rig, problem, settings, target, found)
     worth = blendshape_importance(rig, problem.names, settings, target)
-    proven = proves_order(rig, problem, settings, target, chosen)
-    return packing_record(
-        rig, problem, settings, chosen, worth, proofs_of(problem, first.solver_bound, order_proven=proven)
-    )
+    proofs = proofs_of(problem, first.solver_bound, order_proven=settings.method == "early")
+    return packing_record(rig, problem, settings, chosen, worth, proofs)
 
 
 def _importance(rig: Rig, problem: Problem, settings: PackingSettings, target: Target) -> Int[np.ndarray, " g"]:

@@ -47,6 +47,8 @@ def torn(
     Space is cut into cubes of that distance: movements in a cube and the 26 around it span a box, whose diagonal bounds
     every difference.
     """
+    if by <= 0:  # dots as wide as the spacing
+        return np.arange(len(moved))
     far = np.linalg.norm(moved, axis=1) >= by / 2  # one of the two
     if not far.any():
         return np.flatnonzero(far)
@@ -72,7 +74,7 @@ def movements(rig: Rig, poses: Poses, at: Int[np.ndarray, " n"]) -> Iterator[Flo
 
 
 def without_pairs_of(met: csr_array, some: Int[np.ndarray, " n"]) -> csr_array:
-    """The same without pairs of which both are among `some`."""
+    """`met` without pairs of which both are among `some`."""
     u, v = met.nonzero()
     kept = ~(np.isin(u, some) & np.isin(v, some))
     return paired(u[kept], v[kept], len(met.indptr) - 1)

@@ -76,17 +76,12 @@ def chosen_apart(
     former: Layout | None,
     takes: Takes | None,
 ) -> Chosen:
-    """`choose` among layouts of which no two dots meet when the face moves; among all where that leaves too few.
-
-    A plan tells which dots meet (`meeting`): it is better made than refused for a blendshape that only such dots tell.
-    """
-    apart = task.apart_in(poses)
-    if len(apart.reachable) == len(task.reachable):
-        try:
-            return choose(apart, target_mm, former, takes)
-        except InfeasibleError:
-            pass
-    return choose(task, target_mm, former, takes)
+    """`choose` among layouts of which no two dots meet when the face moves; among all where none of those keeps all
+    wishes: a plan tells which dots meet (`meeting`), and is better made than refused."""
+    try:
+        return choose(task.apart_in(poses), target_mm, former, takes)
+    except InfeasibleError:
+        return choose(task, target_mm, former, takes)
 
 
 def bound_of(task: Task, method: Method, landmarks: int, former: Layout | None) -> ErrorBound | None:

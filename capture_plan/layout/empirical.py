@@ -9,6 +9,7 @@ Place    the sample's face is laid onto the rig, once for all layouts (`correspo
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from typing import get_args
 
 import msgspec
 import numpy as np
@@ -16,9 +17,10 @@ from jaxtyping import Int
 
 from capture_plan.errors import PlanError, RigError
 from capture_plan.layout.correspond import transfer
+from capture_plan.layout.settings import Known
 from capture_plan.rig import Rig, sample_rig
 
-EMPIRICAL = ("ibug68", "ibug51", "mpeg4", "iemocap53", "motionbuilder17", "faceware30")
+EMPIRICAL: tuple[str, ...] = get_args(Known)
 
 
 class Point(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

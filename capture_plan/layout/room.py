@@ -49,6 +49,6 @@ def must_fit(task: Task) -> None:
     if asked > found:
         apart = f", {settings.spacing_mm:g} mm apart," if settings.spacing_mm else ""
         raise InfeasibleError(
-            f"a budget of {asked:,} landmarks is more than fits on this face: {found:,} were found to fit{apart} "
+            f"no room was found for {asked:,} landmarks on this face: {found:,} fit{apart} "
             f"outside the zones without dots: ask for {found:,} or fewer, or lower spacing_mm"
         )

@@ -8,8 +8,8 @@ Shrink    exchanges at this number (`search`), then again without the landmark t
 End       growth ends, short of the target, where another landmark lowers E by less than WORTHWHILE of it, or at the
           ceiling: what cannot be had is not forced; and a landmark whose loss raises E by less than that is not kept
 Beside    the starts of a budget of as many landmarks: the least E that any of them ends at, or more mixes told apart
-          for HARDLY more; then the numbers below it again. No budget of as many landmarks so has an E that is lower by
-          more than HARDLY, and a mix that costs the others more than that is not told apart
+          for HARDLY more; then the numbers below it again. A mix that costs the others more than HARDLY is not told
+          apart
 """
 
 from dataclasses import dataclass, replace
@@ -51,7 +51,7 @@ def fewest(search: Search, start: Choice, target_mm: float) -> Choice:
 
 
 def near(search: Search, start: Choice, target_mm: float) -> Choice:
-    """The same from `start` alone: of a former answer little changes."""
+    """Sites that reach the goal from `start` alone: of a former answer little changes."""
     goal = Goal(search, target_mm)
     settled = goal.settled(goal.grown(start))
     apart = goal.told_apart(settled)
@@ -120,7 +120,7 @@ class Goal:
         return max(ends, key=lambda end: (self.rank(end), -self.error(end)))
 
     def asked_for(self, chosen: Choice, most_mm: float) -> Choice:
-        """The same number with sites that answer to mixes which `chosen` does not tell apart, while E stays low."""
+        """As many sites, of which some answer to mixes which `chosen` does not tell apart, while E stays low."""
         search = self.of(self.search.landmarks(chosen))
         while self.rank(chosen) < search.observation.full_rank and (answering := self.answering(chosen)).any():
             search = replace(search, limits=(*search.limits, Limit("a mix told apart", answering.astype(int), least=1)))

@@ -56,23 +56,28 @@ class Task:
         return self.face.observation(self.settings.noise_mm)
 
     def apart_in(self, poses: Poses) -> "Task":
-        """The same where no two dots meet in any blendshape or pose, but for dots that are both pinned: what a person
-        decides twice is told, not refused.
+        """This task where no two dots meet in any blendshape or pose. What a person decides twice (two pins, or one and
+        its mirror image) and partners without which nothing stands for a blendshape may meet: it is told, not refused.
 
         The paper's methods know the neutral alone, and without a spacing dots may stand as they like.
         """
-        settings = self.settings
+        settings, sites = self.settings, self.sites
         if settings.method in NEUTRAL_ONLY or not settings.spacing_mm:
             return self
         rig, at, widths = self.face.rig, np.flatnonzero(self.face.markable), (settings.dot_mm, settings.spacing_mm)
         planned = met_in(rig.neutral, at, movements(rig, poses, at), dot_mm=widths[0], spacing_mm=widths[1])
-        met = without_pairs_of(csr_array(self.face.met(*widths) + planned), self.face.pinned(settings))
-        partners = met[self.sites.vertices[:, 0], self.sites.vertices[:, 1]] > 0
-        apart = Limit("partners whose dots meet when the face moves", partners.astype(int), most=0)
+        pins = self.face.pinned(settings)
+        decided = np.union1d(pins, self.face.mirror[pins]) if settings.symmetric else pins
+        met = without_pairs_of(csr_array(self.face.met(*widths) + planned), decided)
+        partners = met[sites.vertices[:, 0], sites.vertices[:, 1]] > 0
+        covers, others = sites.covers(settings.epsilon)[self.reachable], self.open_[~partners[self.open_]]
+        alone = ~covers[:, others].any(axis=1)
+        shut = partners & ~covers[alone].any(axis=0)
+        apart = Limit("partners whose dots meet when the face moves", shut.astype(int), most=0)
         return dataclass_replace(self, met=met, limits=(*self.limits, apart))
 
     def beside(self, head: Int[np.ndarray, " h"]) -> "Task":
-        """The same with all sites shut out that stand too close to the head markers."""
+        """This task with all sites shut out that stand too close to the head markers."""
         near = np.zeros(len(self.face.rig.neutral), dtype=bool)
         near[head] = True
         if self.spacing:

@@ -167,7 +167,7 @@ def packing_view(packing: Packing) -> mo.Html:
                 (
                     "First five show",
                     percent(shots[min(5, len(shots)) - 1].covered),
-                    "of what all expressions would: expected squared error, or as the settings say",
+                    "of what all expressions would",
                 ),
                 ("All show", percent(shots[-1].covered), "when every expression is scanned"),
                 ("Left out", count(len(packing.left_out), "blendshape"), "by the limit on expressions"),

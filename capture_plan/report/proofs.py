@@ -4,7 +4,7 @@ from capture_plan.plan.record import Plan
 from capture_plan.report.words import count
 
 ORDERED = {
-    "early": "In no other order do the first of these expressions leave less expected error.",
+    "early": "In no other order, but for what an edit locks, do the first of these expressions cover more.",
     "minimum": "Each expression is proved the most important one possible after those before it, of those that keep "
     "the list shortest.",
     "sequential": "Each expression is proved the most important one possible after those before it.",
@@ -49,6 +49,6 @@ def expression_proofs(plan: Plan) -> list[str]:
     if proof := packing_proof(plan):
         clique = f" No two of these fit into one expression: {', '.join(packing.clique)}."
         said.append(f"{proof}.{clique if len(packing.clique) > 1 else ''}")
-    if packing.order_proven:
+    if packing.order_proven and packing.method in ORDERED:
         said.append(ORDERED[packing.method])
     return said

@@ -52,11 +52,6 @@ def foreseen(
     return e, squares
 
 
-def mean_square(x: Float[np.ndarray, "k v 3"]) -> Float[np.ndarray, " k"]:
-    """mean_v |x[k, v]|^2."""
-    return np.square(x).sum(axis=2).mean(axis=1)
-
-
 def local_maps(
     source: Float[np.ndarray, "v 3"], target: Float[np.ndarray, "v 3"], at: Float[np.ndarray, "s 3"]
 ) -> Float[np.ndarray, "s 3 3"]:
