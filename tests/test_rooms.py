@@ -9,7 +9,9 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "capture_plan"
 FLOORS = (
-    {"errors", "progress", "cache"},
+    {"errors", "progress"},
+    {"output"},
+    {"cache"},
     {"mesh"},
     {"visibility"},
     {"rig"},

@@ -10,6 +10,7 @@ from msgspec import structs
 
 from capture_plan.errors import PlanError
 from capture_plan.layout.record import Layout
+from capture_plan.output import write_whole
 from capture_plan.plan.places import found_from, seen_from, with_zones_found, zones_seen_from
 from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference, sealed
 from capture_plan.plan.settings import Settings
@@ -36,18 +37,6 @@ def write_layout(layout: Layout, path: Path) -> Path:
     """A layout alone, as JSON, for a take without a rig."""
     write_whole(path, msgspec.json.format(msgspec.json.encode(layout), indent=1) + b"\n")
     return path
-
-
-def write_whole(path: Path, content: bytes) -> None:
-    """Write beside `path`, then rename, so that nobody ever sees half a file."""
-    part = path.with_name(f".{path.name}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_bytes(content)
-        part.replace(path)
-    except OSError as error:
-        part.unlink(missing_ok=True) if part.parent.is_dir() else None
-        raise PlanError(f"{path} cannot be written ({error.strerror}): choose another place with -o") from None
 
 
 def read_plan(path: Path) -> Plan:
