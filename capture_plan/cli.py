@@ -507,12 +507,19 @@ def notebook(
     take: Annotated[list[str] | None, typer.Option(help="Recorded take of the rig; several allowed.")] = None,
     edit: Annotated[bool, typer.Option("--edit", help="Open it for editing instead of as an app.")] = False,
     headless: Annotated[bool, typer.Option("--headless", help="Start the server without a browser.")] = False,
+    host: Annotated[
+        str,
+        typer.Option(help="Address to listen at; only this machine reaches the usual one."),
+    ] = "127.0.0.1",
     port: Annotated[int | None, typer.Option(help="Port of the server.")] = None,
 ) -> None:
     """Open the session notebook on RIG: turn a knob, see the plan change."""
     from capture_plan.notebook import open_notebook
+    from capture_plan.notebook_guard import LOOPBACK
 
-    raise typer.Exit(open_notebook(rig, take or (), edit=edit, headless=headless, port=port))
+    if host not in LOOPBACK:
+        say([f"warning: whoever reaches {host} and has the address with its token sees the rig and plans on it"])
+    raise typer.Exit(open_notebook(rig, take or (), edit=edit, headless=headless, host=host, port=port))
 
 
 def open_plan(path: Path, rig: str | None, *, force: bool, folder: Path | None = None) -> tuple["Plan", "Rig"]:

@@ -10,7 +10,7 @@ import pytest
 PACKAGE = Path(__file__).parents[1] / "capture_plan"
 FLOORS = (
     {"errors", "progress"},
-    {"output"},
+    {"output", "documents"},
     {"cache"},
     {"mesh"},
     {"visibility"},
@@ -19,7 +19,7 @@ FLOORS = (
     {"layout", "expressions"},
     {"plan"},
     {"sheets", "exports"},
-    {"report", "figures", "terminal"},
+    {"report", "figures", "terminal", "notebook_guard"},
     {"notebook", "notebooks_support"},
     {"cli"},
 )
