@@ -19,7 +19,8 @@ from markupsafe import Markup
 from capture_plan.expressions.record import Expression
 from capture_plan.expressions.session import Item
 from capture_plan.layout.record import Landmark
-from capture_plan.plan.files import plan_bytes, write_whole
+from capture_plan.output import write_whole
+from capture_plan.plan.files import plan_bytes
 from capture_plan.plan.record import Plan
 from capture_plan.report.contents import contents, marker_facts, marker_rows
 from capture_plan.report.evidence import evidence
