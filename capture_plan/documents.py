@@ -1,4 +1,4 @@
-"""Files that people write by hand or that we wrote: plain files of a bounded size, and TOML whose reading is bounded too."""
+"""Files that people write by hand: plain files of a bounded size, and TOML read in bounded time and memory."""
 
 import re
 import tomllib

@@ -36,7 +36,7 @@ def test_what_is_no_plain_file_or_too_large_is_not_read(tmp_path):
     with (tmp_path / "large").open("wb") as file:
         file.truncate(MOST_BYTES + 1)
     for path in (tmp_path, tmp_path / "pipe", tmp_path / "large", tmp_path / "none", "/dev/zero"):
-        with pytest.raises(PlanError, match="give another$"):
+        with pytest.raises(PlanError, match=r"give another$"):
             read_plain(tmp_path / path, PlanError, "give another")
 
 
