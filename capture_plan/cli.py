@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -21,14 +22,22 @@ if TYPE_CHECKING:
     from capture_plan.rig.sequence import Sequence
 
 app = typer.Typer(
-    help=(
-        "Plan a facial capture session from a blendshape rig: where to put how few markers, which expressions to scan, "
-        "and every page the set needs. RIG is a folder of OBJ files, a .glb, .gltf or .npz file, or the word 'sample'."
-    ),
-    add_completion=False,
-    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    rich_markup_mode="rich",
+    no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
+
+LANDMARKS, EXPRESSIONS, SESSION = "Landmarks", "Expressions", "Session, cameras and takes"  # groups of help
+READING = "How the rig is read, where that went wrong"
+SPELLED = {
+    "expressions.method": "--expressions", "landmarks.caps": "--cap", "landmarks.pins": "--pin",
+    "landmarks.forbidden": "--forbid", "sequences": "--sequence", "sequence_weights": "--sequence-weight",
+}  # options that do not bear the name of their setting  # fmt: skip
+LandmarkOption = partial(typer.Option, rich_help_panel=LANDMARKS)
+ExpressionOption = partial(typer.Option, rich_help_panel=EXPRESSIONS)
+SessionOption = partial(typer.Option, rich_help_panel=SESSION)
+ReadingOption = partial(typer.Option, rich_help_panel=READING)
 
 RigPath = Annotated[str, typer.Argument(metavar="RIG", help="Folder of OBJ files, .glb, .gltf, .npz, or 'sample'.")]
 PlanPath = Annotated[Path, typer.Argument(metavar="PLAN", help="A plan.json that `plan` wrote.")]
@@ -36,14 +45,26 @@ OtherRig = Annotated[str | None, typer.Option("--rig", help="Where the rig is no
 Force = Annotated[bool, typer.Option("--force", help="Go on where PLAN does not hold: everything says DRAFT.")]
 Replace = Annotated[bool, typer.Option("--replace", help="Replace FILE even where it holds work of another kind.")]
 Folder = Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder to write into.")]
-UnitMm = Annotated[float | None, typer.Option(help="Millimetres in one unit of the rig's file, if detection errs.")]
-Up = Annotated[str | None, typer.Option(help="Axis of the file that points up, e.g. +y or +z.")]
-Facing = Annotated[str | None, typer.Option(help="Axis of the file that the face looks along, e.g. +z or -y.")]
-Names = Annotated[str | None, typer.Option(help="TOML file that says what blendshapes with house names are.")]
-Skin = Annotated[str | None, typer.Option(help="Skin: part names with commas, or a text file of vertex numbers.")]
+UnitMm = Annotated[
+    float | None,
+    typer.Option(help="Millimetres in one unit of the rig's file, if detection errs.", rich_help_panel=READING),
+]
+Up = Annotated[
+    str | None, typer.Option(help="Axis of the file that points up, e.g. +y or +z.", rich_help_panel=READING)
+]
+Facing = Annotated[
+    str | None, typer.Option(help="Axis of the file that the face looks along, e.g. +z or -y.", rich_help_panel=READING)
+]
+Names = Annotated[
+    str | None, typer.Option(help="TOML file that says what blendshapes with house names are.", rich_help_panel=READING)
+]
+Skin = Annotated[
+    str | None,
+    typer.Option(help="Skin: part names with commas, or a text file of vertex numbers.", rich_help_panel=READING),
+]
 
 
-Paper = Literal["a4", "letter"]
+Paper = Annotated[Literal["a4", "letter"], typer.Option(case_sensitive=False, help="Size of the sheets.")]
 Dpi = Annotated[int, typer.Option(min=72, max=600, help="Resolution of the page pictures.")]
 Method = Literal["studio", "adaptive", "trivial", "distance", "cover", "budget", "motion"]
 Known = Literal["ibug68", "ibug51", "mpeg4", "iemocap53", "motionbuilder17", "faceware30"]
@@ -59,6 +80,26 @@ class Export(StrEnum):
     json = "json"
     meshes = "meshes"
     verify = "verify"
+
+
+def say_version(wanted: bool | None) -> None:
+    """The version, where it is asked for."""
+    if wanted:
+        from importlib.metadata import version
+
+        print(f"capture-plan {version('capture-plan')}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool | None, typer.Option("--version", callback=say_version, is_eager=True, help="Say the version and end.")
+    ] = None,
+) -> None:
+    """Plan a facial capture session from a blendshape rig: where to put how few markers, which expressions to scan, and
+    every page the set needs. RIG is a folder of OBJ files, a .glb, .gltf, .vrm, .fbx, .usd or .npz file, or the word
+    'sample'."""
 
 
 @app.command()
@@ -81,6 +122,7 @@ def demo(output: Folder = Path("capture-plan-demo"), paper: Paper = "a4") -> Non
         written.append(write_plan(plan, new / "plan.json"))
         written += write_sheets(plan, rig, new / "sheets", paper=paper)
         written.append(write_html(plan, rig, new / "plan.html"))
+    say([f"Next: open {output / 'plan.html'}; print {output / 'sheets' / 'sheets.pdf'} at 100 %."])
 
 
 @app.command()
@@ -114,60 +156,132 @@ def audit(
     elif json:
         print(text, end="")
     else:
-        say([text])
+        say([text.removesuffix("\n")])
+    if not json:
+        say([f"Next: capture-plan plan {rig}; capture-plan audit {rig} -o audit.png shows how it was understood."])
 
 
 @app.command()
 def plan(
     rig: RigPath,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Plan file to write [<rig>.plan.json].")
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Plan file to write; by default <rig>.plan.json."),
     ] = None,
     replace: Replace = False,
-    settings: Annotated[Path | None, typer.Option(help="TOML file of settings; options below win over it.")] = None,
-    method: Annotated[Method | None, typer.Option(help="How landmarks are chosen [studio].")] = None,
-    budget: Annotated[int | None, typer.Option(help="Number of landmarks; chooses method budget.")] = None,
-    weights: Annotated[Weights | None, typer.Option(help="What a good landmark is [lexicographic].")] = None,
-    epsilon: Annotated[float | None, typer.Option(help="Share of a blendshape's largest movement [0.5].")] = None,
-    symmetric: Annotated[bool | None, typer.Option(help="Mirror every landmark [yes].")] = None,
-    spacing_mm: Annotated[float | None, typer.Option(help="Least distance of two landmarks, millimetres [8].")] = None,
-    noise_mm: Annotated[float | None, typer.Option(help="Noise of a measured landmark, millimetres [0.2].")] = None,
-    number: Annotated[int | None, typer.Option(help="Exactly so many landmarks (cover, budget, motion).")] = None,
-    pin: Annotated[
-        list[str] | None, typer.Option(help="Dot (M12) or vertex (1225) that carries a landmark; several allowed.")
+    settings: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="TOML file of settings; options below win over it.")
     ] = None,
-    forbid: Annotated[list[str] | None, typer.Option(help="Dot or vertex that carries none; several allowed.")] = None,
+    method: Annotated[
+        Method | None,
+        LandmarkOption(
+            metavar="METHOD",
+            help="How landmarks are chosen: studio (the default), adaptive, trivial, distance, cover, budget, motion.",
+        ),
+    ] = None,
+    budget: Annotated[
+        int | None, LandmarkOption(metavar="N", help="Number of landmarks; chooses method budget.")
+    ] = None,
+    weights: Annotated[
+        Weights | None,
+        LandmarkOption(metavar="WEIGHTS", help="What a good landmark is: lexicographic (the default), paper, count."),
+    ] = None,
+    epsilon: Annotated[
+        float | None,
+        LandmarkOption(metavar="SHARE", help="Share of a blendshape's largest movement; by default 0.5."),
+    ] = None,
+    symmetric: Annotated[bool | None, LandmarkOption(help="Mirror every landmark; by default yes.")] = None,
+    spacing_mm: Annotated[
+        float | None,
+        LandmarkOption(metavar="MM", help="Least distance of two landmarks, millimetres; by default 8."),
+    ] = None,
+    noise_mm: Annotated[
+        float | None,
+        LandmarkOption(metavar="MM", help="Noise of a measured landmark, millimetres; by default 0.2."),
+    ] = None,
+    number: Annotated[
+        int | None, LandmarkOption(metavar="N", help="Exactly so many landmarks (cover, budget, motion).")
+    ] = None,
+    pin: Annotated[
+        list[str] | None,
+        LandmarkOption(metavar="DOT", help="Dot (M12) or vertex (1225) that carries a landmark; several allowed."),
+    ] = None,
+    forbid: Annotated[
+        list[str] | None,
+        LandmarkOption(metavar="DOT", help="Dot or vertex that carries none; several allowed."),
+    ] = None,
     dots_of: Annotated[
-        Path | None, typer.Option(metavar="PLAN", help="Plan that names the dots [the one that FILE holds now].")
+        Path | None,
+        LandmarkOption(metavar="PLAN", help="Plan that names the dots; by default the one that FILE holds now."),
     ] = None,
     keep_out: Annotated[
         list[str] | None,
-        typer.Option(help="Zone without landmarks and its margin in millimetres: 'wet lip=3', a file, or 'none'."),
+        LandmarkOption(
+            metavar="ZONE", help="Zone without landmarks and its margin in millimetres: 'wet lip=3', a file, or 'none'."
+        ),
     ] = None,
     relaxed_for: Annotated[
-        Known | None, typer.Option(help="Open the zones where points of this known layout stand, e.g. ibug68.")
+        Known | None,
+        LandmarkOption(metavar="LAYOUT", help="Open the zones where points of this known layout stand, e.g. ibug68."),
     ] = None,
-    cap: Annotated[list[str] | None, typer.Option(help="Most landmarks of a region: 'nose=4'.")] = None,
-    min_views: Annotated[int | None, typer.Option(help="Cameras that must see a landmark at once [1].")] = None,
-    dot_mm: Annotated[float | None, typer.Option(help="Diameter of a marker, millimetres [3].")] = None,
-    head_markers: Annotated[int | None, typer.Option(help="Markers for the head's own motion, 3 to 5 [none].")] = None,
-    cameras: Annotated[str | None, typer.Option(help="Camera file (TOML), or frontal, or head-mounted-pair.")] = None,
-    expressions: Annotated[Packer | None, typer.Option(help="How expressions are packed [early].")] = None,
-    mu: Annotated[float | None, typer.Option(help="Share of movement that makes a vertex active [0.3].")] = None,
-    paired: Annotated[bool | None, typer.Option(help="Perform left and right together [yes].")] = None,
-    limit: Annotated[int | None, typer.Option(help="Most expressions there is time for.")] = None,
-    rules: Annotated[str | None, typer.Option(help="TOML file of what an actor can do at once [ours].")] = None,
-    most_things: Annotated[int | None, typer.Option(help="Movements that an expression asks for at most [4].")] = None,
-    minutes: Annotated[float | None, typer.Option(help="Time that there is for the session, minutes.")] = None,
-    target: Annotated[str | None, typer.Option(help="Mesh of the actor's neutral with the rig's vertices.")] = None,
+    cap: Annotated[
+        list[str] | None, LandmarkOption(metavar="REGION=N", help="Most landmarks of a region: 'nose=4'.")
+    ] = None,
+    min_views: Annotated[
+        int | None,
+        LandmarkOption(metavar="N", help="Cameras that must see a landmark at once; by default 1."),
+    ] = None,
+    dot_mm: Annotated[
+        float | None,
+        LandmarkOption(metavar="MM", help="Diameter of a marker, millimetres; by default 3."),
+    ] = None,
+    head_markers: Annotated[
+        int | None,
+        LandmarkOption(metavar="N", help="Markers for the head's own motion, 3 to 5; by default none."),
+    ] = None,
+    cameras: Annotated[
+        str | None, SessionOption(metavar="CAMERAS", help="Camera file (TOML), or frontal, or head-mounted-pair.")
+    ] = None,
+    expressions: Annotated[
+        Packer | None,
+        ExpressionOption(
+            metavar="METHOD", help="How expressions are packed: early (the default), minimum, sequential, greedy."
+        ),
+    ] = None,
+    mu: Annotated[
+        float | None,
+        ExpressionOption(metavar="SHARE", help="Share of movement that makes a vertex active; by default 0.3."),
+    ] = None,
+    paired: Annotated[
+        bool | None,
+        ExpressionOption(help="Perform left and right together; by default yes."),
+    ] = None,
+    limit: Annotated[int | None, ExpressionOption(metavar="N", help="Most expressions there is time for.")] = None,
+    rules: Annotated[
+        str | None,
+        ExpressionOption(metavar="FILE", help="TOML file of what an actor can do at once; by default ours."),
+    ] = None,
+    most_things: Annotated[
+        int | None,
+        ExpressionOption(metavar="N", help="Movements that an expression asks for at most; by default 4."),
+    ] = None,
+    minutes: Annotated[
+        float | None, SessionOption(metavar="MINUTES", help="Time that there is for the session, minutes.")
+    ] = None,
+    target: Annotated[
+        str | None, SessionOption(metavar="FILE", help="Mesh of the actor's neutral with the rig's vertices.")
+    ] = None,
     sequence: Annotated[
-        list[str] | None, typer.Option(help="Recorded take: weights, or meshes of the rig; several allowed.")
+        list[str] | None,
+        SessionOption(metavar="TAKE", help="Recorded take: weights, or meshes of the rig; several allowed."),
     ] = None,
     sequence_weight: Annotated[
-        list[float] | None, typer.Option(help="Say of a take, one for each --sequence [the same for all].")
+        list[float] | None,
+        SessionOption(metavar="WEIGHT", help="Say of a take, one for each --sequence; by default the same for all."),
     ] = None,
     vertex_weights: Annotated[
-        str | None, typer.Option(help="File of how much an error of a take counts, a number per vertex [1].")
+        str | None,
+        SessionOption(metavar="FILE", help="How much an error of a take counts, a number per vertex; by default 1."),
     ] = None,
     unit_mm: UnitMm = None,
     up: Up = None,
@@ -212,6 +326,25 @@ def plan(
     said = replace_plan(made, output)
     say([*unheard(summary(made), heard), *said])
     say_written([output])
+    say([f"Next: capture-plan check {output}, then capture-plan render {output} for the pages."])
+
+
+@app.command()
+def settings(
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="File to write; by default it is printed.")
+    ] = None,
+) -> None:
+    """Give a settings file with every key, what it means, its unit and what is decided without it."""
+    from importlib.resources import files
+
+    text = files("capture_plan.plan").joinpath("data", "settings.toml").read_text(encoding="utf-8")
+    if output is None:
+        print(text, end="")
+        return
+    say(replace_file(output, text.encode()))
+    say_written([output])
+    say([f"Next: change what you like and plan with --settings {output}."])
 
 
 @app.command()
@@ -256,6 +389,7 @@ def markers(
         written.append(write_layout(mine, new / "layout.json"))
         written.append(write_landmarks(mine, new / "landmarks.csv", moved_by="frames"))
         written += write_marker_sheets(layout, rig, new / "sheets", paper=paper, dpi=dpi)
+    say([f"Next: print {output / 'sheets' / 'sheets.pdf'} at 100 % and hold a ruler to its 50 mm bar."])
 
 
 @app.command()
@@ -281,13 +415,14 @@ def check(
     say([*check_lines(claims, unchecked(made, claims), every=every), *near_words(made)])
     if not all(claim.holds for claim in claims):
         raise typer.Exit(1)
+    say([f"Next: capture-plan render {plan} for the pages, capture-plan export {plan} for everybody else."])
 
 
 @app.command()
 def edit(
     plan: PlanPath,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Plan file to write [PLAN itself].")
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Plan file to write; by default PLAN itself.")
     ] = None,
     replace: Replace = False,
     lock: Annotated[list[str] | None, typer.Option(help="'jawOpen=3': in expression 3; several allowed.")] = None,
@@ -330,6 +465,7 @@ def edit(
     said = replace_plan(changed, output)
     say([*expression_lines(changed, made), *said])
     say_written([output])
+    say([f"Next: capture-plan render {output} for the pages."])
 
 
 @app.command()
@@ -337,22 +473,35 @@ def inspect(
     plan: PlanPath,
     rig: OtherRig = None,
     json: Annotated[bool, typer.Option("--json", help="Print the inspection as JSON to standard output.")] = False,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Text file for all of it, marker by marker.")
+    ] = None,
     force: Force = False,
 ) -> None:
-    """Say what the markers of PLAN see and confuse, why each is there, and how far a dot may sit from its place."""
+    """Say what the markers of PLAN see and confuse, which dots need care and what may fall off; with -o why each is
+    there, how far it may sit from its place and what stands in for it."""
     import msgspec
 
+    from capture_plan.output import refuse_place
     from capture_plan.plan.gate import as_far_as_it_goes
     from capture_plan.plan.inspect import inspect_plan
-    from capture_plan.plan.inspect_page import inspection_text
+    from capture_plan.plan.inspect_page import inspection_text, short_text
+    from capture_plan.plan.replacing import inputs_of_plan
 
     made, its_rig = open_plan(plan, rig, force=force)
+    if output is not None:
+        refuse_place(output, inputs=inputs_of_plan(made, plan, rig))
     with as_far_as_it_goes(made):
         found = inspect_plan(made, its_rig, folder=plan.parent)
     if json:
         print(msgspec.json.format(msgspec.json.encode(found)).decode())
+    elif output is None:
+        say([short_text(found)])
     else:
-        say([inspection_text(found)])
+        say([*replace_file(output, f"{inspection_text(found)}\n".encode()), short_text(found)])
+        say_written([output])
+    if output is None and not json:
+        say([f"Next: capture-plan inspect {plan} -o inspection.txt says all of it, marker by marker."])
 
 
 @app.command()
@@ -372,6 +521,7 @@ def render(
     made, found = open_plan(plan, rig, force=force, folder=output)
     with as_far_as_it_goes(made), listen(say):
         say_written(write_sheets(made, found, output, paper=paper, dpi=dpi))
+    say([f"Next: print {output / 'sheets.pdf'} at 100 % and hold a ruler to its 50 mm bar."])
 
 
 @app.command()
@@ -405,6 +555,10 @@ def export(
             written += write_expression_meshes(found, made.audit.used, made.packing, new / f"expressions{draft}")
         if Export.verify in wanted:
             written += write_verifier(made, found, new, plan_folder=plan.parent)
+    if Export.html in wanted:
+        say([f"Next: open {output / 'plan.html'}; it needs no network."])
+    elif Export.verify in wanted:
+        say([f"Next: read {output / 'verify_plan.py'}, then run it there: python verify_plan.py"])
 
 
 @app.command()
@@ -474,7 +628,7 @@ def compare(
 @app.command()
 def motion(
     rig: RigPath,
-    take: Annotated[Path | None, typer.Option(help="Recorded take on the rig [a made-up take of the sample].")] = None,
+    take: Annotated[Path | None, typer.Option(help="Recorded take; of the sample a made-up one by default.")] = None,
     markers: Annotated[list[int] | None, typer.Option(min=1, help="Markers; may be given several times.")] = None,
     subject: Annotated[
         list[str] | None, typer.Option(help="Rig of another person who performs the take; several allowed.")
@@ -560,17 +714,23 @@ def open_rig(path: str, **corrections: Any) -> "Rig":
 
 def write_audit(report: "Audit", rig: "Rig", path: Path, text: str) -> None:
     """The audit as a page with pictures where the suffix asks for one, else as this text; says the verdict."""
-    from capture_plan.output import keep_old, write_whole
     from capture_plan.rig.audit_page import verdict
     from capture_plan.sheets.audit_sheet import KINDS, audit_bytes
 
     kind = path.suffix.lower()
     content = audit_bytes(report, rig, kind) if kind in KINDS else text.encode()
-    old = keep_old(path, unless=content)
-    write_whole(path, content)
-    say([f"kept the file that stood there as {old}"] if old else [])
+    say(replace_file(path, content))
     say([f"Shoot with it? {verdict(report)}"])
     say_written([path])
+
+
+def replace_file(path: Path, content: bytes) -> list[str]:
+    """Write a file, keeping another one that stands there; returns what to say of that."""
+    from capture_plan.output import keep_old, write_whole
+
+    old = keep_old(path, unless=content)
+    write_whole(path, content)
+    return [f"kept the file that stood there as {old}"] if old else []
 
 
 def open_take(path: Path, rig: "Rig", names: str | None) -> "Sequence":
@@ -593,7 +753,13 @@ def override(settings: "Settings", landmarks: dict, expressions: dict, places: d
     return change_settings(
         settings,
         given(places) | {"landmarks": given(landmarks), "expressions": given(expressions), "session": given(session)},
+        option_of,
     )
+
+
+def option_of(name: str) -> str:
+    """The option that sets 'landmarks.epsilon'."""
+    return SPELLED.get(name) or f"--{name.rpartition('.')[2].replace('_', '-')}"
 
 
 def zones(given: list[str] | None) -> dict[str, float] | None:
@@ -705,11 +871,11 @@ def main() -> None:
 
     from capture_plan.errors import CapturePlanError, printable
     from capture_plan.progress import show_progress
-    from capture_plan.terminal import close_quietly, open_streams, report_to_terminal
+    from capture_plan.terminal import Terminal, close_quietly, open_streams
 
     open_streams()
     try:
-        with show_progress(report_to_terminal):
+        with show_progress(Terminal(sys.stderr)):
             code = app(standalone_mode=False, prog_name="capture-plan") or 0
             sys.stdout.flush()
             sys.exit(code)

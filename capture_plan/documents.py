@@ -1,7 +1,9 @@
 """Files that people write by hand: plain files of a bounded size, and TOML read in bounded time and memory."""
 
+import difflib
 import re
 import tomllib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,20 @@ WORD = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
 TOO_DEEP = re.compile(rf"(?<![\w-]){WORD}(?:[ \t]*\.[ \t]*{WORD}){{{DEEPEST}}}|[\[{{](?:\s*[\[{{]){{{DEEPEST}}}")
 
 
+def closest(name: str, names: Iterable[str]) -> str:
+    """'; did you mean X?' where one of the names comes near, else nothing."""
+    near = difflib.get_close_matches(name, list(names), n=1)
+    return f"; did you mean '{near[0]}'?" if near else ""
+
+
+def meant(path: Path) -> str:
+    """The same for a path that is not there, among what lies beside it."""
+    try:
+        return closest(path.name, (other.name for other in path.parent.iterdir()))
+    except OSError:
+        return ""
+
+
 def read_plain(path: Path, error: type[CapturePlanError], give: str, *, most: int = MOST_BYTES) -> bytes:
     """The content of a file.
 
@@ -20,7 +36,9 @@ def read_plain(path: Path, error: type[CapturePlanError], give: str, *, most: in
         error: missing, no plain file (a folder, a device, a pipe), or of more than `most` bytes; ends in `give`.
     """
     try:
-        if path.exists() and not path.is_file():
+        if not path.exists():
+            raise error(f"{path} does not exist{meant(path)}: {give}")
+        if not path.is_file():
             raise error(f"{path} is a {'folder' if path.is_dir() else 'device'}, expected a file: {give}")
         if path.stat().st_size > most:
             raise error(f"{path} has {path.stat().st_size:,} bytes, expected at most {most:,}: {give}")

@@ -8,7 +8,7 @@ from capture_plan.cli import inspect
 from capture_plan.layout.face import see_face
 from capture_plan.plan.files import write_plan
 from capture_plan.plan.inspect import Inspection, inspect_plan
-from capture_plan.plan.inspect_page import inspection_text
+from capture_plan.plan.inspect_page import inspection_text, short_text
 from capture_plan.plan.make import make_plan
 from capture_plan.rig import sample_rig
 
@@ -65,9 +65,15 @@ def test_the_command_prints_a_page_for_people_and_json_for_programs(plan, found,
     path = write_plan(plan, tmp_path / "plan.json")
     inspect(path, json=True)
     assert msgspec.json.decode(capsys.readouterr().out, type=Inspection) == found
+    inspect(path, output=tmp_path / "all.txt")
+    said = capsys.readouterr()
+    assert (tmp_path / "all.txt").read_text() == inspection_text(found) + "\n"
+    assert said.err.startswith(short_text(found))
     inspect(path)
     said = capsys.readouterr()
-    assert (said.out, said.err) == ("", inspection_text(found) + "\n")
+    assert said.out == ""
+    assert len(said.err.splitlines()) <= 15
+    assert "-o inspection.txt" in said.err.splitlines()[-1]
 
 
 def test_an_inspection_of_a_draft_begins_with_what_does_not_hold(found):

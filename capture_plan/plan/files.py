@@ -15,6 +15,7 @@ from capture_plan.output import write_whole
 from capture_plan.plan.places import found_from, seen_from, with_zones_found, zones_seen_from
 from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference, sealed
 from capture_plan.plan.settings import Settings
+from capture_plan.plan.wrong_settings import what_is_wrong
 from capture_plan.rig import Rig, sample_rig
 from capture_plan.rig.read import read_rig
 
@@ -69,7 +70,7 @@ def read_settings(path: Path, named: Named | None = None) -> Settings:
         PlanError: missing, not TOML, an unknown name or a value out of range.
     """
     try:
-        document = read_toml(path, PlanError, "see `capture-plan plan --help` for what can be set")
+        document = read_toml(path, PlanError, "`capture-plan settings` shows what can be set")
         settings = msgspec.convert(_by_number(document, named) if named else document, Settings)
         cameras, target = found_from(path.parent, settings.cameras), found_from(path.parent, settings.target)
         settings = with_zones_found(settings, path.parent)
@@ -85,7 +86,7 @@ def read_settings(path: Path, named: Named | None = None) -> Settings:
             vertex_weights=found_from(path.parent, settings.vertex_weights),
         )
     except msgspec.ValidationError as error:
-        raise PlanError(f"{path}: {error}: see `capture-plan plan --help` for what can be set") from None
+        raise PlanError(f"{path}: {what_is_wrong(error)}: `capture-plan settings` shows what can be set") from None
 
 
 def _by_number(document: dict[str, Any], named: Named) -> dict[str, Any]:
@@ -101,8 +102,8 @@ def _by_number(document: dict[str, Any], named: Named) -> dict[str, Any]:
     return document | {"landmarks": landmarks | plain}
 
 
-def change_settings(settings: Settings, changes: dict[str, Any]) -> Settings:
-    """`settings` with `changes`, a nested mapping as in a settings file.
+def change_settings(settings: Settings, changes: dict[str, Any], spelled: Callable[[str], str] = str) -> Settings:
+    """`settings` with `changes`, a nested mapping as in a settings file; `spelled` is how a person wrote a name in it.
 
     Raises:
         PlanError: an unknown name or a value out of range.
@@ -113,7 +114,7 @@ def change_settings(settings: Settings, changes: dict[str, Any]) -> Settings:
     try:
         return msgspec.convert(merged, Settings)
     except msgspec.ValidationError as error:
-        raise PlanError(f"settings: {error}") from None
+        raise PlanError(what_is_wrong(error, spelled)) from None
 
 
 def plan_schema() -> bytes:

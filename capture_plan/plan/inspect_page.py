@@ -8,6 +8,9 @@ from capture_plan.plan.inspect import Inspection, MarkerReport, TakeReport
 from capture_plan.plan.predicted import SOLVE, error_words, prediction_words
 from capture_plan.plan.summary import fit_words
 
+SHORT = 14  # lines of the short text
+TIGHT = 3  # dots with the least room that it names
+NAMED = 8  # names in one of its lines
 PAIRS = 8  # the worst pairs of lost markers that are named
 TELLING = 5  # markers that a take needs most and least
 WORTH_DEG = 2.0  # a smaller change of an angle is not worth a word
@@ -33,6 +36,35 @@ def inspection_text(found: Inspection) -> str:
         ("Beside the layouts that studios use", alike_lines(found)),
     )
     return "\n".join(line for title, lines in sections for line in ("", title, *(f"  {line}" for line in lines)))[1:]
+
+
+def short_text(found: Inspection) -> str:
+    """What matters most of it, in `SHORT` lines at most: what is weak, which dots need most care, what may fall off."""
+    markers, names = found.markers, {m.name: f"{m.name} {m.label}" for m in found.markers}
+    tight = sorted((m for m in markers if m.unnoticed.worst_mm < REACH_MM), key=lambda m: m.unnoticed.worst_mm)[:TIGHT]
+    needed, again = [m for m in markers if m.reason.only_one], [m.name for m in markers if not m.lost.carry_on]
+    weak = [s.name for s in found.blendshapes if s.signal_to_noise < WEAK]
+    lines = [
+        *(f"DRAFT: {one}" for one in found.draft[:1]),
+        *overview(found)[:1],
+        *(fit_words(found.take.fit)[:1] if found.take else ()),
+        *mix_lines(found)[:2],
+        f"Weak, below {WEAK:g} times the noise: {few(weak)}.",
+        *sight_lines(found)[-1:],
+        f"The only ones that see a blendshape: {few([m.name for m in needed])}.",
+        *(f"{names[m.name]} may sit {tolerance_words(m.unnoticed)} off its place, unnoticed." for m in tight),
+        f"If one falls off, carry on; but re-apply {few(again)}.",
+        *pair_lines(found)[:1],
+        *other_lines(found)[:1],
+    ]
+    return "\n".join(line.removesuffix("; the worst are") for line in lines[:SHORT])
+
+
+def few(names: list[str]) -> str:
+    """The first names, and how many more there are."""
+    if not names:
+        return "none"
+    return ", ".join(names[:NAMED]) + (f" and {len(names) - NAMED} more" if len(names) > NAMED else "")
 
 
 def overview(found: Inspection) -> list[str]:

@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from msgspec.structs import replace as replace_struct
 
+from capture_plan.documents import meant
 from capture_plan.errors import RigError
 from capture_plan.mesh import pieces
 from capture_plan.rig.crop import crop_to_head
@@ -173,7 +174,7 @@ def read_raw(path: Path) -> RawRig:
     """The rig at `path` as its file has it."""
     try:
         if not path.exists():
-            raise RigError(f"{path} does not exist: give {FORMATS}")
+            raise RigError(f"{path} does not exist{meant(path)}: give {FORMATS}")
         if not path.is_dir() and path.stat().st_size == 0:
             raise RigError(f"{path.name} is empty: export it again")
         with np.errstate(all="ignore"):  # what becomes infinite is refused when the rig is whole
