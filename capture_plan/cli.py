@@ -604,9 +604,11 @@ def number_of(text: str, what: str) -> float:
 
 
 def say(lines: Iterable[str]) -> None:
-    """Messages for people, to standard error."""
+    """Messages for people, to standard error; what files smuggle in stays harmless to a screen."""
+    from capture_plan.errors import printable
+
     for line in lines:
-        print(line, file=sys.stderr)
+        print("\n".join(map(printable, line.split("\n"))), file=sys.stderr)
 
 
 def kept(lines: Iterable[str], heard: list[str]) -> list[str]:

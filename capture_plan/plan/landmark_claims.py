@@ -11,6 +11,8 @@ from capture_plan.layout.task import Task
 from capture_plan.plan.claims import TOLERANCE, Claim, claim
 from capture_plan.plan.record import Plan
 
+HARDLY = 1e-3  # of a landmark: prices carry six decimals, rounded down
+
 
 def landmark_claims(plan: Plan, task: Task) -> list[Claim]:
     """Skin, coverage, symmetry, spacing, wishes and the bound of every program."""
@@ -148,6 +150,8 @@ def bound_claims(plan: Plan, task: Task) -> list[Claim]:
     prices = np.zeros(len(face.used))
     prices[[face.used.index(name) for name in layout.certificate.blendshapes]] = layout.certificate.weights
     paid = (prices @ sites.covers(settings.epsilon))[task.open_]
+    slack = np.where(sites.covers(settings.epsilon)[:, task.open_], sites.size[task.open_] - paid, np.inf).min(axis=1)
+    raised = [name for name, more in zip(face.used, slack.tolist(), strict=True) if HARDLY < more < np.inf]
     bound, said = int(np.ceil(prices.sum() - 1e-9)), layout.certificate.landmarks
     return [
         claim(
@@ -156,6 +160,11 @@ def bound_claims(plan: Plan, task: Task) -> list[Claim]:
             and (prices >= 0).all()
             and bound == layout.certificate.landmarks,
             f"prices add up to {prices.sum():.3f}",
+        ),
+        claim(
+            "the dual prices prove as much as they can: none can be raised alone",
+            not raised,
+            f"{', '.join(raised[:3])} and so on, {len(raised)} in all, can" if raised else "every one is at its limit",
         ),
         claim(
             "the bound and the layout agree",

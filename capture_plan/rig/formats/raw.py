@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
-from capture_plan.rig.formats.naming import listed, sentences
+from capture_plan.rig.formats.naming import listed, numbered, printable, sentences
 from capture_plan.rig.record import check_blendshapes
 
 NO_PART = "(no faces)"
@@ -47,6 +47,21 @@ class RawRig:
             raise RigError(
                 f"{self.name}: every blendshape equals the neutral: export each blendshape with its weight set to 1"
             )
+
+
+def readable(raw: RawRig) -> RawRig:
+    """The rig with names of one line that can be shown; where blendshapes were renamed for that, its note says so."""
+    plain = [printable(name) for name in raw.names]
+    renamed = [new for new, old in zip(plain, raw.names, strict=True) if new != old]
+    names, apart = numbered(plain) if renamed else (raw.names, "")
+    told = f"signs that cannot be shown were taken out of names: {listed(renamed)}" if renamed else ""
+    return replace(
+        raw,
+        name=printable(raw.name),
+        names=names,
+        part_names=tuple(map(printable, raw.part_names)),
+        note=printable(sentences(raw.note, told, apart)),
+    )
 
 
 def finite(raw: RawRig) -> RawRig:
