@@ -120,7 +120,7 @@ def expressions_turned(plan):
         (single_cover_at(lambda layout: layout.references[SINGLE_COVER].vertices[:1]), "single set cover sees every"),
         (single_cover_at(lambda layout: tuple(m.vertex for m in layout.landmarks)), "no more landmarks than any cover"),
         (order_turned, "missed least"),
-        (program_of_all, "costs less than its bound"),
+        (program_of_all, "makes a program cheaper"),
         (one_expression_more, "a clique"),
         (expressions_turned, "no other order of the expressions"),
     ],

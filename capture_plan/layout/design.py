@@ -12,7 +12,6 @@ from jaxtyping import Int
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.cover import dual_prices
-from capture_plan.layout.exchange import Room, cheaper, ranked
 from capture_plan.layout.face import Face
 from capture_plan.layout.follow import (
     SINGLE_COVER,
@@ -116,10 +115,6 @@ def papers_cover(face: Face, settings: LayoutSettings) -> Int[np.ndarray, " m"]:
         sites = face.sites(plain)
         rows = np.flatnonzero(sites.covers(plain.epsilon).any(axis=1))
         chosen = best_cover(sites, plain, rows, all_of(sites), None).chosen
-        room = Room(sites.covers(plain.epsilon)[rows], np.ones(len(sites.size), dtype=bool), None)
-        price = ranked(sites, plain, rows)
-        while (better := cheaper(room, price, chosen)) is not None:  # none where the solver proved its answer
-            chosen = better
         face.single_covers[key] = np.sort(sites.members(chosen))
     return face.single_covers[key]
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from capture_plan.layout.follow import most_of
-from capture_plan.layout.head import head_candidates
+from capture_plan.layout.head import HEAD_LAYOUTS, SECTORS, head_candidates
 from capture_plan.layout.relaxation import bound_from, shares_of
 from capture_plan.layout.settings import BY_ERROR
 from capture_plan.layout.spacing import nearest_straight, nearest_two
@@ -109,9 +109,16 @@ def head_claims(plan: Plan, task: Task) -> list[Claim]:
     """Head markers stand where the face stays still."""
     if not plan.layout.head:
         return []
-    still = head_candidates(task.face, task.face.cameras).vertices
+    found = head_candidates(task.face, task.face.cameras)
+    still = found.vertices
     moving = [m.name for m in plan.layout.head if m.vertex not in still]
-    return [claim("head markers stand where the face stays still", not moving, ", ".join(moving) or "all of them")]
+    asked = HEAD_LAYOUTS.get(len(plan.layout.head), ())
+    held = found.sector[np.isin(still, [m.vertex for m in plan.layout.head])]
+    empty = [SECTORS[sector] for sector in asked if sector not in held]
+    return [
+        claim("head markers stand where the face stays still", not moving, ", ".join(moving) or "all of them"),
+        claim("head markers stand around the face", not empty, f"none on: {', '.join(empty)}" if empty else "spread"),
+    ]
 
 
 def error_claims(plan: Plan, task: Task) -> list[Claim]:

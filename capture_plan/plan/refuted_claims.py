@@ -1,7 +1,7 @@
 """What no certificate proves and a second look may refute: programs, the order of landmarks, the single set cover.
 
-Program    f costs sum_s cost[s] f[s] >= bound. No answer that leaves a site out, or exchanges one or two for another,
-           costs less than the bound
+Program    no answer that leaves a site out, or exchanges one or two for another, costs less, whether
+           the bound proves it or not; of methods that ask for several sites of each blendshape, each has them
 Order      the last of the first n landmarks, or pairs, is the one that is missed least, for every n
 Single     the paper's cover, of any site and without wishes, sees every blendshape, none that is at hand is smaller,
            and no exchange makes it cheaper
@@ -34,19 +34,28 @@ def refuted_claims(plan: Plan, task: Task) -> list[Claim]:
     claims = [single_cover_claim(plan, task), *promise_claims(plan, task, decided)]
     if decided.programs and decided.method not in SEVERAL:
         claims.append(program_claim(plan, task, decided))
+    elif decided.programs:
+        claims.append(several_claim(task, decided))
     return [*claims, order_claim(task, decided)] if decided.method in BY_ERROR else claims
 
 
 def program_claim(plan: Plan, task: Task, decided: Decided) -> Claim:
-    """No program has an answer below its bound that one exchange leads to."""
+    """No program has a cheaper answer that one exchange leads to."""
     below = [n + 1 for n in range(len(decided.programs)) if costs_less(plan, task, decided, n)]
     found = f"program {', '.join(map(str, below))} has one" if below else f"{len(decided.programs)} programs have none"
-    return claim("no exchange of sites of a program costs less than its bound", not below, found)
+    return claim("no exchange of sites makes a program cheaper", not below, found)
+
+
+def several_claim(task: Task, decided: Decided) -> Claim:
+    """Every blendshape has as many sites as the method asks for, or as it has room for."""
+    covers = task.sites.covers(task.settings.epsilon)[np.ix_(task.reachable, decided.programs[0].sites)]
+    short = int((covers.sum(axis=1) < task.demand).sum())
+    what = f"every blendshape has {task.settings.rounds} places, or as many as it has room for"
+    return claim(what, not short, f"{short} of {len(covers)} have fewer")
 
 
 def costs_less(plan: Plan, task: Task, decided: Decided, number: int) -> bool:
-    """Whether leaving a site out of a program, or one site for one or two of it, costs less than its bound and places
-    no more landmarks.
+    """Whether a program costs less with a site left out, or one site for one or two of it, and no more landmarks.
 
     Where dots may not meet in expressions that have been edited since, sites are left out alone.
     """
@@ -58,8 +67,9 @@ def costs_less(plan: Plan, task: Task, decided: Decided, number: int) -> bool:
     covers = task.sites.covers(task.settings.epsilon)[rows]
     room = Room(covers, free, task.spacing, [limit.after(before) for limit in task.limits])
     size = task.sites.size
-    price = RESOLUTION * (size / RESOLUTION if counts else prices(task.sites, task.settings, rows))
-    floor, most, chosen = program.bound - TOLERANCE, int(size[program.sites].sum()), program.sites
+    price = size if counts else RESOLUTION * prices(task.sites, task.settings, rows)
+    most, chosen = int(size[program.sites].sum()), program.sites
+    floor = price[chosen].sum() - TOLERANCE
     if any(price[rest].sum() < floor for rest in room.spared(chosen)):
         return True
     few = most if task.settings.weights == "lexicographic" and not counts else np.inf
