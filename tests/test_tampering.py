@@ -3,6 +3,7 @@
 import json
 import math
 from dataclasses import replace as dataclass_replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,14 +13,15 @@ from capture_plan.errors import PlanError
 from capture_plan.expressions import PackingSettings
 from capture_plan.expressions.pack import pack
 from capture_plan.layout.exchange import Room, ranked
-from capture_plan.layout.follow import SINGLE_COVER, decided_in, single_cover_settings
+from capture_plan.layout.follow import SINGLE_COVER, Solved, decided_in, single_cover_settings
+from capture_plan.layout.head import head_candidates
 from capture_plan.plan import again, check
 from capture_plan.plan.claims import claim
 from capture_plan.plan.files import read_plan, write_plan
 from capture_plan.plan.landmark_claims import head_claims
 from capture_plan.plan.promise_claims import NO_COVER, NO_ROUND, studio_claims
 from capture_plan.plan.record import sealed
-from capture_plan.plan.refuted_claims import single_cover_claim
+from capture_plan.plan.refuted_claims import several_claim, single_cover_claim
 from capture_plan.plan.unchecked import unchecked
 from capture_plan.rig import sample_rig
 from tests.lies import LIES
@@ -199,6 +201,16 @@ def weak_prices(plan):
     return replace(plan, layout=replace(layout, certificate=weaker))
 
 
+def heads_close_together(plan):
+    """All head markers in one place, but for the spacing: nothing fixes how the head turns."""
+    rig, head = sample_rig(), plan.layout.head
+    face = check.see_face(rig, plan.audit.used, check.read_cameras_of(rig, plan.settings, Path()))
+    x, still = rig.neutral, head_candidates(face, face.cameras).vertices
+    near = still[np.argsort(np.linalg.norm(x[still] - x[still[0]], axis=1))][: len(head)].tolist()
+    moved = tuple(replace(m, vertex=v) for m, v in zip(head, near, strict=True))
+    return replace(plan, layout=replace(plan.layout, head=moved))
+
+
 def half_clique(plan):
     return replace(plan, packing=replace(plan.packing, clique=plan.packing.clique[::2]))
 
@@ -210,11 +222,24 @@ def half_clique(plan):
         ("budget", cut_short, "the budget is spent"),
         ("budget", weak_prices, "none can be raised alone"),
         ("cameras", without_rounds, NO_ROUND),
+        ("cameras", heads_close_together, "around the face"),
         ("default", half_clique, "a clique"),
     ],
 )
 def test_what_a_method_owes_is_missed_where_it_is_left_out(made, name, decide, named):
     assert any(named in what for what in broken_by(made[name], decide))
+
+
+@pytest.mark.parametrize("method", ["trivial", "distance"])
+def test_several_places_are_promised_of_each_blendshape(made, method):
+    plan, rig = read_plan(made["budget"]), sample_rig()
+    asked = replace(plan.settings.landmarks, method=method, budget=None, rounds=3)
+    task = check.task_of(check.see_face(rig, plan.audit.used, ()), asked)
+    once = Solved(decided_in(plan.layout, task).programs[0].sites, 0.0)
+    alone = dataclass_replace(decided_in(plan.layout, task), method=method, programs=(once,))
+    assert not several_claim(task, alone).holds
+    every = dataclass_replace(alone, programs=(Solved(task.open_, 0.0),))
+    assert several_claim(task, every).holds
 
 
 def test_a_budget_that_no_cover_is_proved_to_fit_says_so_or_is_counted_as_unchecked(made):
