@@ -821,10 +821,13 @@ def number_of(text: str, what: str) -> float:
 
 
 def say(lines: Iterable[str]) -> None:
-    """Messages for people, to standard error; work goes on where nobody reads them any more."""
+    """Messages for people, to standard error; what files smuggle in stays harmless to a screen, and work goes on where
+    nobody reads them any more."""
+    from capture_plan.errors import printable
+
     with suppress(OSError):
         for line in lines:
-            print(line, file=sys.stderr)
+            print("\n".join(map(printable, line.split("\n"))), file=sys.stderr)
 
 
 def kept(lines: Iterable[str], heard: list[str]) -> list[str]:

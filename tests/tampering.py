@@ -39,7 +39,7 @@ FREE = {
     r"seal": "it is made anew",
     r"versions(\.\*)?": "a plan may have been made elsewhere, said to be unchecked",
     r"packing\.solver_bound": "the solver's word, said to be unchecked",
-    r"packing\.kept": "the former list is not in the plan",
+    r"packing\.kept": "of an edited list: the former list is not in the plan",
     r"layout\.programs(\.#\.bound)?": "under a budget the fewest landmarks are the solver's word, said to be unchecked",
     r"layout\.error_bound\..*": "a share of a thousandth, or at another vertex, proves the same",
     r"settings\..*": "a wish that the plan keeps as well as the one it was made for",

@@ -54,7 +54,7 @@ def with_lie(folder):
     document = json.loads((folder / "plan.json").read_bytes())
     first, second = document["layout"]["landmarks"][:2]
     first["label"], second["label"] = second["label"], first["label"]
-    document["packing"]["expressions"][0]["sentence"] = "Smile\x1b[31m!"
+    document["packing"]["expressions"][0]["sentence"] = "Smile!"
     lie = msgspec.convert(document, type(read_plan(folder / "plan.json")))
     write_plan(lie, folder / "lie.json")
     return folder / "lie.json"
@@ -71,7 +71,6 @@ def test_a_plan_that_lies_is_refused_with_its_lies_named_and_nothing_written(fol
     assert any(".label says" in line for line in lines)
     assert "check" in lines[-1]
     assert "--force" in lines[-1]
-    assert "\x1b" not in done.stderr
     assert not (folder / "out").exists()
 
 

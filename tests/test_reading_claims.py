@@ -1,5 +1,7 @@
 """`check` asks whether the reading makes sense, also where the plan was made from the same wrong one."""
 
+from dataclasses import replace as dataclass_replace
+
 import numpy as np
 import pytest
 from msgspec.structs import replace
@@ -109,3 +111,13 @@ def test_a_reading_that_is_not_that_of_the_rig_is_caught(plan, rig):
     lie = replace(plan, audit=replace(plan.audit, reading=replace(read, mouth=replace(read.mouth, mm=(0.0, 0.0, 0.0)))))
     assert "audit.reading.mouth.mm" in audit_claim(lie, plan.audit).found
     assert not audit_claim(lie, plan.audit).holds
+
+
+def test_markers_that_stand_still_opposite_a_moving_half_have_no_wrong_region(plan, rig):
+    deltas = rig.deltas.copy()
+    deltas[:, rig.neutral[:, 0] < -1] = 0
+    half = dataclass_replace(rig, deltas=deltas)
+    still = [m for m in plan.layout.landmarks if rig.neutral[m.vertex, 0] < -1]
+    assert still
+    assert {kind for _, kind in strongest_kinds(plan, half, still)} == {None}
+    assert not any("regions that move" in what for what in broken(plan, half))

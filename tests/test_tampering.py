@@ -1,22 +1,33 @@
 """A plan with any one value changed is refused or fails its check, with the seal broken or made anew."""
 
 import json
+import math
 from dataclasses import replace as dataclass_replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from capture_plan.layout.follow import SINGLE_COVER, decided_in
+from capture_plan.errors import PlanError
+from capture_plan.expressions import PackingSettings
+from capture_plan.expressions.pack import pack
+from capture_plan.layout.exchange import Room, ranked
+from capture_plan.layout.follow import SINGLE_COVER, Solved, decided_in, single_cover_settings
+from capture_plan.layout.head import head_candidates
 from capture_plan.plan import again, check
+from capture_plan.plan.claims import claim
 from capture_plan.plan.files import read_plan, write_plan
 from capture_plan.plan.landmark_claims import head_claims
+from capture_plan.plan.promise_claims import NO_COVER, NO_ROUND, studio_claims
 from capture_plan.plan.record import sealed
-from capture_plan.plan.refuted_claims import studio_claims
+from capture_plan.plan.refuted_claims import several_claim, single_cover_claim
+from capture_plan.plan.unchecked import unchecked
 from capture_plan.rig import sample_rig
 from tests.lies import LIES
 from tests.tampering import FREE, KINDS, answers_kept, is_free, outcomes, verdict
 
+NAMES = ("browInnerUp", "browDownLeft", "eyeBlinkLeft", "jawOpen", "mouthSmileLeft", "mouthPucker", "cheekPuff")
 CHANGES = 120  # of each plan; all kinds of its fields have a turn or nearly
 
 
@@ -91,7 +102,12 @@ def broken_by(path, decide):
     """What does not hold of a plan in which all else follows from other decisions, by the code that writes plans."""
     plan, rig = read_plan(path), sample_rig()
     report = check.audit(rig)
-    task = check.task_of(check.see_face(rig, report.used, ()), plan.settings.landmarks)
+    task = check.task_of(
+        check.see_face(rig, report.used, check.read_cameras_of(rig, plan.settings, path.parent)),
+        plan.settings.landmarks,
+    )
+    if plan.layout.head:
+        task = task.beside(np.array([m.vertex for m in plan.layout.head]))
     forged = sealed(again.made_again(decide(plan), report, task, None))
     return [one.what for one in check.claims_of(forged, rig, path.parent) if not one.holds]
 
@@ -106,7 +122,7 @@ def expressions_turned(plan):
         (single_cover_at(lambda layout: layout.references[SINGLE_COVER].vertices[:1]), "single set cover sees every"),
         (single_cover_at(lambda layout: tuple(m.vertex for m in layout.landmarks)), "no more landmarks than any cover"),
         (order_turned, "missed least"),
-        (program_of_all, "can be left out"),
+        (program_of_all, "makes a program cheaper"),
         (one_expression_more, "a clique"),
         (expressions_turned, "no other order of the expressions"),
     ],
@@ -160,3 +176,130 @@ def test_head_markers_that_move_are_none(made):
     head = tuple(replace(m, vertex=v) for m, v in zip(plan.layout.head, moving, strict=True))
     assert head
     assert not head_claims(replace(plan, layout=replace(plan.layout, head=head)), task)[0].holds
+
+
+def without_rounds(plan):
+    """The first round alone, its landmarks alone."""
+    first = plan.layout.programs[0]
+    landmarks = tuple(m for m in plan.layout.landmarks if m.vertex in first.vertices)
+    return replace(plan, layout=replace(plan.layout, programs=(first,), landmarks=landmarks))
+
+
+def without_program(plan):
+    return replace(plan, layout=replace(plan.layout, programs=()))
+
+
+def cut_short(plan):
+    """A budget of which a part is not spent."""
+    return replace(plan, layout=replace(plan.layout, order=plan.layout.order[:-2]))
+
+
+def weak_prices(plan):
+    layout = plan.layout
+    half = tuple(weight / 2 for weight in layout.certificate.weights)
+    weaker = replace(layout.certificate, weights=half, landmarks=math.ceil(sum(half) - 1e-9))
+    return replace(plan, layout=replace(layout, certificate=weaker))
+
+
+def heads_close_together(plan):
+    """All head markers in one place, but for the spacing: nothing fixes how the head turns."""
+    rig, head = sample_rig(), plan.layout.head
+    face = check.see_face(rig, plan.audit.used, check.read_cameras_of(rig, plan.settings, Path()))
+    x, still = rig.neutral, head_candidates(face, face.cameras).vertices
+    near = still[np.argsort(np.linalg.norm(x[still] - x[still[0]], axis=1))][: len(head)].tolist()
+    moved = tuple(replace(m, vertex=v) for m, v in zip(head, near, strict=True))
+    return replace(plan, layout=replace(plan.layout, head=moved))
+
+
+def half_clique(plan):
+    return replace(plan, packing=replace(plan.packing, clique=plan.packing.clique[::2]))
+
+
+@pytest.mark.parametrize(
+    ("name", "decide", "named"),
+    [
+        ("budget", without_program, NO_COVER),
+        ("budget", cut_short, "the budget is spent"),
+        ("budget", weak_prices, "none can be raised alone"),
+        ("cameras", without_rounds, NO_ROUND),
+        ("cameras", heads_close_together, "around the face"),
+        ("default", half_clique, "a clique"),
+    ],
+)
+def test_what_a_method_owes_is_missed_where_it_is_left_out(made, name, decide, named):
+    assert any(named in what for what in broken_by(made[name], decide))
+
+
+@pytest.mark.parametrize("method", ["trivial", "distance"])
+def test_several_places_are_promised_of_each_blendshape(made, method):
+    plan, rig = read_plan(made["budget"]), sample_rig()
+    asked = replace(plan.settings.landmarks, method=method, budget=None, rounds=3)
+    task = check.task_of(check.see_face(rig, plan.audit.used, ()), asked)
+    once = Solved(decided_in(plan.layout, task).programs[0].sites, 0.0)
+    alone = dataclass_replace(decided_in(plan.layout, task), method=method, programs=(once,))
+    assert not several_claim(task, alone).holds
+    every = dataclass_replace(alone, programs=(Solved(task.open_, 0.0),))
+    assert several_claim(task, every).holds
+
+
+def test_a_budget_that_no_cover_is_proved_to_fit_says_so_or_is_counted_as_unchecked(made):
+    plan = without_program(read_plan(made["budget"]))
+    assert sum("can see every blendshape" in line for line in unchecked(plan, ())) == 1
+    assert not any("can see every blendshape" in line for line in unchecked(plan, [claim(NO_COVER, True, "")]))
+
+
+def test_a_single_cover_at_worse_places_is_none(made):
+    plan, rig = read_plan(made["budget"]), sample_rig()
+    task = check.task_of(check.see_face(rig, plan.audit.used, ()), plan.settings.landmarks)
+    plain = single_cover_settings(task.settings)
+    sites = task.face.sites(plain)
+    covers = sites.covers(plain.epsilon)[:, np.arange(len(sites.size))]
+    said = plan.layout.references[SINGLE_COVER]
+    at = np.flatnonzero(np.isin(sites.vertices, said.vertices).all(axis=1))
+    room = Room(covers[covers.any(axis=1)], np.ones(len(sites.size), dtype=bool), None)
+    rest, among = next(
+        (rest, same) for rest, found in room.exchanges(at) if len(same := found[sites.size[found] == 2]) > 5
+    )
+    worst = among[ranked(sites, plain, np.flatnonzero(covers.any(axis=1)))[among].argmax()]
+    vertices = tuple(sorted(sites.members(np.append(rest, worst)).tolist()))
+    layout, others = plan.layout, plan.layout.references
+    forged = replace(layout, references={**others, SINGLE_COVER: replace(said, vertices=vertices)})
+    assert single_cover_claim(plan, task).holds
+    assert "an exchange makes it cheaper" in single_cover_claim(replace(plan, layout=forged), task).found
+
+
+@pytest.mark.parametrize("method", ["sequential", "minimum", "greedy"])
+def test_an_order_that_an_exchange_refutes_is_not_proved(rig, method):
+    used, settings = NAMES, PackingSettings(method=method)
+    made = pack(rig, used, settings)
+    turned = [tuple(sorted(used.index(name) for name in one.blendshapes)) for one in made.expressions[::-1]]
+    problem = again.state_problem(rig, used, settings, None, ())
+    stands = [tuple(sorted(used.index(name) for name in one.blendshapes)) for one in made.expressions]
+    proved = replace(made, order_proven=True)
+    assert again.order_stands(rig, problem, settings, None, stands, proved) == (method != "greedy") == made.order_proven
+    assert not again.order_stands(rig, problem, settings, None, turned, proved)
+    assert not again.order_stands(rig, problem, settings, None, stands, replace(proved, kept=3))
+
+
+def test_a_list_that_kept_something_was_edited(made):
+    plan = read_plan(made["default"])
+    with pytest.raises(PlanError, match="nothing was edited"):
+        check.check_structure(replace(plan, packing=replace(plan.packing, kept=3)), sample_rig())
+
+
+@pytest.mark.parametrize("sign", ["\x1b[2J", "\n", "\x9b1m", "\u202e", "\u2028", "\x7f"])
+@pytest.mark.parametrize("place", [("versions", "numpy"), ("rig", "name"), ("audit", "note")])
+def test_no_text_of_a_plan_steers_a_screen(made, tmp_path, sign, place):
+    document = json.loads(made["default"].read_bytes())
+    document[place[0]][place[1]] += sign
+    (tmp_path / "plan.json").write_text(json.dumps(document))
+    with pytest.raises(PlanError, match="control character in " + ".".join(place)) as refused:
+        read_plan(tmp_path / "plan.json")
+    assert str(refused.value).isprintable()
+
+
+@pytest.mark.parametrize("number", ["", "two", "1.0 </script>", "1" * 60])
+def test_a_version_is_one(made, number):
+    plan = read_plan(made["default"])
+    with pytest.raises(PlanError, match="is no version"):
+        check.check_structure(replace(plan, versions=plan.versions | {"numpy": number}), sample_rig())

@@ -196,7 +196,13 @@ def check_cover(face):
     found = f"prices add up to {y.sum():.3f}, over the limit at {over} of {covers.shape[1]} sites"
     holds = bool((y >= 0).all()) and not over and least == said["landmarks"]
     yield f"proved: no fewer than {said['landmarks']} landmarks see every blendshape", holds, found
+    spare = np.where(covers, face.size[face.open] - y @ covers, np.inf).min(axis=1)  # by which one price can be raised
+    weak = [name for name, more in zip(face.used, spare, strict=True) if 1e-3 < more < np.inf]
+    yield "the prices prove as much as they can", weak
     reachable = {name for name, row in zip(face.used, covers, strict=True) if row.any()}
+    owed = layout["method"] == "budget" and reachable.intersection(none)  # it did not pay for a cover
+    enough = bool(layout["programs"]) or bool(owed) or layout["method"] == "motion"
+    yield "a program stands behind the number", enough, f"{len(layout['programs'])} programs"
     enough = least <= len(v) or bool(reachable.intersection(none))
     yield "the layout has at least as many as are proved to be needed", enough, f"{len(v)} landmarks"
 
@@ -417,12 +423,19 @@ def check_fewest(face):
         fit += [] if apart else [f"{a} and {b}"]
     J, things = len(scans.lists), sum(map(scans.movements, {id(one): one for one in scans.item.values()}.values()))
     least = max(len(packing["clique"]), ceil(things / scans.most) if scans.most else 0)
+    outside = [name for name in scans.names if all(scans.item[name] is not scans.item[b] for b in packing["clique"])]
+    for name in outside:
+        pairs = [[(i, j) for i in scans.item[name] for j in scans.item[b]] for b in packing["clique"]]
+        fit += [f"{name} belongs to it"] if all(any(scans.conflict(*p) for p in one) for one in pairs) else []
     fit += [] if packing["clique"] == [name for name in scans.names if name in packing["clique"]] else ["a name twice"]
     found = f"a clique of {len(packing['clique'])}, {things} movements; fit together: {'; '.join(fit[:3]) or 'none'}"
     holds = not fit and not unlike(packing, {"bound": least, "things": things}) and least <= J
     yield f"proved: no list has fewer than {packing['bound']} expressions", holds, found
     wrong = unlike(packing, {"objective": J, "proven_optimal": least == J})
     holds = not wrong and least <= packing["solver_bound"] <= J
+    kept, edits = packing["kept"] is not None, face.plan["settings"]["expressions"]["edits"]
+    holds &= not (kept and not any(edits.values()))  # nothing can be kept where nothing was edited
+    holds &= not (packing["order_proven"] and packing["method"] != "early" and (kept or packing["method"] == "greedy"))
     words = "proved" if packing["proven_optimal"] else "not proved"
     yield f"{packing['objective']} expressions, {words} the fewest", holds, f"{J} expressions, at least {least} proved"
 
@@ -592,7 +605,8 @@ def main(folder):
         rig = dict(archive)
     lines = verify(plan, rig)
     for what, holds, found in lines:
-        print(f"{'ok  ' if holds else 'FAIL'}  {what}: {found}")
+        line = f"{'ok  ' if holds else 'FAIL'}  {what}: {found}"
+        print("".join(c if c.isprintable() else "?" for c in line))  # a plan may hold what a screen would obey
     failed = sum(not holds for _, holds, _ in lines)
     print(f"{len(lines) - failed} of {len(lines)} checks hold")
     return 1 if failed else 0

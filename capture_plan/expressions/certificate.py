@@ -158,6 +158,9 @@ def bound(active: Active, packing: Packing) -> list[str]:
         for a, b in combinations(packing.clique, 2)
         if whole.get(a, a) == whole.get(b, b) or not any(conflict(i, j) for i in whole[a] for j in whole[b])
     ]
+    faults += [
+        f"'{name}' conflicts with all of the clique, which leaves it out" for name in left_out(packing, whole, conflict)
+    ]
     shown = max(len(packing.clique), packing.counted)
     if packing.bound != shown or packing.objective < shown:
         faults.append(f"{packing.objective} expressions and a bound of {packing.bound}, the certificates prove {shown}")
@@ -175,6 +178,16 @@ def bound(active: Active, packing: Packing) -> list[str]:
     if missing < 0 or (missing > 0) != bool(packing.left_out):
         faults.append(f"{len(packing.expressions)} expressions listed, objective {packing.objective}")
     return faults
+
+
+def left_out(packing: Packing, whole: dict[str, tuple[str, ...]], conflict: Callable[[str, str], bool]) -> list[str]:
+    """Blendshapes with which the clique would prove more: a certificate is as strong as it can be made by one name."""
+    members = [whole[name] for name in packing.clique if name in whole]
+    return [
+        item[0]
+        for item in dict.fromkeys(whole[name] for name in whole if name not in packing.edits.dropped)
+        if item not in members and all(any(conflict(i, j) for i in item for j in one) for one in members)
+    ]
 
 
 def mergeable(

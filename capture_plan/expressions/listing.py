@@ -3,14 +3,21 @@
 No solver is needed, so that who checks a plan writes it again.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from capture_plan.errors import RigError
 from capture_plan.expressions.active import active_sets, skin_displacement
-from capture_plan.expressions.importance import LEAST, displacement_strength, triangle_distortion
+from capture_plan.expressions.importance import (
+    LEAST,
+    cosine_similarity,
+    displacement_strength,
+    triangle_distortion,
+    uniqueness,
+)
 from capture_plan.expressions.problem import Pairs, Problem
 from capture_plan.expressions.record import Expression, Packing
 from capture_plan.expressions.sentences import told_apart
@@ -19,6 +26,7 @@ from capture_plan.expressions.together import bases_of
 from capture_plan.rig import Rig
 from capture_plan.transfer.importance import transfer_importance
 
+Weigh = Callable[[Bool[np.ndarray, " g"]], Float[np.ndarray, " g"]]
 Target = Float[np.ndarray, "v 3"] | tuple[Float[np.ndarray, "v 3"], ...] | None
 
 
@@ -91,6 +99,21 @@ def blendshape_importance(
         return np.maximum(strength, LEAST)  # alpha = 1 without a target
     distortion = triangle_distortion(rig.neutral, targets, rig.triangles, active, settings.distortion_form)
     return np.maximum((1 - settings.distortion) * strength + settings.distortion * distortion, LEAST)
+
+
+def item_importance(rig: Rig, problem: Problem, settings: PackingSettings, target: Target) -> Weigh:
+    """Importance of each item once some are packed: eq. 4 with its term for uniqueness."""
+    worth = blendshape_importance(rig, problem.names, settings, target)
+    belongs = np.zeros((len(problem.items), len(problem.names)))
+    for i, item in enumerate(problem.items):
+        belongs[i, list(item)] = 1
+    if settings.uniqueness == 0:
+        fixed = belongs @ worth
+        return lambda packed: fixed
+    rows = [rig.names.index(name) for name in problem.names]
+    cosine = cosine_similarity(rig.deltas[rows][:, rig.skin])
+    beta = settings.uniqueness
+    return lambda packed: belongs @ (worth + beta * uniqueness(cosine, packed.astype(float) @ belongs > 0))
 
 
 def listed(rig: Rig, target: Target) -> tuple[Float[np.ndarray, "v 3"], ...]:

@@ -10,22 +10,27 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
+from jaxtyping import Bool
 from msgspec.structs import replace as change
 
 from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.expressions.colouring import largest_clique
+from capture_plan.expressions.conflicts import conflict_graph
 from capture_plan.expressions.early import Items, early, model_of
-from capture_plan.expressions.importance import (
-    cosine_similarity,
-    uniqueness,
-)
 from capture_plan.expressions.instance import PlaceError
-from capture_plan.expressions.listing import Proofs, Target, blendshape_importance, packing_record
+from capture_plan.expressions.listing import (
+    Proofs,
+    Target,
+    Weigh,
+    blendshape_importance,
+    item_importance,
+    packing_record,
+)
 from capture_plan.expressions.minimum import heaviest_first, minimum, shortest
 from capture_plan.expressions.problem import Pairs, Problem, state_problem
 from capture_plan.expressions.record import Packing
 from capture_plan.expressions.rules import Rules
-from capture_plan.expressions.sequential import Order, Weigh, one_after_another, sequential
+from capture_plan.expressions.sequential import Order, one_after_another, sequential
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.rig import Rig
 
@@ -130,20 +135,12 @@ def list_expressions(problem: Problem, method: str, weigh: Weigh, accept: Answer
 def proofs_of(problem: Problem, bound: int, *, order_proven: bool) -> Proofs:
     """The proofs with the largest clique: of overlaps alone if one is as large as those that count rules too."""
     plain, all_told = largest_clique(problem.overlapping), largest_clique(problem.instance.sets)
-    clique = max(plain, all_told, key=len)
-    return Proofs(bound, order_proven, tuple(problem.labels(i)[0] for i in sorted(clique.tolist())))
+    clique = grown(max(plain, all_told, key=len).tolist(), conflict_graph(problem.instance.sets))
+    return Proofs(bound, order_proven, tuple(problem.labels(i)[0] for i in clique))
 
 
-def item_importance(rig: Rig, problem: Problem, settings: PackingSettings, target: Target) -> Weigh:
-    """Importance of each item once some are packed: eq. 4 with its term for uniqueness."""
-    worth = blendshape_importance(rig, problem.names, settings, target)
-    belongs = np.zeros((len(problem.items), len(problem.names)))
-    for i, item in enumerate(problem.items):
-        belongs[i, list(item)] = 1
-    if settings.uniqueness == 0:
-        fixed = belongs @ worth
-        return lambda packed: fixed
-    rows = [rig.names.index(name) for name in problem.names]
-    cosine = cosine_similarity(rig.deltas[rows][:, rig.skin])
-    beta = settings.uniqueness
-    return lambda packed: belongs @ (worth + beta * uniqueness(cosine, packed.astype(float) @ belongs > 0))
+def grown(clique: list[int], graph: Bool[np.ndarray, "g g"]) -> list[int]:
+    """The clique with every item that conflicts with all of it: none where the solver found a largest one."""
+    for i in range(len(graph)):
+        clique = [*clique, i] if i not in clique and graph[i, clique].all() else clique
+    return sorted(clique)

@@ -23,9 +23,9 @@ from capture_plan.expressions.colouring import Assigned, assigned, assignment
 from capture_plan.expressions.cpsat import solve
 from capture_plan.expressions.early import in_promised_order, proves_order
 from capture_plan.expressions.instance import FREE, Instance, check_places
-from capture_plan.expressions.listing import Target, blendshape_importance, packing_record
+from capture_plan.expressions.listing import Target, blendshape_importance, item_importance, packing_record
 from capture_plan.expressions.minimum import fewest_colours
-from capture_plan.expressions.pack import item_importance, places_by_name, proofs_of
+from capture_plan.expressions.pack import places_by_name, proofs_of
 from capture_plan.expressions.problem import Pairs, Problem, state_problem
 from capture_plan.expressions.record import Packing
 from capture_plan.expressions.rules import Rules
@@ -62,10 +62,12 @@ def repack(
     where = _keeping(problem, former, j, _importance(rig, problem, settings, target))
     chosen = [problem.blendshapes(np.flatnonzero(where == e).tolist()) for e in np.unique(where)]
     was = {name: e for e, expression in enumerate(former.expressions) for name in expression.blendshapes}
-    kept = sum(was.get(name) == where[problem.item_of(name)] for name in problem.names)
+    stayed = sum(was.get(name) == where[problem.item_of(name)] for name in problem.names)
+    kept = int(stayed) if edits.names else None  # without edits it is a list like any other, in the order of its method
+    chosen = chosen if edits.names else in_promised_order(rig, problem, settings, target, chosen)
     worth = blendshape_importance(rig, problem.names, settings, target)
     proofs = proofs_of(problem, bound, order_proven=proves_order(rig, problem, settings, target, chosen))
-    return packing_record(rig, problem, settings, chosen, worth, proofs, kept=int(kept))
+    return packing_record(rig, problem, settings, chosen, worth, proofs, kept=kept)
 
 
 def another(

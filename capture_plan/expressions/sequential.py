@@ -21,8 +21,8 @@ from ortools.sat.python import cp_model
 from capture_plan.expressions.conflicts import conflict_graph
 from capture_plan.expressions.cpsat import UndecidedError, solve
 from capture_plan.expressions.instance import Costs, Instance, check_places
+from capture_plan.expressions.listing import Weigh
 
-Weigh = Callable[[Bool[np.ndarray, " g"]], Float[np.ndarray, " g"]]
 Accept = Callable[[tuple[int, ...], int], bool]  # (items of the expression so far, the item proposed for it)
 UNIT = 1_000_000  # importance is compared to a millionth: CP-SAT counts in integers
 PRICE = 0.1  # of the strongest blendshape: what one point of difficulty is worth where the number is not at stake

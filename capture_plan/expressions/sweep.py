@@ -13,11 +13,10 @@ from jaxtyping import Float
 from msgspec import Struct
 from msgspec.structs import replace
 
-from capture_plan.expressions.listing import Target, blendshape_importance
-from capture_plan.expressions.pack import item_importance, list_expressions, pack, places_by_name
+from capture_plan.expressions.listing import Target, Weigh, blendshape_importance, item_importance
+from capture_plan.expressions.pack import list_expressions, pack, places_by_name
 from capture_plan.expressions.problem import Pairs, Problem, state_problem
 from capture_plan.expressions.rules import Rules
-from capture_plan.expressions.sequential import Weigh
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.progress import track
 from capture_plan.rig import Rig

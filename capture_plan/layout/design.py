@@ -9,12 +9,20 @@ from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Int
-from msgspec.structs import replace
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.cover import dual_prices
 from capture_plan.layout.face import Face
-from capture_plan.layout.follow import SINGLE_COVER, Decided, Solved, follow, most_of, points_of, target_of
+from capture_plan.layout.follow import (
+    SINGLE_COVER,
+    Decided,
+    Solved,
+    follow,
+    most_of,
+    points_of,
+    single_cover_settings,
+    target_of,
+)
 from capture_plan.layout.head_choice import choose_head_markers
 from capture_plan.layout.meeting import NO_POSES, Poses
 from capture_plan.layout.methods import Chosen, choose
@@ -103,7 +111,7 @@ def papers_cover(face: Face, settings: LayoutSettings) -> Int[np.ndarray, " m"]:
         settings.min_visibility,
     )
     if key not in face.single_covers:
-        plain = replace(settings, method="cover", number=None, budget=None, pins=(), relaxed_for=None, spacing_mm=0.0)
+        plain = single_cover_settings(settings)
         sites = face.sites(plain)
         rows = np.flatnonzero(sites.covers(plain.epsilon).any(axis=1))
         chosen = best_cover(sites, plain, rows, all_of(sites), None).chosen

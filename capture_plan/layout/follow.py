@@ -150,6 +150,11 @@ def points_of(face: Face) -> dict[str, Int[np.ndarray, " _"]]:
     return ({} if face.points68 is None else {SIXTY_EIGHT: face.points68}) | {EVEN: even}
 
 
+def single_cover_settings(settings: LayoutSettings) -> LayoutSettings:
+    """The settings of the paper's single cover: without spacing or wishes."""
+    return replace(settings, method="cover", number=None, budget=None, pins=(), relaxed_for=None, spacing_mm=0.0)
+
+
 def target_of(references: Mapping[str, Worth]) -> tuple[str, float]:
     """The layout that ours has to equal, by name, and its error, mm: the better of 68 points and of dots spread evenly.
 

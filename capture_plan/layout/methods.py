@@ -23,7 +23,6 @@ from capture_plan.layout.record import Layout
 from capture_plan.layout.search import Choice
 from capture_plan.layout.settings import Method, Weights
 from capture_plan.layout.shell.takes import Takes
-from capture_plan.layout.spacing import Spacing
 from capture_plan.layout.studio import ceiling, fewest, near
 from capture_plan.layout.task import NOTHING, Task, search_of
 
@@ -64,21 +63,10 @@ def cover_of(task: Task, weights: Weights, *, demand: Int[np.ndarray, " r"] | in
 
 def multiple_cover(task: Task) -> Cover:
     """`rounds` sites for every blendshape, or as many as it has room for: next to each other, or at the spacing."""
-    rows = task.sites.covers(task.settings.epsilon)[np.ix_(task.reachable, task.open_)]
     if task.settings.method == "trivial":
         alone = dataclass_replace(task, settings=replace(task.settings, spacing_mm=0.0))
-        return cover_of(alone, task.settings.weights, demand=np.minimum(rows.sum(axis=1), task.settings.rounds))
-    room = np.array([room_for(task.spacing, task.open_[row], task.settings.rounds) for row in rows])
-    return cover_of(task, task.settings.weights, demand=room)
-
-
-def room_for(spacing: Spacing | None, candidates: Int[np.ndarray, " n"], most: int) -> int:
-    """How many of the candidates fit beside each other, first come first served, `most` at most."""
-    count, left = 0, candidates
-    while len(left) and count < most:
-        count += 1
-        left = left[~spacing.close(left[:1])[0, left]] if spacing else left[1:]
-    return count
+        return cover_of(alone, task.settings.weights, demand=task.demand)
+    return cover_of(task, task.settings.weights, demand=task.demand)
 
 
 def enough_for(task: Task, target_mm: float, former: Layout | None) -> tuple[Cover, Int[np.ndarray, " n"]]:

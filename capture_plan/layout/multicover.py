@@ -14,8 +14,9 @@ from msgspec import structs
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.cover import Cover, solve_cover
+from capture_plan.layout.exchange import Room, cheaper, prices, ranked
 from capture_plan.layout.limits import Limit
-from capture_plan.layout.rounds import costs, to_cover
+from capture_plan.layout.rounds import RESOLUTION, costs, to_cover
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.spacing import Spacing, taken_by
@@ -47,7 +48,30 @@ def best_cover(
     apart = spacing.among(open_) if spacing else None
     cost = costs(sites, settings, rows, open_)
     cover = solve_cover(covers, cost, demand=demand, spacing=apart, limits=[*wanted, *fewest])
-    return replace(cover, rows=rows, chosen=open_[cover.chosen])
+    cover = replace(cover, rows=rows, chosen=open_[cover.chosen])
+    return (
+        cover
+        if cover.proven_optimal or np.max(demand) > 1
+        else polished(cover, sites, settings, open_, spacing, limits)
+    )
+
+
+def polished(
+    cover: Cover,
+    sites: Sites,
+    settings: LayoutSettings,
+    open_: Int[np.ndarray, " o"],
+    spacing: Spacing | None,
+    limits: Sequence[Limit],
+) -> Cover:
+    """A cover that nobody proved the cheapest, after exchanges until none makes it cheaper."""
+    chosen, free = cover.chosen, np.isin(np.arange(len(sites.size)), open_)
+    room = Room(sites.covers(settings.epsilon)[cover.rows], free, spacing, limits)
+    price = ranked(sites, settings, cover.rows)
+    while (better := cheaper(room, price, chosen)) is not None:
+        chosen = better
+    cost = float(prices(sites, settings, cover.rows)[chosen].sum()) * RESOLUTION
+    return replace(cover, chosen=chosen, objective=cost, proven_optimal=cover.bound >= cost)
 
 
 def adaptive_cover(

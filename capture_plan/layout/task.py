@@ -45,6 +45,16 @@ class Task:
         return np.flatnonzero(self.sites.covers(self.settings.epsilon)[:, self.open_].any(axis=1))
 
     @cached_property
+    def demand(self) -> Int[np.ndarray, " r"]:
+        """How many sites each blendshape that can be reached has at least: one, or by methods that ask for several
+        `rounds`, or as many as it has room for, next to each other (`trivial`) or at the spacing (`distance`)."""
+        settings = self.settings
+        rows = self.sites.covers(settings.epsilon)[np.ix_(self.reachable, self.open_)]
+        if settings.method == "distance":
+            return np.array([room_for(self.spacing, self.open_[row], settings.rounds) for row in rows])
+        return np.minimum(rows.sum(axis=1), settings.rounds if settings.method == "trivial" else 1)
+
+    @cached_property
     def spacing(self) -> Spacing | None:
         """Which sites stand too close to each other, or meet when the face moves."""
         plain = self.face.spacing(self.sites, self.settings.spacing_mm)
@@ -84,6 +94,15 @@ class Task:
             near[self.spacing.near[head].indices] = True
         clear = Limit("nothing beside the head markers", touching(self.sites, near).astype(int), most=0)
         return dataclass_replace(self, limits=(*self.limits, clear))
+
+
+def room_for(spacing: Spacing | None, candidates: Int[np.ndarray, " n"], most: int) -> int:
+    """How many of the candidates fit beside each other, first come first served, `most` at most."""
+    count, left = 0, candidates
+    while len(left) and count < most:
+        count += 1
+        left = left[~spacing.close(left[:1])[0, left]] if spacing else left[1:]
+    return count
 
 
 def task_of(face: Face, settings: LayoutSettings, unlike: Sequence[Sequence[int]] = ()) -> Task:

@@ -9,10 +9,18 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from capture_plan.expressions.early import proves_order
-from capture_plan.expressions.listing import Proofs, blendshape_importance, packing_record
-from capture_plan.expressions.problem import state_problem
+from capture_plan.expressions.listing import (
+    Proofs,
+    Target,
+    blendshape_importance,
+    item_importance,
+    packing_record,
+)
+from capture_plan.expressions.ordered import PROVING, order_refuted
+from capture_plan.expressions.problem import Problem, state_problem
 from capture_plan.expressions.record import Packing
 from capture_plan.expressions.session import session
+from capture_plan.expressions.settings import PackingSettings
 from capture_plan.layout.follow import decided_in, follow
 from capture_plan.layout.shell.takes import Takes
 from capture_plan.layout.task import Task
@@ -56,8 +64,25 @@ def packing_again(plan: Plan, rig: Rig, folder: Path, apart: Pairs | None = None
     chosen = [own for names in lists if (own := tuple(sorted(place[name] for name in names & set(place))))]
     target = read_target(rig, plan.settings, folder)
     worth = blendshape_importance(rig, problem.names, settings, target)
-    early = settings.method == "early"
-    ordered = proves_order(rig, problem, settings, target, chosen) if early else said.order_proven
+    ordered = order_stands(rig, problem, settings, target, chosen, said)
     clique = tuple(name for name in problem.names if name in said.clique)
     proofs = Proofs(said.solver_bound, order_proven=ordered, clique=clique)
     return packing_record(rig, problem, settings, chosen, worth, proofs, kept=said.kept)
+
+
+def order_stands(
+    rig: Rig,
+    problem: Problem,
+    settings: PackingSettings,
+    target: Target,
+    chosen: list[tuple[int, ...]],
+    said: Packing,
+) -> bool:
+    """Whether the order of a list is the one that its method promises; where only a solver can say, the plan's word
+    that no exchange refutes. Nobody proves an order again when a list is edited."""
+    if settings.method == "early":
+        return proves_order(rig, problem, settings, target, chosen)
+    if not said.order_proven or said.kept is not None or settings.method not in PROVING:
+        return False
+    weigh = item_importance(rig, problem, settings, target)
+    return not order_refuted(problem.instance, weigh, settings.method, problem.items_of(chosen))

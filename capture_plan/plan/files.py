@@ -15,6 +15,7 @@ from capture_plan.output import write_whole
 from capture_plan.plan.places import found_from, seen_from, with_zones_found, zones_seen_from
 from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference, sealed
 from capture_plan.plan.settings import Settings
+from capture_plan.plan.structure import check_texts
 from capture_plan.plan.wrong_settings import what_is_wrong
 from capture_plan.rig import Rig, sample_rig
 from capture_plan.rig.read import read_rig
@@ -54,9 +55,11 @@ def read_plan(path: Path) -> Plan:
         found = msgspec.json.decode(content, type=dict[str, Any]).get("format")
         if found != FORMAT_VERSION:
             raise PlanError(f"{path} has format {found!r}, expected {FORMAT_VERSION}: make the plan again")
-        return msgspec.json.decode(content, type=Plan)
+        plan = msgspec.json.decode(content, type=Plan)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise PlanError(f"{path} is not a plan ({error}): make it again with `capture-plan plan`") from None
+    check_texts(plan)
+    return plan
 
 
 Named = Callable[[Iterable[str | int], str], tuple[int, ...]]  # vertices meant by names and numbers, and what for

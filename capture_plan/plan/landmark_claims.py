@@ -3,13 +3,15 @@
 import numpy as np
 
 from capture_plan.layout.follow import most_of
-from capture_plan.layout.head import head_candidates
+from capture_plan.layout.head import HEAD_LAYOUTS, SECTORS, head_candidates
 from capture_plan.layout.relaxation import bound_from, shares_of
 from capture_plan.layout.settings import BY_ERROR
 from capture_plan.layout.spacing import nearest_straight, nearest_two
 from capture_plan.layout.task import Task
 from capture_plan.plan.claims import TOLERANCE, Claim, claim
 from capture_plan.plan.record import Plan
+
+HARDLY = 1e-3  # of a landmark: prices carry six decimals, rounded down
 
 
 def landmark_claims(plan: Plan, task: Task) -> list[Claim]:
@@ -107,9 +109,16 @@ def head_claims(plan: Plan, task: Task) -> list[Claim]:
     """Head markers stand where the face stays still."""
     if not plan.layout.head:
         return []
-    still = head_candidates(task.face, task.face.cameras).vertices
+    found = head_candidates(task.face, task.face.cameras)
+    still = found.vertices
     moving = [m.name for m in plan.layout.head if m.vertex not in still]
-    return [claim("head markers stand where the face stays still", not moving, ", ".join(moving) or "all of them")]
+    asked = HEAD_LAYOUTS.get(len(plan.layout.head), ())
+    held = found.sector[np.isin(still, [m.vertex for m in plan.layout.head])]
+    empty = [SECTORS[sector] for sector in asked if sector not in held]
+    return [
+        claim("head markers stand where the face stays still", not moving, ", ".join(moving) or "all of them"),
+        claim("head markers stand around the face", not empty, f"none on: {', '.join(empty)}" if empty else "spread"),
+    ]
 
 
 def error_claims(plan: Plan, task: Task) -> list[Claim]:
@@ -148,6 +157,8 @@ def bound_claims(plan: Plan, task: Task) -> list[Claim]:
     prices = np.zeros(len(face.used))
     prices[[face.used.index(name) for name in layout.certificate.blendshapes]] = layout.certificate.weights
     paid = (prices @ sites.covers(settings.epsilon))[task.open_]
+    slack = np.where(sites.covers(settings.epsilon)[:, task.open_], sites.size[task.open_] - paid, np.inf).min(axis=1)
+    raised = [name for name, more in zip(face.used, slack.tolist(), strict=True) if HARDLY < more < np.inf]
     bound, said = int(np.ceil(prices.sum() - 1e-9)), layout.certificate.landmarks
     return [
         claim(
@@ -156,6 +167,11 @@ def bound_claims(plan: Plan, task: Task) -> list[Claim]:
             and (prices >= 0).all()
             and bound == layout.certificate.landmarks,
             f"prices add up to {prices.sum():.3f}",
+        ),
+        claim(
+            "the dual prices prove as much as they can: none can be raised alone",
+            not raised,
+            f"{', '.join(raised[:3])} and so on, {len(raised)} in all, can" if raised else "every one is at its limit",
         ),
         claim(
             "the bound and the layout agree",

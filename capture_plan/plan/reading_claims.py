@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from capture_plan.layout.record import Landmark
+from capture_plan.layout.sites import STILL
 from capture_plan.mesh.mirror import mirror_plane
 from capture_plan.plan.advice import corrections
 from capture_plan.plan.claims import Claim
@@ -103,7 +104,7 @@ def _regions_moved(plan: Plan, rig: Rig) -> list[Sense]:
 
 def strongest_kinds(plan: Plan, rig: Rig, markers: list[Landmark]) -> list[tuple[str, str | None]]:
     """For each marker the blendshape that moves it furthest, and the kind of that: by its name, else the jaw by its
-    motion."""
+    motion; no kind for a marker that none of them moves."""
     rows = [rig.names.index(name) for name in plan.audit.used]
     kinds = kinds_of(rig) if names_agree(rig_channels(rig)) else (None,) * len(rig.names)
     jaw = largest_downward(rig)
@@ -111,7 +112,8 @@ def strongest_kinds(plan: Plan, rig: Rig, markers: list[Landmark]) -> list[tuple
     for m in markers:
         k = rows[int(rig.displacement[rows, m.vertex].argmax())]
         kind = kinds[k]
-        told.append((rig.names[k], kind.kind if kind else "jaw open" if k == jaw else None))
+        moves = rig.displacement[k, m.vertex] > STILL * rig.displacement[rows].max()  # its mirror image alone may
+        told.append((rig.names[k], (kind.kind if kind else "jaw open" if k == jaw else None) if moves else None))
     return told
 
 

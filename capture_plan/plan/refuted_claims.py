@@ -1,26 +1,26 @@
 """What no certificate proves and a second look may refute: programs, the order of landmarks, the single set cover.
 
-Program    f costs sum_s cost[s] f[s] >= bound. No site of its answer can be left out where all blendshapes and limits
-           are kept without it, or the answer costs less than the bound
+Program    no answer that leaves a site out, or exchanges one or two for another, costs less, whether
+           the bound proves it or not; of methods that ask for several sites of each blendshape, each has them
 Order      the last of the first n landmarks, or pairs, is the one that is missed least, for every n
-Default    no site can be left out while the goal is reached, and none with room lowers an error above the target by
-           more than twice what is worth its while (`studio`)
-Single     the paper's cover, of any site and without wishes, sees every blendshape, and none that is at hand is smaller
+Single     the paper's cover, of any site and without wishes, sees every blendshape, none that is at hand is smaller,
+           and no exchange makes it cheaper
+What a method promises besides is asked in `promise_claims`.
 """
-
-from dataclasses import replace as dataclass_replace
 
 import numpy as np
 from jaxtyping import Int
-from msgspec.structs import replace
 
-from capture_plan.layout.follow import SINGLE_COVER, Decided, Solved, decided_in, program_costs, rows_of, target_of
+from capture_plan.layout.exchange import Room, cheaper, prices, ranked
+from capture_plan.layout.follow import SINGLE_COVER, Decided, decided_in, rows_of, single_cover_settings
 from capture_plan.layout.gains import gains_at
+from capture_plan.layout.rounds import RESOLUTION
 from capture_plan.layout.search import Search
-from capture_plan.layout.settings import BY_ERROR
-from capture_plan.layout.studio import WORTHWHILE, Goal, ceiling
-from capture_plan.layout.task import Task, search_of
+from capture_plan.layout.settings import BY_ERROR, ORDERED
+from capture_plan.layout.spacing import taken_by
+from capture_plan.layout.task import NOTHING, Task
 from capture_plan.plan.claims import TOLERANCE, Claim, claim
+from capture_plan.plan.promise_claims import as_made, promise_claims
 from capture_plan.plan.record import Plan
 
 SEVERAL = ("trivial", "distance")  # methods that ask for several sites of each blendshape
@@ -31,53 +31,52 @@ AS_GOOD = 1e-6  # share of a loss by which rounding may turn the order of two si
 def refuted_claims(plan: Plan, task: Task) -> list[Claim]:
     """Every claim that a second look may refute."""
     decided = decided_in(plan.layout, task)
-    claims = [single_cover_claim(plan, task)]
+    claims = [single_cover_claim(plan, task), *promise_claims(plan, task, decided)]
     if decided.programs and decided.method not in SEVERAL:
-        claims.append(spared_claim(task, decided))
-    if decided.method == "studio":
-        claims += studio_claims(plan, task, decided)
+        claims.append(program_claim(plan, task, decided))
+    elif decided.programs:
+        claims.append(several_claim(task, decided))
     return [*claims, order_claim(task, decided)] if decided.method in BY_ERROR else claims
 
 
-def studio_claims(plan: Plan, task: Task, decided: Decided) -> list[Claim]:
-    """The default has no landmark too many; and none too few, where the expressions are those that it was made for."""
-    chosen, (name, target_mm) = tuple(decided.further.tolist()), target_of(plan.layout.references)
-    goal = Goal(search_of(task, len(task.sites.size)), target_mm)
-    without = [tuple(other for other in chosen if other != site) for site in chosen]
-    spare = sum(bool(rest) and goal.enough(rest, than=chosen) for rest in without)
-    least = f"no landmark can be left out of the default and all of it be as good beside {name}"
-    claims = [claim(least, not spare, f"{spare} of {len(chosen)} places can")]
-    if plan.packing.kept is None and not plan.packing.edits.names:
-        gain = best_gain(task.apart_in(plan.packing.poses), decided) if goal.error(chosen) > target_mm else 0.0
-        more = f"the default reaches the error of {name}, or another landmark is not worth its while"
-        found = f"{goal.error(chosen):.3f} mm against {target_mm:.3f} mm, another would take {gain:.1%} of it"
-        claims.append(claim(more, gain < 2 * WORTHWHILE, found))
-    return claims
+def program_claim(plan: Plan, task: Task, decided: Decided) -> Claim:
+    """No program has a cheaper answer that one exchange leads to."""
+    below = [n + 1 for n in range(len(decided.programs)) if costs_less(plan, task, decided, n)]
+    found = f"program {', '.join(map(str, below))} has one" if below else f"{len(decided.programs)} programs have none"
+    return claim("no exchange of sites makes a program cheaper", not below, found)
 
 
-def best_gain(task: Task, decided: Decided) -> float:
-    """Share of the error that another landmark takes at most, where one has room below the ceiling."""
-    chosen = tuple(decided.further.tolist())
-    cover = int(task.sites.size[decided.programs[0].sites].sum()) if decided.programs else 0
-    search = search_of(task, ceiling(cover, task.observation.full_rank))
-    among, gains = search.next(chosen), search.gains(chosen)
-    squared = float(np.sum(search.observation.gram * gains.C))
-    each = gains.all(among) / search.size[among]
-    return float(each.max(initial=0.0)) / (2 * squared)  # the square falls twice as fast
+def several_claim(task: Task, decided: Decided) -> Claim:
+    """Every blendshape has as many sites as the method asks for, or as it has room for."""
+    covers = task.sites.covers(task.settings.epsilon)[np.ix_(task.reachable, decided.programs[0].sites)]
+    short = int((covers.sum(axis=1) < task.demand).sum())
+    what = f"every blendshape has {task.settings.rounds} places, or as many as it has room for"
+    return claim(what, not short, f"{short} of {len(covers)} have fewer")
 
 
-def spared_claim(task: Task, decided: Decided) -> Claim:
-    """The first program, to which all limits apply, has no answer that costs less with one site left out."""
-    program, rows = decided.programs[0], rows_of(task, decided)[0]
+def costs_less(plan: Plan, task: Task, decided: Decided, number: int) -> bool:
+    """Whether a program costs less with a site left out, or one site for one or two of it, and no more landmarks.
+
+    Where dots may not meet in expressions that have been edited since, sites are left out alone.
+    """
+    counts, program, rows = decided.method in ORDERED, decided.programs[number], rows_of(task, decided)[number]
+    known = as_made(plan) or not counts
+    task = task.apart_in(plan.packing.poses) if counts and known else task
+    before = np.concatenate([NOTHING, *(one.sites for one in decided.programs[:number])])
+    free = ~taken_by(before, task.spacing, len(task.sites.size))
     covers = task.sites.covers(task.settings.epsilon)[rows]
-    spared = []
-    for site in program.sites.tolist():
-        rest = program.sites[program.sites != site]
-        if covers[:, rest].any(axis=1).all() and not any(limit.shortfall(rest) for limit in task.limits):
-            fewer = dataclass_replace(decided, programs=(Solved(rest, program.bound),))
-            spared += [site] if program_costs(task, fewer)[0] < program.bound - TOLERANCE else []
-    found = f"{len(spared)} of {len(program.sites)} can"
-    return claim("no site of the first program can be left out below its bound", not spared, found)
+    room = Room(covers, free, task.spacing, [limit.after(before) for limit in task.limits])
+    size = task.sites.size
+    price = size if counts else RESOLUTION * prices(task.sites, task.settings, rows)
+    most, chosen = int(size[program.sites].sum()), program.sites
+    floor = price[chosen].sum() - TOLERANCE
+    if any(price[rest].sum() < floor for rest in room.spared(chosen)):
+        return True
+    few = most if task.settings.weights == "lexicographic" and not counts else np.inf
+    return known and any(
+        (np.where(size[among] + size[rest].sum() <= few, price[among], np.inf) + price[rest].sum() < floor).any()
+        for rest, among in room.exchanges(chosen)
+    )
 
 
 def order_claim(task: Task, decided: Decided) -> Claim:
@@ -99,21 +98,31 @@ def missed_least(search: Search, kept: Int[np.ndarray, " n"]) -> bool:
 
 
 def single_cover_claim(plan: Plan, task: Task) -> Claim:
-    """The single set cover is one, and where its number counts first no larger than the covers in this plan."""
-    layout, plain = plan.layout, replace(task.settings, pins=(), relaxed_for=None, spacing_mm=0.0)
+    """The single set cover is one, where its number counts first no larger than the covers in this plan, and as cheap
+    as any that an exchange leads to."""
+    layout, plain = plan.layout, single_cover_settings(task.settings)
     sites = task.face.sites(plain)
-    covers = sites.covers(plain.epsilon)
+    covers, said = sites.covers(plain.epsilon), layout.references[SINGLE_COVER].vertices
+    rows = np.flatnonzero(covers.any(axis=1))
+
+    def sites_in(vertices: tuple[int, ...]) -> Int[np.ndarray, " n"]:
+        return np.flatnonzero(np.isin(sites.vertices, vertices).all(axis=1))
 
     def missed(vertices: tuple[int, ...]) -> int:
-        at = np.isin(sites.vertices, vertices).all(axis=1)
-        return int((covers.any(axis=1) & ~covers[:, at].any(axis=1)).sum())
+        return int((~covers[np.ix_(rows, sites_in(vertices))].any(axis=1)).sum())
 
-    said = layout.references[SINGLE_COVER].vertices
     others = [tuple(m.vertex for m in layout.landmarks), *(program.vertices for program in layout.programs)]
     fewest = min((len(one) for one in others if not missed(one)), default=len(said))
-    counts = task.settings.weights != "paper"
+    fewer = task.settings.weights != "paper" and len(said) > fewest
+    at, holds, found = sites_in(said), not missed(said) and not fewer, "no exchange makes it cheaper"
+    if holds and sorted(sites.members(at).tolist()) != sorted(said):
+        holds, found = False, "not all of them stand where one may"
+    elif holds:
+        everywhere = Room(covers[rows], np.ones(len(sites.size), dtype=bool), None)
+        holds = cheaper(everywhere, ranked(sites, plain, rows), at) is None
+        found = found if holds else "an exchange makes it cheaper"
     return claim(
         f"the {SINGLE_COVER} sees every blendshape, with no more landmarks than any cover of this plan",
-        not missed(said) and (len(said) <= fewest or not counts),
-        f"{len(said)} landmarks, {missed(said)} blendshapes missed; the fewest here are {fewest}",
+        holds,
+        f"{len(said)} landmarks, {missed(said)} blendshapes missed; the fewest here are {fewest}; {found}",
     )

@@ -1,7 +1,12 @@
 """Whether all that a plan names is there, before anything is computed with it."""
 
+import re
+import unicodedata
 from collections import Counter
 from collections.abc import Iterator
+from typing import Any
+
+import msgspec
 
 from capture_plan.errors import PlanError
 from capture_plan.layout.follow import SINGLE_COVER
@@ -10,14 +15,40 @@ from capture_plan.layout.settings import ORDERED
 from capture_plan.plan.record import DECIDING, Plan
 from capture_plan.rig import Rig
 
+TURNING = frozenset("\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")  # bidirectional
+VERSION = re.compile(r"[0-9][0-9A-Za-z.+!_-]{0,39}")  # as packages have them (PEP 440)
 PROGRAMS = {"motion": (0, 0), "budget": (0, 1)}  # least and most that a method asks a solver for, where not one
 
 
 def check_structure(plan: Plan, rig: Rig) -> None:
     """PlanError in one line where the plan names a vertex, a triangle, a blendshape or a landmark that is not there, or
     lists of one length have two."""
+    check_texts(plan)
     for fault in (*_numbers(plan.layout, rig), *_names(plan), *_lengths(plan)):
         raise PlanError(f"the plan of {plan.rig.name} {fault}: make it again with `capture-plan plan`")
+
+
+def check_texts(plan: Plan) -> None:
+    """PlanError where a text, at any depth, has a sign in it that a screen would obey or that begins a new line: it
+    could make a page say what nobody found."""
+    for place, text in _texts(msgspec.to_builtins(plan), ""):
+        if any(obeyed(sign) for sign in text):
+            raise PlanError(f"the plan has a control character in {place}: {text[:40]!a}: make it again")
+
+
+def obeyed(sign: str) -> bool:
+    """Whether a sign is a control character, a break of lines, or turns the direction of text."""
+    return unicodedata.category(sign) in ("Cc", "Cs", "Zl", "Zp") or sign in TURNING
+
+
+def _texts(value: Any, place: str) -> Iterator[tuple[str, str]]:
+    if isinstance(value, str):
+        yield place, value
+    inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list | tuple) else ()
+    for name, one in inner:
+        if isinstance(name, str):
+            yield f"a name in {place}", name
+        yield from _texts(one, f"{place}.{name}".lstrip("."))
 
 
 def _numbers(layout: Layout, rig: Rig) -> Iterator[str]:
@@ -63,5 +94,10 @@ def _lengths(plan: Plan) -> Iterator[str]:
         yield f"has {len(layout.programs)} programs"
     if plan.packing.kept is not None and not 0 <= plan.packing.kept <= len(plan.audit.used):
         yield f"kept {plan.packing.kept} of {len(plan.audit.used)} blendshapes where they were"
+    if plan.packing.kept is not None and not plan.packing.edits.names:
+        yield f"kept {plan.packing.kept} blendshapes where they were when nothing was edited"
     if tuple(plan.versions) != DECIDING:
         yield f"tells the versions of {', '.join(plan.versions) or 'nothing'}, not of {', '.join(DECIDING)}"
+    for name, number in plan.versions.items():
+        if not VERSION.fullmatch(number):
+            yield f"was made by {name} {number!r}, which is no version"

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from capture_plan.layout.follow import SINGLE_COVER
 from capture_plan.layout.settings import BY_ERROR, ORDERED
 from capture_plan.plan.claims import Claim
+from capture_plan.plan.promise_claims import NO_COVER, NO_ROUND, as_made
 from capture_plan.plan.record import Plan
 
 # Questions that are asked only where there is evidence, and what is missing where they are not.
@@ -21,7 +22,7 @@ ASKED = {
 
 def unchecked(plan: Plan, claims: Sequence[Claim]) -> list[str]:
     """What nobody should take for checked, a sentence each without its full stop."""
-    return [*_solver_alone(plan), *_not_asked(claims)]
+    return [*_solver_alone(plan), *_unproved(plan, claims), *_not_asked(claims)]
 
 
 def _solver_alone(plan: Plan) -> list[str]:
@@ -33,12 +34,20 @@ def _solver_alone(plan: Plan) -> list[str]:
         found.append(f"whether fewer than {packing.solver_bound} expressions are enough ({proved})")
     if packing.order_proven and packing.method != "early":
         found.append("whether each expression is the most important one possible after those before it")
+    if packing.kept is None and packing.method != "early" and not packing.order_proven:
+        found.append(f"whether the list is the one that '{packing.method}' makes (its order is not proved)")
+    if packing.method == "early":
+        found.append(f"whether other lists of {packing.objective} leave less error early on (a search chose this one)")
+    if packing.kept is not None and not packing.order_proven:
+        found.append("whether another order of the edited list covers more earlier (the order is not proved)")
     if packing.kept is not None:
         found.append(f"whether {packing.kept} blendshapes stayed where they were when the list was edited")
     if layout.method in ORDERED:
         found.append("whether other landmarks would serve better, or fewer as well (a search chose them)")
     elif layout.programs:
         found.append("whether other landmarks would serve better under these settings (only the solver can say)")
+    if layout.head:
+        found.append("whether the head markers could stand where the face stays stiller yet")
     if layout.method == "motion":
         found.append("whether each landmark of the order tells most of the take after those before it")
     if layout.method in BY_ERROR:
@@ -48,6 +57,20 @@ def _solver_alone(plan: Plan) -> list[str]:
         ]
     made_with = ", ".join(f"{name} {number}" for name, number in plan.versions.items())
     return [*found, f"whether no cheaper {SINGLE_COVER} exists", f"whether {made_with} made the plan"]
+
+
+def _unproved(plan: Plan, claims: Sequence[Claim]) -> list[str]:
+    """What a method promises, where neither a certificate nor a second look could tell."""
+    layout, asked, found = plan.layout, {claim.what for claim in claims}, []
+    if layout.method == "budget" and not layout.programs and NO_COVER not in asked:
+        most = plan.settings.landmarks.budget or plan.settings.landmarks.number
+        found.append(f"whether {most} landmarks can see every blendshape (the plan says no, and proves it by nothing)")
+    if layout.method == "adaptive" and NO_ROUND not in asked:
+        rounds = f"{len(layout.programs)} of {plan.settings.landmarks.rounds} rounds"
+        found.append(f"whether what is crowded could have more landmarks ({rounds} were made)")
+    if layout.method in BY_ERROR and not as_made(plan):
+        found.append("whether other landmarks would serve better since the expressions were edited")
+    return found
 
 
 def _not_asked(claims: Sequence[Claim]) -> list[str]:
