@@ -3,11 +3,13 @@
 Key      SHA-256 over the bytes of whatever went in: text, bytes, and arrays with their type and shape
 File     <user cache>/capture-plan/<shelf>/<key>.npz, the user cache being $XDG_CACHE_HOME where that is set
 
-A shelf holds its newest entries. A broken entry is computed again; deleting the folder is always safe.
+A shelf holds its newest entries. A broken entry is computed again; deleting the folder is always safe. The folder is
+this user's alone: one of somebody else, or a link, is not used, since what others put there would be believed.
 """
 
 import hashlib
 import os
+import stat
 import sys
 import zipfile
 from collections.abc import Callable, Iterable
@@ -31,6 +33,24 @@ def cache_dir() -> Path:
         return Path(chosen) / "capture-plan"
     home = {"darwin": "Library/Caches", "win32": "AppData/Local"}.get(sys.platform, ".cache")
     return Path.home() / home / "capture-plan"
+
+
+@cache
+def is_private(folder: Path) -> bool:
+    """Whether a folder, made where it is missing, is this user's alone; what is this user's is made so."""
+    with suppress(OSError):
+        os.makedirs(folder.parent, exist_ok=True)
+        with suppress(FileExistsError):
+            os.mkdir(folder, 0o700)
+        if os.name != "posix":
+            return True
+        found = os.stat(folder, follow_symlinks=False)
+        if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid():
+            return False
+        if found.st_mode & 0o077:
+            os.chmod(folder, 0o700)
+        return True
+    return False
 
 
 def digest(parts: Iterable[str | bytes | np.ndarray]) -> str:
@@ -57,7 +77,9 @@ def code_digest(*rooms: str) -> str:
 
 def cached(compute: Callable[[], Arrays], shelf: str, name: str, *, entries: int) -> Arrays:
     """`compute()`, or what it answered when it was last asked under this name; the shelf keeps the newest `entries`."""
-    path = cache_dir() / shelf / f"{name}.npz"
+    if not is_private(folder := cache_dir()):
+        return compute()
+    path = folder / shelf / f"{name}.npz"
     with (
         suppress(OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile),
         np.load(path, allow_pickle=False) as file,

@@ -1,5 +1,7 @@
 """What is kept on disk: equal to what is computed, known by content, never trusted when broken."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -81,3 +83,29 @@ def test_a_shelf_keeps_its_newest_entries():
     for number in range(4):
         cached(lambda number=number: {"x": np.array([number])}, "shelf", f"{number}", entries=2)
     assert len(list((cache_dir() / "shelf").glob("*.npz"))) == 2
+
+
+def answer():
+    return {"x": np.arange(3)}
+
+
+@pytest.mark.skipif(os.name != "posix", reason="owners and permissions of POSIX")
+def test_a_folder_that_is_a_link_or_of_somebody_else_is_not_used(tmp_path, monkeypatch):
+    (tmp_path / "theirs").mkdir()
+    cache_dir().parent.mkdir()
+    cache_dir().symlink_to(tmp_path / "theirs")
+    cached(answer, "shelf", "name", entries=3)
+    assert not list((tmp_path / "theirs").iterdir())
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "other"))
+    monkeypatch.setattr(os, "getuid", lambda: os.stat(tmp_path).st_uid + 1)
+    cached(answer, "shelf", "name", entries=3)
+    assert not list(cache_dir().iterdir())
+
+
+@pytest.mark.skipif(os.name != "posix", reason="owners and permissions of POSIX")
+def test_a_folder_of_ours_that_others_could_write_is_made_private(tmp_path):
+    cache_dir().mkdir(parents=True)
+    cache_dir().chmod(0o777)
+    cached(answer, "shelf", "name", entries=3)
+    assert cache_dir().stat().st_mode & 0o077 == 0
+    assert len(list((cache_dir() / "shelf").iterdir())) == 1

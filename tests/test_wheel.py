@@ -1,5 +1,6 @@
 """The wheel holds everything: it works where no checkout is."""
 
+import json
 import subprocess
 import sys
 import zipfile
@@ -48,3 +49,12 @@ def test_every_package_file_is_in_the_wheel(installed):
     files = {p.relative_to(source) for p in source.rglob("*") if p.is_file() and "__pycache__" not in p.parts}
     shipped = {p.relative_to(installed / "capture_plan") for p in (installed / "capture_plan").rglob("*")}
     assert not {p for p in files if p.suffix != ".pyc"} - shipped
+
+
+def test_the_bill_of_materials_travels_in_the_wheel_and_is_of_what_is_installed(installed):
+    (bill,) = installed.glob("*.dist-info/sboms/bill.cdx.json")
+    packages = {part["name"].lower() for part in json.loads(bill.read_text())["components"]}
+    assert {"marimo", "numpy", "trimesh", "pyrender", "embreex", "ortools", "pillow"} <= packages
+    script = CHECKOUT / ".ci" / "bill"
+    if sys.version_info[:2] == (3, 11):  # the packages of other versions are a few others
+        assert subprocess.run([sys.executable, script, "--check"], check=False).returncode == 0
