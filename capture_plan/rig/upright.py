@@ -131,11 +131,11 @@ def straightened(raw: RawRig, shape: Shape, up: str | None = None, facing: str |
     else:
         pitched = False
     told = f"the head lies turned by {off_axes_degrees(Q):.0f} degrees in its file: it was put upright"
-    if pitched:
-        told += (
-            f", its pitch to about {PITCH_DEGREES:.0f} degrees" if pose.sure else ", but how far it bows is not sure"
-        )
-    return Straight(_noted(turned, told), Q, *given, doubted=pitched and not pose.sure)
+    if not pose.sure:
+        told += ", but how far it bows is not sure"
+    elif pitched:
+        told += f", its pitch to about {PITCH_DEGREES:.0f} degrees"
+    return Straight(_noted(turned, told), Q, *given, doubted=not pose.sure)
 
 
 def lifted(raw: RawRig, frame: Frame) -> tuple[RawRig, Float[np.ndarray, "3 3"]] | None:
