@@ -7,10 +7,11 @@ import pytest
 
 from capture_plan.mesh import vertex_areas
 from capture_plan.rig import sample_rig
+from capture_plan.rig.anchors import are_ears, before_the_balls
 from capture_plan.rig.face.candidate import Candidate
 from capture_plan.rig.face.edge import outer_edge
 from capture_plan.rig.face.islands import beside, variety
-from capture_plan.rig.face.of_rig import rig_channels
+from capture_plan.rig.face.of_rig import rig_channels, rig_shape
 from capture_plan.rig.face.points import choose
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.read import rig_from_raw
@@ -109,5 +110,36 @@ def test_eyes_lend_no_trust_to_a_wide_pair_around_them_and_others_as_strong_leav
     found, _ = choose(eyes, [])
     assert found.sure
     assert found.places is not None
-    assert not choose([*eyes, pair("part", 2.0, 30, 70)], [])[0].sure
+    others, mouth = pair("part", 2.0, 30, 70), Candidate("tear", "tear", 1.8, np.array([[0.0, -60, 0]]))
+    assert not choose([*eyes, others], [])[0].sure
+    assert choose([*eyes, pair("part", 2.0, 30, -70)], [mouth])[0].sure
     np.testing.assert_allclose(np.abs(found.places[:, 0]), 30)
+
+
+# ---------------------------------------------------------------- ears and eyeballs
+def head_with_cheek(out):
+    """Points of a head whose ears lie at the sides, 80 mm from the middle, `out` further than the skin before them."""
+    ears = [np.array([side * 80.0, 0, 0]) for side in (1, -1)]
+    before = [ear * (80 - out) / 80 + [0, y, 30] for ear in ears for y in (-5, 0, 5)]
+    return np.array([*ears, *before]), ears
+
+
+@pytest.mark.parametrize(("out", "sure"), [(15.0, True), (3.0, False), (-10.0, False)])
+def test_ears_stand_out_over_the_cheek_before_them(out, sure):
+    skin, ears = head_with_cheek(out)
+    assert are_ears(skin, ears, 0.0, 60.0) == sure
+
+
+def test_an_ear_and_what_is_not_its_mirror_image_are_no_ears():
+    skin, (left, right) = head_with_cheek(15.0)
+    assert not are_ears(skin, [left, np.add(right, [0, 0, 25])], 0.0, 60.0)
+
+
+@pytest.mark.parametrize(("wider", "moved"), [(1.10, True), (1.03, False)])
+def test_lids_drawn_far_round_a_face_have_the_eyeballs_for_their_middles(wider, moved):
+    shape = rig_shape(sample_rig())
+    halves = [shape.neutral[shape.called_eyes & (side * shape.neutral[:, 0] > 0)] for side in (1, -1)]
+    balls = np.array([(half.min(axis=0) + half.max(axis=0)) / 2 for half in halves])
+    lids = balls * [wider, 1, 1] + [0, 0, 12]
+    np.testing.assert_allclose(before_the_balls(shape, lids)[:, 0], (balls if moved else lids)[:, 0])
+    np.testing.assert_allclose(before_the_balls(shape, lids)[:, 2], lids[:, 2])

@@ -133,6 +133,8 @@ def _chosen_eyes(
     several = len(kinds - BY_WORD) + bool(kinds & BY_WORD) > 1 or (mouth is not None and bool(kinds & ENOUGH))
     fits = not mouths if mouth is None else _face_like(eye, mouth)
     rivals = [one for one in eyes if one.trust >= ALONE and not _same(one, eye, pupils(eye))]
+    if mouth is not None:  # what lies below it are no eyes, whatever it is called
+        rivals = [one for one in rivals if one.places[:, 1].mean() > mouth.places[0, 1]]
     return Found(_together(agreeing), sure and several and fits and not rivals, _signs(eyes, agreeing))
 
 
