@@ -9,7 +9,6 @@ A shelf holds its newest entries. A broken entry is computed again; deleting the
 import hashlib
 import os
 import sys
-import tempfile
 import zipfile
 from collections.abc import Callable, Iterable
 from contextlib import suppress
@@ -17,6 +16,9 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+
+from capture_plan.errors import PlanError
+from capture_plan.output import whole_file
 
 Arrays = dict[str, np.ndarray]
 PACKAGE = Path(__file__).parent
@@ -64,22 +66,15 @@ def cached(compute: Callable[[], Arrays], shelf: str, name: str, *, entries: int
         path.touch()  # the newest entries stay
         return answer
     answer = compute()
-    with suppress(OSError):  # a cache that cannot be written costs time, not the answer
+    with suppress(OSError, PlanError):  # a cache that cannot be written costs time, not the answer
         _store(path, answer, entries)
     return answer
 
 
 def _store(path: Path, answer: Arrays, entries: int) -> None:
     """Write the entry whole or not at all, then drop the oldest beyond `entries`."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            np.savez(file, allow_pickle=False, **answer)
-        os.replace(temporary, path)
-    except OSError:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    with whole_file(path, durable=False) as file:
+        np.savez(file, allow_pickle=False, **answer)
     kept = sorted(path.parent.glob("*.npz"), key=lambda entry: entry.stat().st_mtime_ns, reverse=True)
     for entry in kept[entries:]:
         entry.unlink(missing_ok=True)

@@ -5,7 +5,8 @@ Data go to standard output only with --json, everything else to standard error. 
 """
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -33,7 +34,7 @@ RigPath = Annotated[str, typer.Argument(metavar="RIG", help="Folder of OBJ files
 PlanPath = Annotated[Path, typer.Argument(metavar="PLAN", help="A plan.json that `plan` wrote.")]
 OtherRig = Annotated[str | None, typer.Option("--rig", help="Where the rig is now, if it moved.")]
 Force = Annotated[bool, typer.Option("--force", help="Go on where PLAN does not hold: everything says DRAFT.")]
-PlanFile = Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Plan file to write.")]
+Replace = Annotated[bool, typer.Option("--replace", help="Replace FILE even where it holds work of another kind.")]
 Folder = Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder to write into.")]
 UnitMm = Annotated[float | None, typer.Option(help="Millimetres in one unit of the rig's file, if detection errs.")]
 Up = Annotated[str | None, typer.Option(help="Axis of the file that points up, e.g. +y or +z.")]
@@ -63,6 +64,7 @@ class Export(StrEnum):
 @app.command()
 def demo(output: Folder = Path("capture-plan-demo"), paper: Paper = "a4") -> None:
     """Plan the bundled sample head and write its plan, sheets and HTML page into DIR."""
+    from capture_plan.output import refuse_place
     from capture_plan.plan.files import write_plan
     from capture_plan.plan.make import make_plan
     from capture_plan.plan.summary import summary
@@ -70,13 +72,15 @@ def demo(output: Folder = Path("capture-plan-demo"), paper: Paper = "a4") -> Non
     from capture_plan.rig import sample_rig
     from capture_plan.sheets import write_sheets
 
+    refuse_place(output, folder=True)
     rig = sample_rig()
     plan = make_plan(rig)
     say(summary(plan))
-    written = [write_plan(plan, output / "plan.json")]
-    written += write_sheets(plan, rig, output / "sheets", paper=paper)
-    written.append(write_html(plan, rig, output / "plan.html"))
-    say_written(written)
+    written: list[Path] = []
+    with together(output, written) as new:
+        written.append(write_plan(plan, new / "plan.json"))
+        written += write_sheets(plan, rig, new / "sheets", paper=paper)
+        written.append(write_html(plan, rig, new / "plan.html"))
 
 
 @app.command()
@@ -96,9 +100,12 @@ def audit(
     """Say and show how a rig was understood, what is wrong with it, and what a plan will leave out and why."""
     import msgspec
 
+    from capture_plan.output import refuse_place
     from capture_plan.rig.audit_page import audit_text
     from capture_plan.rig.audited import audit_once
 
+    if output is not None:
+        refuse_place(output, inputs=[rig, skin, names])
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     report = audit_once(found)
     text = msgspec.json.format(msgspec.json.encode(report)).decode() + "\n" if json else audit_text(report)
@@ -113,7 +120,10 @@ def audit(
 @app.command()
 def plan(
     rig: RigPath,
-    output: PlanFile = Path("plan.json"),
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Plan file to write [<rig>.plan.json].")
+    ] = None,
+    replace: Replace = False,
     settings: Annotated[Path | None, typer.Option(help="TOML file of settings; options below win over it.")] = None,
     method: Annotated[Method | None, typer.Option(help="How landmarks are chosen [studio].")] = None,
     budget: Annotated[int | None, typer.Option(help="Number of landmarks; chooses method budget.")] = None,
@@ -166,13 +176,16 @@ def plan(
     names: Names = None,
 ) -> None:
     """Plan a session for RIG: landmarks and expressions, with what was proved and what error to expect."""
-    from capture_plan.plan.files import read_settings, refer_to, settings_seen_from, write_plan
+    from capture_plan.output import refuse_place
+    from capture_plan.plan.files import read_settings, refer_to, settings_seen_from
     from capture_plan.plan.make import make_plan
     from capture_plan.plan.named import NamedDots
+    from capture_plan.plan.replacing import inputs_of, refuse_to_replace, replace_plan
     from capture_plan.plan.settings import Settings
     from capture_plan.plan.summary import summary
     from capture_plan.progress import listen
 
+    output = output or Path(f"{Path(rig).resolve().stem}.plan.json")
     dots = NamedDots(dots_of or output, given=dots_of is not None)
     chosen = override(
         read_settings(settings, dots.vertices) if settings else Settings(),
@@ -186,15 +199,18 @@ def plan(
         | {"sequence_weights": sequence_weight, "vertex_weights": vertex_weights},
         {"minutes": minutes},
     )
+    refuse_place(output, inputs=[rig, settings, skin, names, *inputs_of(chosen)])
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     dots.must_be_of(found)
+    if not replace:
+        refuse_to_replace(output, found)
     reference = refer_to(found, rig, output, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     settled = settings_seen_from(output.parent, chosen)
     heard: list[str] = []
     with listen(lambda lines: say(kept(lines, heard))):
         made = make_plan(found, settled, reference=reference, folder=output.parent)
-    write_plan(made, output)
-    say(unheard(summary(made), heard))
+    said = replace_plan(made, output)
+    say([*unheard(summary(made), heard), *said])
     say_written([output])
 
 
@@ -219,6 +235,7 @@ def markers(
     numbered as in the take's own files."""
     from capture_plan.exports.tables import write_landmarks
     from capture_plan.layout.from_take import layout_from_take, on_scan
+    from capture_plan.output import refuse_place
     from capture_plan.plan.files import change_settings, write_layout
     from capture_plan.plan.settings import Settings
     from capture_plan.plan.summary import take_summary
@@ -228,14 +245,17 @@ def markers(
 
     asked = {"method": "motion", "number": number, "symmetric": symmetric, "spacing_mm": spacing_mm}
     settings = change_settings(Settings(), {"landmarks": asked}).landmarks
+    refuse_place(output, folder=True, inputs=[take, skin])
     sequence = read_sequence(take, unit_mm=unit_mm, up=up, facing=facing)
     marked = skin_of_scan(skin, sequence) if skin else None
     layout, rig = layout_from_take(sequence, settings, triangles=faces, skin=marked)
     say(list(take_summary(layout, rig)))
     mine = on_scan(layout, sequence)
-    written = [write_layout(mine, output / "layout.json")]
-    written.append(write_landmarks(mine, output / "landmarks.csv", moved_by="frames"))
-    say_written([*written, *write_marker_sheets(layout, rig, output / "sheets", paper=paper, dpi=dpi)])
+    written: list[Path] = []
+    with together(output, written) as new:
+        written.append(write_layout(mine, new / "layout.json"))
+        written.append(write_landmarks(mine, new / "landmarks.csv", moved_by="frames"))
+        written += write_marker_sheets(layout, rig, new / "sheets", paper=paper, dpi=dpi)
 
 
 @app.command()
@@ -266,7 +286,10 @@ def check(
 @app.command()
 def edit(
     plan: PlanPath,
-    output: PlanFile = Path("plan.json"),
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Plan file to write [PLAN itself].")
+    ] = None,
+    replace: Replace = False,
     lock: Annotated[list[str] | None, typer.Option(help="'jawOpen=3': in expression 3; several allowed.")] = None,
     together: Annotated[list[str] | None, typer.Option(help="'jawOpen,browInnerUp': in one expression.")] = None,
     apart: Annotated[list[str] | None, typer.Option(help="'jawOpen,browInnerUp': never in one.")] = None,
@@ -278,8 +301,9 @@ def edit(
 ) -> None:
     """Change the expressions of PLAN as an artist asks, with the least change to what was agreed."""
     from capture_plan.expressions.settings import Edits
-    from capture_plan.plan.files import write_plan
+    from capture_plan.output import refuse_place
     from capture_plan.plan.gate import as_far_as_it_goes
+    from capture_plan.plan.replacing import inputs_of_plan, refuse_to_replace, replace_plan
     from capture_plan.plan.revise import edited_plan, other_plan, why_not_together
     from capture_plan.plan.summary import expression_lines
 
@@ -289,6 +313,11 @@ def edit(
         a, b = pair_of(why)
         say([why_not_together(made, found, a, b, folder=folder)])
         return
+    here = output is None or output.resolve() == plan.resolve()
+    output = output or plan
+    refuse_place(output, inputs=inputs_of_plan(made, plan, rig)[here:])
+    if not (here or replace):
+        refuse_to_replace(output, found)
     before = made.settings.expressions.edits
     edits = Edits(
         locked=before.locked | (counts(lock) or {}),
@@ -298,8 +327,8 @@ def edit(
     )
     with as_far_as_it_goes(made):
         changed = other_plan(made, found, folder=folder) if another else edited_plan(made, found, edits, folder=folder)
-    write_plan(changed, output)
-    say(expression_lines(changed, made))
+    said = replace_plan(changed, output)
+    say([*expression_lines(changed, made), *said])
     say_written([output])
 
 
@@ -337,10 +366,11 @@ def render(
 ) -> None:
     """Draw the marker sheets and reference expressions of PLAN for print: one PDF at true scale, and PNG pages."""
     from capture_plan.plan.gate import as_far_as_it_goes
+    from capture_plan.progress import listen
     from capture_plan.sheets import write_sheets
 
-    made, found = open_plan(plan, rig, force=force)
-    with as_far_as_it_goes(made):
+    made, found = open_plan(plan, rig, force=force, folder=output)
+    with as_far_as_it_goes(made), listen(say):
         say_written(write_sheets(made, found, output, paper=paper, dpi=dpi))
 
 
@@ -360,22 +390,21 @@ def export(
     from capture_plan.plan.gate import as_far_as_it_goes
     from capture_plan.report import write_html
 
-    made, found = open_plan(plan, rig, force=force)
+    made, found = open_plan(plan, rig, force=force, folder=output)
     wanted = only or [kind for kind in Export if kind != Export.verify]
     draft = "-DRAFT" if made.draft else ""
     written: list[Path] = []
-    with as_far_as_it_goes(made):
+    with as_far_as_it_goes(made), together(output, written) as new:
         if Export.html in wanted:
-            written.append(write_html(made, found, output / "plan.html", folder=plan.parent))
+            written.append(write_html(made, found, new / "plan.html", folder=plan.parent))
         if Export.csv in wanted:
-            written += [*write_tables(made, output), write_slate(made.session, output / f"slate{draft}.csv")]
+            written += [*write_tables(made, new), write_slate(made.session, new / f"slate{draft}.csv")]
         if Export.json in wanted:
-            written += [write_plan(made, output / "plan.json"), write_schema(output / "plan.schema.json")]
+            written += [write_plan(made, new / "plan.json"), write_schema(new / "plan.schema.json")]
         if Export.meshes in wanted:
-            written += write_expression_meshes(found, made.audit.used, made.packing, output / f"expressions{draft}")
+            written += write_expression_meshes(found, made.audit.used, made.packing, new / f"expressions{draft}")
         if Export.verify in wanted:
-            written += write_verifier(made, found, output, plan_folder=plan.parent)
-    say_written(written)
+            written += write_verifier(made, found, new, plan_folder=plan.parent)
 
 
 @app.command()
@@ -409,8 +438,11 @@ def compare(
     from capture_plan.layout.given import read_layouts, take_weights
     from capture_plan.layout.settings import LayoutSettings
     from capture_plan.layout.shell.takes import takes_of
+    from capture_plan.output import refuse_place, write_whole
     from capture_plan.rig.audited import audit_once
 
+    if output is not None:
+        refuse_place(output, folder=True, inputs=[rig, layouts, take, skin, names])
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     used = audit_once(found).used
     sequence = open_take(take, found, names) if take else None
@@ -430,12 +462,13 @@ def compare(
         say([text])
     if output is not None:
         from capture_plan.figures import write_comparison_figures
-        from capture_plan.plan.files import write_whole
 
-        table, numbers = output / "comparison.txt", output / "comparison.json"
-        write_whole(table, f"{text}\n".encode())
-        write_whole(numbers, msgspec.json.format(msgspec.json.encode(made)) + b"\n")
-        say_written([table, numbers, *write_comparison_figures(made, found, output)])
+        written: list[Path] = []
+        with together(output, written) as new:
+            written += [new / "comparison.txt", new / "comparison.json"]
+            write_whole(written[0], f"{text}\n".encode())
+            write_whole(written[1], msgspec.json.format(msgspec.json.encode(made)) + b"\n")
+            written += write_comparison_figures(made, found, new)
 
 
 @app.command()
@@ -474,20 +507,35 @@ def notebook(
     take: Annotated[list[str] | None, typer.Option(help="Recorded take of the rig; several allowed.")] = None,
     edit: Annotated[bool, typer.Option("--edit", help="Open it for editing instead of as an app.")] = False,
     headless: Annotated[bool, typer.Option("--headless", help="Start the server without a browser.")] = False,
+    host: Annotated[
+        str,
+        typer.Option(help="Address to listen at; only this machine reaches the usual one."),
+    ] = "127.0.0.1",
     port: Annotated[int | None, typer.Option(help="Port of the server.")] = None,
 ) -> None:
     """Open the session notebook on RIG: turn a knob, see the plan change."""
     from capture_plan.notebook import open_notebook
+    from capture_plan.notebook_guard import LOOPBACK
 
-    raise typer.Exit(open_notebook(rig, take or (), edit=edit, headless=headless, port=port))
+    if host not in LOOPBACK:
+        say([f"warning: whoever reaches {host} and has the address with its token sees the rig and plans on it"])
+    raise typer.Exit(open_notebook(rig, take or (), edit=edit, headless=headless, host=host, port=port))
 
 
-def open_plan(path: Path, rig: str | None, *, force: bool) -> tuple["Plan", "Rig"]:
-    """The plan in a file and its rig; where it does not hold, a draft by force, else exit 1 with its lies named."""
+def open_plan(path: Path, rig: str | None, *, force: bool, folder: Path | None = None) -> tuple["Plan", "Rig"]:
+    """The plan in a file and its rig, to be written about into a folder; where it does not hold, a draft by force, else
+    exit 1 with its lies named."""
+    from capture_plan.output import refuse_place
     from capture_plan.plan.files import read_plan, rig_of
     from capture_plan.plan.gate import as_draft, insisted, lies, refusal
+    from capture_plan.plan.replacing import inputs_of_plan
 
     plan = read_plan(path)
+    if folder is not None:
+        inputs = inputs_of_plan(plan, path, rig)
+        refuse_place(folder, folder=True, inputs=inputs)
+        for name in ("plan.json", "rig.npz", "verify_plan.py", "plan.html", "sheets.pdf"):
+            refuse_place(folder / name, inputs=inputs)
     found = rig_of(plan, path, rig_path=rig)
     broken = lies(plan, found, folder=path.parent)
     if broken:
@@ -512,12 +560,15 @@ def open_rig(path: str, **corrections: Any) -> "Rig":
 
 def write_audit(report: "Audit", rig: "Rig", path: Path, text: str) -> None:
     """The audit as a page with pictures where the suffix asks for one, else as this text; says the verdict."""
-    from capture_plan.plan.files import write_whole
+    from capture_plan.output import keep_old, write_whole
     from capture_plan.rig.audit_page import verdict
     from capture_plan.sheets.audit_sheet import KINDS, audit_bytes
 
     kind = path.suffix.lower()
-    write_whole(path, audit_bytes(report, rig, kind) if kind in KINDS else text.encode())
+    content = audit_bytes(report, rig, kind) if kind in KINDS else text.encode()
+    old = keep_old(path, unless=content)
+    write_whole(path, content)
+    say([f"kept the file that stood there as {old}"] if old else [])
     say([f"Shoot with it? {verdict(report)}"])
     say_written([path])
 
@@ -604,9 +655,10 @@ def number_of(text: str, what: str) -> float:
 
 
 def say(lines: Iterable[str]) -> None:
-    """Messages for people, to standard error."""
-    for line in lines:
-        print(line, file=sys.stderr)
+    """Messages for people, to standard error; work goes on where nobody reads them any more."""
+    with suppress(OSError):
+        for line in lines:
+            print(line, file=sys.stderr)
 
 
 def kept(lines: Iterable[str], heard: list[str]) -> list[str]:
@@ -631,6 +683,17 @@ def said(line: str, note: str) -> bool:
     return note.startswith(words) or note.startswith(words.partition(": ")[2] or words)
 
 
+@contextmanager
+def together(folder: Path, written: list[Path]) -> Iterator[Path]:
+    """Where to write what shall stand in `folder` as a whole, and be said: the paths in `written`."""
+    from capture_plan.output import written_together
+    from capture_plan.progress import listen
+
+    with listen(say), written_together(folder) as new:
+        yield new
+    say_written(folder / path.relative_to(new) for path in written)
+
+
 def say_written(paths: Iterable[Path]) -> None:
     """The paths that were written."""
     say(f"wrote {path}" for path in paths)
@@ -640,20 +703,27 @@ def main() -> None:
     """Run the command line; every expected error is one line and exit code 2."""
     from typer.exceptions import TyperException
 
-    from capture_plan.errors import CapturePlanError
+    from capture_plan.errors import CapturePlanError, printable
     from capture_plan.progress import show_progress
-    from capture_plan.terminal import report_to_terminal
+    from capture_plan.terminal import close_quietly, open_streams, report_to_terminal
 
+    open_streams()
     try:
         with show_progress(report_to_terminal):
-            sys.exit(app(standalone_mode=False, prog_name="capture-plan") or 0)
+            code = app(standalone_mode=False, prog_name="capture-plan") or 0
+            sys.stdout.flush()
+            sys.exit(code)
     except TyperException as error:
         reason = getattr(error, "format_message", lambda: str(error))()
-        line = reason if reason.startswith("Usage") else f"capture-plan: {' '.join(reason.split())} (see --help)"
-        print(line, file=sys.stderr)
+        say([reason if reason.startswith("Usage") else f"capture-plan: {' '.join(reason.split())} (see --help)"])
     except CapturePlanError as error:
-        print(f"capture-plan: {error}", file=sys.stderr)
+        say([f"capture-plan: {error}"])
+    except MemoryError:
+        say(["capture-plan: not enough memory for this; nothing half-written was left"])
+    except OSError as error:
+        close_quietly(sys.stdout)
+        say([f"capture-plan: {printable(str(error))}; nothing half-written was left"])
     except KeyboardInterrupt:
-        print("capture-plan: stopped; nothing half-written was left", file=sys.stderr)
+        say(["capture-plan: stopped; nothing half-written was left"])
         sys.exit(130)
     sys.exit(2)

@@ -1,16 +1,21 @@
-"""Opening the session notebook: a marimo server on this machine, which needs no network.
+"""Opening the session notebook: a marimo server on this machine, which needs no network and answers its own page alone.
 
 The notebooks lie in `notebooks/` of a checkout and travel in the wheel as `capture_plan/_notebooks`.
 """
 
 import os
 import runpy
+import secrets
 import shutil
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
+
+import uvicorn
 
 from capture_plan.errors import RigError
+from capture_plan.notebook_guard import Guard
 from capture_plan.plan.record import SAMPLE
 from capture_plan.rig import read_rig, sample_rig
 from capture_plan.rig.sequence import read_sequence
@@ -27,10 +32,16 @@ def notebooks_folder() -> Path:
 
 
 def open_notebook(
-    rig: str, takes: Sequence[str] = (), *, edit: bool = False, headless: bool = False, port: int | None = None
+    rig: str,
+    takes: Sequence[str] = (),
+    *,
+    edit: bool = False,
+    headless: bool = False,
+    host: str = "127.0.0.1",
+    port: int | None = None,
 ) -> int:
-    """Serve the session notebook on `rig`, with recorded `takes` of it, until it is stopped; marimo prints the address.
-    Returns the exit code.
+    """Serve the session notebook on `rig`, with recorded `takes` of it, until it is stopped; marimo prints the address,
+    with a token without which nobody gets an answer. Returns the exit code.
 
     To be edited, an installed notebook is copied into the current folder first, unless a copy is there.
 
@@ -42,16 +53,16 @@ def open_notebook(
         read_sequence(take, rig=read)
     rig = rig if rig == SAMPLE else str(Path(rig).resolve())
     session = notebooks_folder() / "session.py"
-    arguments = [*options(headless=headless, port=port), "--", "--rig", rig]
+    arguments = [*options(headless=headless, host=host, port=port), "--", "--rig", rig]
     arguments += [part for take in takes for part in ("--take", str(Path(take).resolve()))]
     if edit:
         return serve("edit", str(own_copy(session)), *arguments)
     return serve("run", str(session), *arguments)
 
 
-def options(*, headless: bool, port: int | None) -> list[str]:
-    """What marimo is told."""
-    chosen = ["--no-sandbox"]
+def options(*, headless: bool, host: str, port: int | None) -> list[str]:
+    """What marimo is told. The token stands in no list of processes: the server is this one."""
+    chosen = ["--no-sandbox", "--host", host, "--token", "--token-password", secrets.token_urlsafe(24)]
     chosen += ["--headless"] if headless else []
     return chosen + (["--port", str(port)] if port else [])
 
@@ -74,11 +85,19 @@ def own_copy(session: Path) -> Path:
     return copy
 
 
+class Guarded(uvicorn.Config):
+    """What uvicorn is told by marimo, with the guard before its application."""
+
+    def __init__(self, app: Any, *, host: str, port: int, **others: Any) -> None:
+        super().__init__(Guard(app, host, port), host=host, port=port, **others)
+
+
 def serve(*arguments: str) -> int:
-    """`python -m marimo …` in this process, so that stopping the command stops the server."""
+    """`python -m marimo …` in this process, so that stopping the command stops the server, behind our guard."""
     os.environ.setdefault("MARIMO_OUTPUT_MAX_BYTES", str(OUTPUT_BYTES))
     os.environ.setdefault("MARIMO_SKIP_UPDATE_CHECK", "1")
     sys.argv = ["marimo", *arguments]
+    uvicorn.Config = Guarded
     try:
         runpy.run_module("marimo", run_name="__main__")
     except SystemExit as stopped:

@@ -64,7 +64,7 @@ def test_an_audit_is_a_picture_where_its_file_is_called_one(folder):
 def test_tables_and_schema_are_written_where_asked(folder):
     done = run("export", "plan.json", "-o", "out", "--only", "csv", "--only", "json", cwd=folder)
     assert done.returncode == 0, done.stderr
-    names = sorted(path.name for path in (folder / "out").iterdir())
+    names = sorted(path.name for path in (folder / "out").iterdir() if path.name != ".capture-plan.json")
     assert names == ["expressions.csv", "landmarks.csv", "plan.json", "plan.schema.json", "slate.csv"]
     assert (folder / "out" / "plan.json").read_bytes() == (folder / "plan.json").read_bytes()
 
@@ -98,7 +98,51 @@ def test_what_is_wrong_is_said_in_one_line(folder, arguments, says):
 def test_output_that_cannot_be_written_is_refused_and_nothing_left(folder):
     done = run("plan", "sample", "-o", "plan.json/inside.json", cwd=folder)
     assert done.returncode == 2
-    assert "cannot be written" in done.stderr.splitlines()[-1]
+    assert "would lie in plan.json, which is a file" in done.stderr.splitlines()[-1]
+
+
+def test_a_plan_stands_beside_its_rig_by_name_and_is_edited_in_its_place(folder, tmp_path):
+    (tmp_path / "sample.plan.json").write_bytes((folder / "plan.json").read_bytes())
+    edited = run("edit", "sample.plan.json", "--drop", "jawForward", cwd=tmp_path)
+    assert edited.returncode == 0, edited.stderr
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["sample.plan.json", "sample.plan.json~"]
+    assert (tmp_path / "sample.plan.json~").read_bytes() == (folder / "plan.json").read_bytes()
+    mine = (tmp_path / "sample.plan.json").read_bytes()
+    refused = run("plan", "sample", cwd=tmp_path)
+    assert refused.returncode == 2
+    assert "edited by hand" in refused.stderr
+    assert "--replace" in refused.stderr
+    assert (tmp_path / "sample.plan.json").read_bytes() == mine
+    assert run("plan", "sample", "--replace", cwd=tmp_path).returncode == 0
+    assert (tmp_path / "sample.plan.json~").read_bytes() == mine
+
+
+@pytest.mark.parametrize(("name", "reason"), [("other.json", "another rig"), ("notes.json", "no plan"), ("l", "link")])
+def test_a_plan_is_not_put_where_something_else_would_be_lost(folder, tmp_path, name, reason):
+    plan = json.loads((folder / "plan.json").read_text())
+    plan["rig"]["fingerprint"] = "0" * len(plan["rig"]["fingerprint"])
+    (tmp_path / "other.json").write_text(json.dumps(plan))
+    (tmp_path / "notes.json").write_text("my notes")
+    (tmp_path / "l").symlink_to("notes.json")
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    done = run("plan", "sample", "-o", name, cwd=tmp_path)
+    assert done.returncode == 2
+    assert reason in done.stderr
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_an_export_does_not_write_over_the_plan_that_it_is_made_of(folder):
+    done = run("export", "plan.json", "-o", ".", "--only", "csv", cwd=folder)
+    assert done.returncode == 2
+    assert "plan.json is what is read" in done.stderr
+
+
+@pytest.mark.parametrize("closed", ["1>&-", "2>&-", "1>&- 2>&-", "2>/dev/full", "1>/dev/full"])
+def test_work_goes_on_where_nobody_reads_and_no_traceback_is_seen(folder, tmp_path, closed):
+    command = f"'{sys.executable}' -c 'from capture_plan.cli import main; main()' check '{folder}/plan.json' --json"
+    done = subprocess.run(["sh", "-c", f"{command} {closed}"], capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == (2 if closed == "1>/dev/full" else 0)
+    assert "Traceback" not in done.stderr
 
 
 def test_help_names_every_command(tmp_path):

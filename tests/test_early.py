@@ -18,7 +18,7 @@ from capture_plan.expressions.settings import Edits
 from capture_plan.transfer.example import BETA
 from capture_plan.transfer.expected import Expectation, expectation, mean_expectation
 from capture_plan.transfer.importance import transfer_importance
-from capture_plan.transfer.targets import another_person
+from capture_plan.transfer.targets import another_person, habit_squares
 
 few = settings(max_examples=15, deadline=None)
 seeds = st.integers(0, 100_000)
@@ -30,7 +30,13 @@ def small(seed, items=5):
     active = rng.random((items, 5)) < 0.2
     instance = Instance.free(maximal_sets(active))
     expected = Expectation(rng.exponential(1, (items, 4)), rng.exponential(0.01, (items, 4)))
-    model = Model(instance, cache(lambda chosen: expected.gain(sorted(chosen))), expected.start)
+    persons = rng.exponential(1, (3, items))
+    model = Model(
+        instance,
+        cache(lambda chosen: expected.gain(sorted(chosen))),
+        expected.start,
+        cache(lambda chosen: expected.taken(persons, sorted(chosen))),
+    )
     return model, [parts for parts in lists_of(items) if all(fits(instance, part) for part in parts)]
 
 
@@ -38,6 +44,10 @@ def lists_of(items, length=3):
     for where in np.ndindex(*(length,) * items):
         if len(set(where)) == length and list(dict.fromkeys(where)) == list(range(length)):
             yield [frozenset(np.flatnonzero(np.equal(where, e)).tolist()) for e in range(length)]
+
+
+def shown(model, parts):
+    return np.cumsum([model.gain(part) for part in parts])
 
 
 def fits(instance, part):
@@ -67,8 +77,8 @@ def test_most_small_cases_end_at_the_best_of_all_lists():
 def test_the_order_leaves_least_after_every_scan(seed):
     model, lists = small(seed)
     for parts in lists[:1]:
-        best = model.left(model.ordered(parts))
-        assert all((best <= model.left(order) + 1e-9).all() for order in permutations(parts))
+        best = shown(model, model.ordered(parts))
+        assert all((best >= shown(model, order) - 1e-9).all() for order in permutations(parts))
         assert in_best_order(model, model.ordered(parts))
         gains = [model.gain(part) for part in model.ordered(parts)]
         assert in_best_order(model, model.ordered(parts)[::-1]) == (max(gains) - min(gains) < 1e-9 * model.start)
@@ -107,12 +117,51 @@ def test_locked_items_stay_at_their_places(seed):
 
 def test_the_model_is_what_its_letters_say():
     model, lists = small(3)
-    ahead = np.array([-0.9, -1.0, -1.1])
-    judged = replace(model, to_beat=(ahead, np.zeros(3)))
-    logs = model.left(model.ordered(lists[0]))
-    behind = max(0.0, (logs - ahead).max())
-    assert judged.value(lists[0]) == pytest.approx(logs.mean() + END * logs[-1] + BEHIND * behind)
-    assert model.value(lists[0]) == pytest.approx(logs.mean() + END * logs[-1])
+    parts = model.ordered(lists[0])
+    taken = np.array([model.taken(part) for part in parts])
+    ahead = np.full((3, 3), [-0.9, -1.0, -1.1])
+    judged = replace(model, to_beat=(ahead, np.zeros((3, 3))))
+    alone, beside = [], []
+    for person in range(3):
+        logs = np.log(np.sqrt(1 - np.cumsum(taken[:, person])))
+        alone.append(logs.mean() + END * logs[-1])
+        beside.append(alone[-1] + BEHIND * max(0.0, (logs - ahead[:, person]).max()))
+    assert model.value(parts) == pytest.approx(np.mean(alone))
+    assert judged.value(parts) == pytest.approx(np.mean(beside))
+
+
+def test_of_two_lists_alike_for_the_mean_person_the_one_that_shows_what_others_show_is_lower():
+    """Two expressions take as much on the mean, not of each person: the list that another beats for nobody is lower."""
+    sets = np.eye(2, dtype=bool)
+    takes = {frozenset({0}): np.array([0.6, 0.2]), frozenset({1}): np.array([0.2, 0.6])}
+    model = Model(Instance.free(sets), lambda items: float(takes[items].mean()), 1.0, takes.__getitem__)
+    rival = model.left([frozenset({1}), frozenset({0})])
+    judged = replace(model, to_beat=(rival,))
+
+    def value(parts):
+        return replace(judged, gain=lambda items: float(parts[0] == items)).value(parts)
+
+    mine, theirs = [frozenset({0}), frozenset({1})], [frozenset({1}), frozenset({0})]
+    assert value(theirs) < value(mine) - 0.1
+
+
+@few
+@given(seeds)
+def test_what_persons_lose_is_on_the_mean_what_is_expected(seed):
+    rng = np.random.default_rng(seed)
+    expected = Expectation(rng.exponential(1, (4, 3)), rng.exponential(0.01, (4, 3)))
+    persons = rng.exponential(1, (5, 4))
+    persons /= persons.mean(axis=0)
+    squares = expected.taken(persons, (0, 2)) * (persons @ expected.v.sum(axis=1))
+    assert squares.mean() == pytest.approx(expected.gain((0, 2)))
+    assert expected.taken(np.ones((1, 4)), (0, 2)) == pytest.approx(expected.gain((0, 2)) / expected.start)
+
+
+def test_habits_differ_among_persons_and_are_one_on_the_mean(rig):
+    squares = habit_squares(rig, people=6, seed=1)
+    assert squares.mean(axis=0) == pytest.approx(np.ones(len(rig.names)))
+    assert 0.2 < squares.std(axis=0).mean() < 1
+    assert (squares == habit_squares(rig, people=6, seed=1)).all()
 
 
 @few

@@ -99,7 +99,7 @@ def test_what_is_written_by_force_says_it_is_a_draft_and_stays_one(folder, rig):
     done = run("export", lie, "-o", "out", "--only", "csv", "--only", "json", "--force", cwd=folder)
     assert done.returncode == 0
     assert "DRAFT" in done.stderr
-    names = sorted(path.name for path in (folder / "out").iterdir())
+    names = sorted(path.name for path in (folder / "out").iterdir() if not path.name.startswith("."))
     tables = {f"{name}-DRAFT.csv" for name in ("expressions", "landmarks", "slate")}
     assert names == sorted(tables | {"plan.json", "plan.schema.json"})
     assert next(csv.reader((folder / "out" / "landmarks-DRAFT.csv").open()))[0] == "name"

@@ -38,7 +38,8 @@ def served(arguments, port, folder):
         server = subprocess.Popen(arguments, cwd=folder, env=environment, stdout=output, stderr=subprocess.STDOUT)
     try:
         wait_for(f"http://127.0.0.1:{port}/health", server, log)
-        yield f"http://127.0.0.1:{port}/"
+        token = re.search(r"access_token=([\w-]+)", log.read_text())
+        yield f"http://127.0.0.1:{port}/" + (f"?{token[0]}" if token else "")
     finally:
         server.terminate()
         try:
@@ -201,6 +202,29 @@ def test_the_sheets_notebook_shows_pages_as_pictures(visit, stages):
     first.wait_for()
     assert first.evaluate("(picture) => picture.decode().then(() => picture.naturalWidth)") > 400
     assert_no_error(page)
+
+
+PROBE = """async ([page, socket]) => {
+  const fetched = await fetch(page).then(() => "answered", () => "refused");
+  const opened = await new Promise(done => {
+    const ws = new WebSocket(socket);
+    ws.onopen = () => done("answered");
+    ws.onerror = ws.onclose = () => done("refused");
+  });
+  return [fetched, opened];
+}"""
+
+
+def test_another_page_of_the_browser_gets_neither_page_nor_socket_of_a_session(visit, session):
+    page = visit(session)
+    page.wait_for_selector("h1, h2")  # so that the browser holds the cookie of this session
+    others, port = page.context.new_page(), re.search(r":(\d+)/", session)[1]
+    others.route("http://other.example/", lambda route: route.fulfill(body="<h1>other</h1>", content_type="text/html"))
+    others.goto("http://other.example/")
+    for mine in (f"127.0.0.1:{port}/", f"localhost:{port}/"):
+        answers = others.evaluate(PROBE, [f"http://{mine}", f"ws://{mine}ws?session_id=s_abcdef"])
+        assert answers == ["refused", "refused"]
+    others.close()
 
 
 def test_the_session_walks_from_the_rig_to_the_downloads(visit, session):

@@ -164,3 +164,35 @@ def test_a_file_that_may_not_be_read_is_refused(tmp_path):
     path.chmod(0)
     with pytest.raises(RigError, match="cannot be read"):
         read_rig(path)
+
+
+def archive_of(path, **changes):
+    rig = sample_rig()
+    kept = [rig.names.index(name) for name in ("jawOpen", "browInnerUp", "mouthSmileLeft", "mouthSmileRight")]
+    arrays = {"vertices": rig.neutral, "faces": rig.triangles, "deltas": rig.deltas[kept]}
+    np.savez(path, **arrays | {"names": [rig.names[i] for i in kept]} | changes)
+    return arrays["deltas"]
+
+
+def test_names_hold_nothing_that_a_screen_would_obey(tmp_path):
+    archive_of(tmp_path / "r.npz", names=["\x1b[31mjawOpen", "brow\u202eInnerUp", "smile\nLeft", "smile\u2028Left"])
+    rig = read_rig(tmp_path / "r.npz")
+    assert all(name.isprintable() for name in rig.names)
+    assert len(set(rig.names)) == 4
+    assert "cannot be shown" in rig.note
+
+
+@pytest.mark.parametrize("far", [1e7, 1e19, 1e38])
+def test_a_blendshape_that_moves_beyond_all_measure_is_left_out_and_named(tmp_path, far):
+    deltas = archive_of(tmp_path / "r.npz")
+    deltas[1, 0, 2] = far
+    archive_of(tmp_path / "r.npz", deltas=deltas)
+    rig = read_rig(tmp_path / "r.npz")
+    assert "browInnerUp" not in rig.names
+    assert "browInnerUp" in rig.note
+
+
+def test_a_neutral_beyond_all_measure_is_refused(tmp_path):
+    archive_of(tmp_path / "r.npz", vertices=np.full_like(sample_rig().neutral, 1e19))
+    with pytest.raises(RigError, match="lies 1e\\+19 units out"):
+        read_rig(tmp_path / "r.npz")

@@ -131,10 +131,10 @@ def test_a_row_of_the_table_shows_its_marker(visit, paths):
 def test_a_name_behind_the_head_is_hidden(visit):
     seen = "[...document.querySelectorAll('.tag')].filter((tag) => !tag.hidden).length"
     visit.page.get_by_role("button", name="Front", exact=True).click()
-    visit.page.wait_for_function(f"{seen} >= 3")
+    visit.page.wait_for_function(f"() => {seen} >= 3")
     for _ in range(18):
         visit.page.locator(".stage").press("ArrowLeft")
-    visit.page.wait_for_function(f"{seen} === 0")
+    visit.page.wait_for_function(f"() => {seen} === 0")
     visit.page.get_by_role("button", name="Front", exact=True).click()
 
 
@@ -144,6 +144,18 @@ def test_hostile_names_are_shown_as_text_and_do_nothing(visit):
     shown = visit.page.locator("#expressions").inner_text()
     assert all(" ".join(name.split()) in " ".join(shown.split()) for name in HOSTILE[1:])
     assert visit.page.locator("img[src=x]").count() == 0
+
+
+@pytest.mark.parametrize("alone", [False, True], ids=["page", "head_alone"])
+def test_a_script_that_got_onto_the_page_all_the_same_never_runs(browser, paths, tmp_path, alone):
+    planted = "<script>window.owned = 1</script><img src='x' onerror='window.owned = 2'></body>"
+    text = paths[1 + alone].read_text()
+    (tmp_path / "page.html").write_text(text.replace("</body>", planted))
+    visit = Visit(browser, tmp_path / "page.html")
+    visit.page.wait_for_selector(READY)
+    assert visit.page.evaluate("window.owned") is None
+    assert any("Content Security Policy" in line for line in visit.wrong)
+    visit.context.close()
 
 
 def test_the_search_finds_markers(visit):

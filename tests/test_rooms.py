@@ -9,7 +9,9 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "capture_plan"
 FLOORS = (
-    {"errors", "progress", "cache"},
+    {"errors", "progress"},
+    {"output", "documents"},
+    {"cache"},
     {"mesh"},
     {"visibility"},
     {"rig"},
@@ -17,7 +19,7 @@ FLOORS = (
     {"layout", "expressions"},
     {"plan"},
     {"sheets", "exports"},
-    {"report", "figures", "terminal"},
+    {"report", "figures", "terminal", "notebook_guard"},
     {"notebook", "notebooks_support"},
     {"cli"},
 )

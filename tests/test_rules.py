@@ -98,7 +98,7 @@ def test_rules_know_a_rigs_own_names_and_pass_over_what_it_lacks(rig, used):
         ("most_things = 0", "not a rule file"),
         ("most = 3", "not a rule file"),
         ('[[hard]]\nnames = ["jawOpen", "eyeWide"]\ncost = 9', "not a rule file"),
-        ("= nonsense", "not a rule file"),
+        ("= nonsense", "is not TOML"),
     ],
 )
 def test_a_rule_file_that_makes_no_sense_is_refused(tmp_path, text, fault):

@@ -113,7 +113,7 @@ def test_habits_change_how_far_and_which_way():
     d = RIG.deltas[0].astype(float)
     length = np.linalg.norm(d, axis=1)
     moving = length > 0.1
-    changed = habit(d, random_field(RIG, np.random.default_rng(0)))[moving] - d[moving]
+    changed = habit(d, random_field(RIG.neutral, np.random.default_rng(0)))[moving] - d[moving]
     along = np.einsum("vx,vx->v", changed, d[moving]) / length[moving]
     across = np.sqrt(np.square(changed).sum(axis=1) - along**2)
     for part in (along, across):

@@ -237,7 +237,7 @@ def test_an_unknown_paper_and_an_unusable_folder_are_refused(rig, plan, tmp_path
     with pytest.raises(PlanError, match="choose one of a4, letter"):
         paper("a5")
     (tmp_path / "file").write_text("")
-    with pytest.raises(PlanError, match="choose another folder"):
+    with pytest.raises(PlanError, match="choose another place"):
         write_sheets(plan, rig, tmp_path / "file", dpi=30)
 
 

@@ -14,7 +14,7 @@ from jaxtyping import Float, Int
 
 from capture_plan.exports.tables import write_rows
 from capture_plan.expressions.record import Packing
-from capture_plan.plan.files import write_whole
+from capture_plan.output import write_whole
 from capture_plan.rig import Rig
 
 

@@ -6,7 +6,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from capture_plan.layout.record import Layout
-from capture_plan.plan.files import plan_schema, write_whole
+from capture_plan.output import write_whole
+from capture_plan.plan.files import plan_schema
 from capture_plan.plan.record import Plan
 
 

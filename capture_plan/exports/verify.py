@@ -20,8 +20,9 @@ from capture_plan.layout.face import see_face
 from capture_plan.layout.shell.takes import Takes
 from capture_plan.layout.task import Task, task_of
 from capture_plan.mesh.mirror import mirror_plane
+from capture_plan.output import write_whole
 from capture_plan.plan.collide import collide
-from capture_plan.plan.files import plan_bytes, write_whole
+from capture_plan.plan.files import plan_bytes
 from capture_plan.plan.places import read_cameras_of, read_rules_of, read_takes_of, read_target, with_zones_found
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig

@@ -90,7 +90,8 @@ def early_list(rig: Rig, problem: Problem, settings: PackingSettings, target: Ta
     """The shortest list whose first expressions leave little error, and a proven bound on the number.
 
     It starts from the shortest lists whose first expressions weigh most by expected error and by the paper's
-    importance. Raises PlaceError where an item is locked beyond the end of the list.
+    importance, and from the greedy one where that is as short. Raises PlaceError where an item is locked beyond the end
+    of the list.
     """
     found, lists = shortest(problem.instance), list[list[Items]]()
     weighs = {way: item_importance(rig, problem, change(settings, importance=way), target) for way in WAYS}
@@ -100,8 +101,8 @@ def early_list(rig: Rig, problem: Problem, settings: PackingSettings, target: Ta
     fewest = min(map(len, lists))
     by_greed, _ = list_expressions(problem, "greedy", weighs[settings.importance])
     model = model_of(rig, problem, settings, target)
-    rivals = [*lists, [frozenset(items.tolist()) for items in by_greed.expressions]]
-    model = replace(model, to_beat=tuple(model.left(parts) for parts in rivals))
+    lists.append([frozenset(items.tolist()) for items in by_greed.expressions])
+    model = replace(model, to_beat=tuple(model.left(parts) for parts in lists))
     best = early(model, [parts for parts in lists if len(parts) == fewest])
     expressions = tuple(np.array(sorted(items)) for items in best)
     return Order(expressions, proven=True), found.bound

@@ -16,6 +16,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta, Struct
 
+from capture_plan.documents import read_toml
 from capture_plan.errors import RigError
 from capture_plan.rig import Rig
 from capture_plan.rig.names import arkit_name
@@ -50,23 +51,16 @@ class Rules(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 def read_rules(path: Path) -> Rules:
     """A person's own rules, in the form of `data/rules.toml`; they replace ours."""
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as problem:
-        raise RigError(f"{path}: these rules cannot be read: {problem}") from None
-    return _parse(text, str(path))
+        return msgspec.convert(read_toml(path, RigError, "start from a copy of ours"), Rules)
+    except msgspec.ValidationError as problem:
+        raise RigError(f"{path}: not a rule file: {problem}; start from a copy of ours") from None
 
 
 @cache
 def default_rules() -> Rules:
     """What we know of faces, by ARKit's names."""
-    return _parse(files("capture_plan.expressions").joinpath("data", "rules.toml").read_text("utf-8"), "rules.toml")
-
-
-def _parse(text: str, where: str) -> Rules:
-    try:
-        return msgspec.toml.decode(text, type=Rules)
-    except msgspec.DecodeError as problem:
-        raise RigError(f"{where}: not a rule file: {problem}; start from a copy of ours") from None
+    ours = files("capture_plan.expressions").joinpath("data", "rules.toml")
+    return msgspec.toml.decode(ours.read_bytes(), type=Rules)
 
 
 def check_names(rig: Rig, rules: Rules) -> None:

@@ -63,8 +63,9 @@ class PackingSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     """Shares from 0 to 1, after Carrigan et al. 2020.
 
     `method`: `early` is of the provably shortest lists one whose first expressions leave little error in the rebuilt
-    rig, and so does the whole, what one scan cannot take apart counted; `minimum` is the provably shortest list whose
-    first expressions are proved the most important, `sequential` the paper's Algorithm 1, `greedy` its baseline.
+    rig, and so does the whole, what one scan cannot take apart counted, and that is little behind other lists for each
+    of some made-up persons; `minimum` is the provably shortest list whose first expressions are proved the most
+    important, `sequential` the paper's Algorithm 1, `greedy` its baseline.
     `mu`: a vertex is active where a blendshape moves it by this share of the blendshape's largest movement; 0.25 to 0.4
     is the paper's range. `paired`: left and right partners are performed together. `local_pairs`: so are the upper and
     the lower half of a movement of lips or lids. `poseable`: what no face can do at once is kept apart (closed and wide

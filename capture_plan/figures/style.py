@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.font_manager import fontManager
 
-from capture_plan.plan.files import write_whole
+from capture_plan.output import write_whole
 from capture_plan.sheets.lettering import FONTS, font_path
 from capture_plan.sheets.style import ACCENT, FAINT, INK, SOFT
 

@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 from jaxtyping import Float
 
+from capture_plan.documents import read_plain
 from capture_plan.errors import PlanError
 from capture_plan.layout.dots import vertices_of
 from capture_plan.rig import Rig
@@ -24,9 +25,8 @@ def read_layouts(path: Path, rig: Rig) -> dict[str, np.ndarray]:
         PlanError: the file cannot be read, is no such table, or names a vertex that the rig does not have.
     """
     try:
-        listed = msgspec.json.decode(path.read_bytes(), type=dict[str, list[int | str]])
-    except OSError as error:
-        raise PlanError(f"{path} cannot be read ({error.strerror}): give a JSON file of layouts") from None
+        content = read_plain(path, PlanError, "give a JSON file of layouts")
+        listed = msgspec.json.decode(content, type=dict[str, list[int | str]])
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise PlanError(f'{path} is not a JSON file of layouts ({error}): write {{"name": [vertex, ...]}}') from None
     layouts = {}

@@ -8,13 +8,17 @@ from typing import Any
 import msgspec
 from msgspec import structs
 
+from capture_plan.documents import read_plain, read_toml
 from capture_plan.errors import PlanError
 from capture_plan.layout.record import Layout
+from capture_plan.output import write_whole
 from capture_plan.plan.places import found_from, seen_from, with_zones_found, zones_seen_from
 from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference, sealed
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig, sample_rig
 from capture_plan.rig.read import read_rig
+
+MOST_BYTES = 100_000_000  # a plan of 200 landmarks and 60 expressions has 2 MB
 
 
 def plan_bytes(plan: Plan) -> bytes:
@@ -38,28 +42,13 @@ def write_layout(layout: Layout, path: Path) -> Path:
     return path
 
 
-def write_whole(path: Path, content: bytes) -> None:
-    """Write beside `path`, then rename, so that nobody ever sees half a file."""
-    part = path.with_name(f".{path.name}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_bytes(content)
-        part.replace(path)
-    except OSError as error:
-        part.unlink(missing_ok=True) if part.parent.is_dir() else None
-        raise PlanError(f"{path} cannot be written ({error.strerror}): choose another place with -o") from None
-
-
 def read_plan(path: Path) -> Plan:
     """The plan in `path`.
 
     Raises:
         PlanError: missing, not a plan, of another format, or with a value that no plan may have.
     """
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise PlanError(f"{path} cannot be read ({error.strerror}): give the plan.json that `plan` wrote") from None
+    content = read_plain(path, PlanError, "give the plan.json that `plan` wrote", most=MOST_BYTES)
     try:
         found = msgspec.json.decode(content, type=dict[str, Any]).get("format")
         if found != FORMAT_VERSION:
@@ -80,7 +69,7 @@ def read_settings(path: Path, named: Named | None = None) -> Settings:
         PlanError: missing, not TOML, an unknown name or a value out of range.
     """
     try:
-        document = msgspec.toml.decode(path.read_bytes())
+        document = read_toml(path, PlanError, "see `capture-plan plan --help` for what can be set")
         settings = msgspec.convert(_by_number(document, named) if named else document, Settings)
         cameras, target = found_from(path.parent, settings.cameras), found_from(path.parent, settings.target)
         settings = with_zones_found(settings, path.parent)
@@ -95,9 +84,7 @@ def read_settings(path: Path, named: Named | None = None) -> Settings:
             sequences=sequences,
             vertex_weights=found_from(path.parent, settings.vertex_weights),
         )
-    except OSError as error:
-        raise PlanError(f"{path} cannot be read ({error.strerror}): give a TOML file of settings") from None
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+    except msgspec.ValidationError as error:
         raise PlanError(f"{path}: {error}: see `capture-plan plan --help` for what can be set") from None
 
 

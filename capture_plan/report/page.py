@@ -5,6 +5,7 @@ escaping on their way into the page, through `script_json` on their way into a s
 """
 
 import base64
+import hashlib
 import io
 import json
 from importlib.resources import files
@@ -19,7 +20,8 @@ from markupsafe import Markup
 from capture_plan.expressions.record import Expression
 from capture_plan.expressions.session import Item
 from capture_plan.layout.record import Landmark
-from capture_plan.plan.files import plan_bytes, write_whole
+from capture_plan.output import write_whole
+from capture_plan.plan.files import plan_bytes
 from capture_plan.plan.record import Plan
 from capture_plan.report.contents import contents, marker_facts, marker_rows
 from capture_plan.report.evidence import evidence
@@ -63,6 +65,7 @@ def page_html(plan: Plan, rig: Rig, *, folder: Path = Path()) -> str:
     pictures = expression_pictures(plan, rig, height_px=EXPRESSION_PICTURE_PX)
     plates = marker_pictures(plan, rig, height_px=MARKER_PICTURE_PX)
     line_of = {item.name: item for item in plan.session.items}
+    script = scripts("three.min.js", "head.js", "viewer.js", "panel.js", "check.js", "page.js")
     return (
         templates()
         .get_template("page.html.jinja")
@@ -76,7 +79,8 @@ def page_html(plan: Plan, rig: Rig, *, folder: Path = Path()) -> str:
             plan_json=script_json(plan_bytes(plan).decode()),
             evidence_json=script_json(json.dumps(evidence(plan, rig, folder))),
             css=asset("style.css"),
-            scripts=scripts("three.min.js", "head.js", "viewer.js", "panel.js", "check.js", "page.js"),
+            scripts=script,
+            policy=policy(script),
         )
     )
 
@@ -114,6 +118,7 @@ def viewer_html(rig: Rig, plan: Plan) -> str:
 
 def head_html(rig: Rig, head: dict[str, Any]) -> str:
     """A head as `head_data` describes it as a document of its own."""
+    script = scripts("three.min.js", "head.js", "viewer.js", "panel.js", "alone.js")
     return (
         templates()
         .get_template("standalone.html.jinja")
@@ -123,7 +128,8 @@ def head_html(rig: Rig, head: dict[str, Any]) -> str:
             marked=bool(head["landmarks"]),
             head_json=script_json(json.dumps(head)),
             css=asset("style.css"),
-            scripts=scripts("three.min.js", "head.js", "viewer.js", "panel.js"),
+            scripts=script,
+            policy=policy(script),
         )
     )
 
@@ -204,6 +210,15 @@ def asset(name: str) -> Markup:
 
 def scripts(*names: str) -> Markup:
     return Markup("\n").join(asset(name) for name in names)
+
+
+def policy(script: str) -> str:
+    """The content security policy of a page on which `script` runs and nothing else does, and nothing is fetched."""
+    known = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    return (
+        f"default-src 'none'; script-src 'sha256-{known}'; style-src 'unsafe-inline'; img-src data:; "
+        "base-uri 'none'; form-action 'none'"
+    )
 
 
 def templates() -> jinja2.Environment:

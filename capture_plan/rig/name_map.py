@@ -12,13 +12,13 @@ full = 100                       # a full weight in recorded takes: 1, 100 where
 "HeadRoll" = ""                  # drives nothing
 """
 
-import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from capture_plan.documents import read_toml
 from capture_plan.errors import RigError
 
 TABLES = ("names", "weights")
@@ -44,14 +44,7 @@ class NameMap:
 def read_name_map(path: str | Path) -> NameMap:
     """The map in the TOML file at `path`. RigError that names the entry where it is none."""
     path = Path(path)
-    try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise RigError(f"{path.name} cannot be read ({error.strerror}): check the file and its permissions") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise RigError(
-            f'{path.name} is not TOML ({error}): write lines such as "Smile_01" = "mouthSmileLeft"'
-        ) from error
+    document = read_toml(path, RigError, 'write lines such as "Smile_01" = "mouthSmileLeft"')
     unknown = [table for table in document if table not in (*TABLES, FULL)]
     if unknown:
         raise RigError(

@@ -29,7 +29,7 @@ from capture_plan.rig.formats.gltf import read_gltf
 from capture_plan.rig.formats.npz import read_npz
 from capture_plan.rig.formats.obj import read_obj_folder
 from capture_plan.rig.formats.ply import read_ply_folder
-from capture_plan.rig.formats.raw import RawRig, finite
+from capture_plan.rig.formats.raw import RawRig, finite, legible
 from capture_plan.rig.formats.source import Source, folder_name, is_kind
 from capture_plan.rig.formats.target import holds_targets, read_target_folder
 from capture_plan.rig.formats.twins import one_of_each
@@ -95,7 +95,7 @@ def rig_from_raw(
     skin: str | None = None,
 ) -> Rig:
     """The rig of what a reader gave, in millimetres, +y up, facing +z; what is given here is not searched for."""
-    raw, turned, frame = _framed(one_of_each(what_belongs(finite(raw))), unit_mm, up, facing)
+    raw, turned, frame = _framed(one_of_each(what_belongs(finite(legible(raw)))), unit_mm, up, facing)
     facial = frame.channels.facial
     raw = crop_to_head(raw, facial)
     turn = axes_matrix(frame.up, frame.facing)

@@ -232,6 +232,8 @@ def _html(found: Audit, png: bytes) -> bytes:
     said = f"Shoot with it? {verdict(found)} {' '.join(doubts(found.reading))}"
     return (
         f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>Audit of {name}</title>\n'
+        "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; "
+        'img-src data:">\n'
         "<style>body{margin:2rem auto;max-width:70rem;padding:0 1rem;font:16px/1.5 system-ui,sans-serif;color:#1d1f22}"
         "img{width:100%;height:auto;border:1px solid #c9ccd1}pre{font:13px/1.45 ui-monospace,monospace;"
         "overflow-x:auto;background:#f1f2f4;padding:1rem}</style></head>\n"

@@ -4,9 +4,6 @@ The folder gets `sheets.pdf` and `pages/*.png` when all of them are made, and no
 """
 
 import hashlib
-import os
-import shutil
-import tempfile
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
@@ -18,6 +15,7 @@ import pypdfium2
 from capture_plan.errors import PlanError
 from capture_plan.layout.meeting import meeting_words
 from capture_plan.layout.record import Layout
+from capture_plan.output import write_whole, written_together
 from capture_plan.plan.record import Plan
 from capture_plan.plan.summary import expression_words
 from capture_plan.progress import track
@@ -60,20 +58,10 @@ def write_booklet(book: Booklet, folder: Path, dpi: int) -> tuple[Path, ...]:
         PlanError: the folder cannot be written.
     """
     pdf = book.bytes()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=folder, prefix=".sheets-") as scratch:
-            made = Path(scratch)
-            (made / "sheets.pdf").write_bytes(pdf)
-            (made / "pages").mkdir()
-            names = _write_pages(pdf, book.titles, made / "pages", dpi)
-            if (folder / "pages").exists():
-                os.replace(folder / "pages", made / "old")
-            os.replace(made / "pages", folder / "pages")
-            os.replace(made / "sheets.pdf", folder / "sheets.pdf")
-            shutil.rmtree(made / "old", ignore_errors=True)
-    except OSError as error:
-        raise PlanError(f"{folder} cannot be written ({error.strerror}): choose another folder") from error
+    with written_together(folder) as made:
+        write_whole(made / "sheets.pdf", pdf)
+        (made / "pages").mkdir()
+        names = _write_pages(pdf, book.titles, made / "pages", dpi)
     return (folder / "sheets.pdf", *(folder / "pages" / name for name in names))
 
 

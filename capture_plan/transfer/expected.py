@@ -54,12 +54,20 @@ class Expectation:
 
     def gain(self, scanned: Iterable[int]) -> float:
         """G(S) of one scan of these blendshapes, mm^2."""
-        chosen = list(scanned)
+        return float(self.gain_of_each(list(scanned)).sum())
+
+    def gain_of_each(self, chosen: Sequence[int]) -> Float[np.ndarray, " s"]:
+        """What each of these blendshapes adds to G(S), mm^2: in proportion to its own v, and negative where less of it
+        is told than the others take."""
         v, u = self.v[chosen], self.u[chosen]
-        V = v.sum(axis=0)
         s = u / (u.sum(axis=0) + BETA)
         # V - L with L = sum_k (1 - s)^2 v + s^2 (V - v) = V + sum_k s^2 V - 2 s v
-        return float(2 * np.vdot(s, v) - np.square(s).sum(axis=0) @ V)
+        return 2 * np.einsum("kt,kt->k", s, v) - v @ np.square(s).sum(axis=0)
+
+    def taken(self, persons: Float[np.ndarray, "p k"], scanned: Iterable[int]) -> Float[np.ndarray, " p"]:
+        """The share of each person's squared error that a scan takes, where blendshape k has `persons[p, k]` v[k]."""
+        chosen = list(scanned)
+        return persons[:, chosen] @ self.gain_of_each(chosen) / (persons @ self.v.sum(axis=1))
 
 
 def expectation(rig: Rig, target: Float[np.ndarray, "n 3"] | None = None) -> Expectation:

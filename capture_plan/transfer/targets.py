@@ -12,7 +12,7 @@ agree where phi turns and scales evenly. What a person does differently is not i
 movement, as Carrigan et al. 2020 (section 4.3) observe. Half of a field is common to all blendshapes of a person.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +27,7 @@ HABIT = 0.25  # A of another person: a smile a quarter wider or narrower
 HABIT_SQUARE = 3 * HABIT**2  # of |d|^2: once along the movement, twice across it, for r x d has no part along r
 WAVE_MM = 60.0  # over which a person's habit changes: a cheek, not a pore
 WAVES = 64  # that make up a random field
+PLACES = 400  # at which a habit is looked at, about 8 mm apart on a face: it changes over 60
 BUMPS = 12  # on either side, that make another face
 BUMP_MM, BUMP_WIDTH_MM = 4.0, 25.0  # height and standard deviation: no fold, for 4 / 25 is far below 1
 
@@ -79,8 +80,8 @@ def another_person(rig: Rig, seed: int, *, name: str) -> Target:
         )
 
     reshaped = bent(rig, name, phi)
-    common = random_field(rig, rng)
-    deltas = np.stack([habit(d, np.sqrt(0.5) * (common + random_field(rig, rng))) for d in reshaped.deltas])
+    fields = habit_fields(rig.neutral, len(rig.names), rng)
+    deltas = np.stack([habit(d, field) for d, field in zip(reshaped.deltas, fields, strict=True)])
     return Target(name, reshaped.neutral, deltas)
 
 
@@ -101,8 +102,30 @@ def habit(d: Float[np.ndarray, "v 3"], field: Float[np.ndarray, "v 4"]) -> Float
     return d + HABIT * (field[:, :1] * d + np.cross(field[:, 1:], d))
 
 
-def random_field(rig: Rig, rng: np.random.Generator) -> Float[np.ndarray, "v 4"]:
+def habit_fields(
+    points: Float[np.ndarray, "v 3"], blendshapes: int, rng: np.random.Generator
+) -> Iterator[Float[np.ndarray, "v 4"]]:
+    """g and r of a person at these places, for one blendshape after another; half of each is common to all."""
+    common = random_field(points, rng)
+    for _ in range(blendshapes):
+        yield np.sqrt(0.5) * (common + random_field(points, rng))
+
+
+def habit_squares(rig: Rig, *, people: int, seed: int) -> Float[np.ndarray, "p k"]:
+    """Squared error that the habits of persons add to each blendshape, as a share of its mean over these persons."""
+    at = np.flatnonzero(rig.skin)
+    at = at[np.linspace(0, len(at) - 1, min(PLACES, len(at))).astype(int)]
+    d, rng = rig.deltas[:, at].astype(float), np.random.default_rng(seed)
+    squares = np.empty((people, len(d)))
+    for person in squares:
+        fields = habit_fields(rig.neutral[at], len(d), rng)
+        person[:] = [np.square(habit(one, field) - one).sum() for one, field in zip(d, fields, strict=True)]
+    mean = squares.mean(axis=0)
+    return np.divide(squares, mean, out=np.ones_like(squares), where=mean > 0)
+
+
+def random_field(points: Float[np.ndarray, "v 3"], rng: np.random.Generator) -> Float[np.ndarray, "v 4"]:
     """Four smooth functions of space of mean square 1: waves of random direction, length and phase."""
     waves = rng.normal(0, 2 * np.pi / WAVE_MM / np.sqrt(3), (3, WAVES))
     phase, height = rng.uniform(0, 2 * np.pi, WAVES), rng.normal(0, np.sqrt(2 / WAVES), (WAVES, 4))
-    return np.cos(rig.neutral @ waves + phase) @ height
+    return np.cos(points @ waves + phase) @ height

@@ -18,13 +18,13 @@ Who has measured with a tape only writes, instead of R and t, where the camera s
     look_at = [0.0, 690.0, 140.0]
 """
 
-import tomllib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from capture_plan.documents import read_toml
 from capture_plan.errors import RigError
 from capture_plan.visibility.camera import Camera, look_at
 
@@ -49,17 +49,7 @@ KEYS = {
 
 def read_cameras(path: str | Path) -> tuple[Camera, ...]:
     """The cameras of a TOML file; RigError says what to change in it."""
-    return cameras_of(read_toml(Path(path)), Path(path))
-
-
-def read_toml(path: Path) -> dict[str, Any]:
-    """What a camera file holds."""
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise RigError(f"{path}: cannot be read as a camera file: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise RigError(f"{path}: is not a TOML file: {error}") from error
+    return cameras_of(read_toml(Path(path), RigError, "give a camera file"), Path(path))
 
 
 def cameras_of(content: dict[str, Any], path: Path) -> tuple[Camera, ...]:

@@ -25,10 +25,11 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 
+from capture_plan.documents import read_toml
 from capture_plan.errors import RigError
 from capture_plan.visibility.calibration import is_calibration, read_calibration
 from capture_plan.visibility.camera import Camera, look_at
-from capture_plan.visibility.camera_file import cameras_of, numbers, read_toml, whole
+from capture_plan.visibility.camera_file import cameras_of, numbers, whole
 
 PRESETS = ("frontal", "head-mounted-pair")
 BOOM, BASELINE = 1.5, 0.6  # of W
@@ -43,7 +44,7 @@ def cameras_for(spec: str, neutral: Float[np.ndarray, "v 3"], skin: Bool[np.ndar
     path = Path(spec)
     if not path.is_file():
         raise RigError(f"cameras: '{spec}' is neither a file nor one of {', '.join(PRESETS)}")
-    content = read_toml(path)
+    content = read_toml(path, RigError, "give a camera file")
     if "cameras" not in content and is_calibration(content):
         return read_calibration(content, path, neutral[skin])
     if "head_mounted" not in content:

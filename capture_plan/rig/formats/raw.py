@@ -9,10 +9,12 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
-from capture_plan.rig.formats.naming import listed, sentences
+from capture_plan.rig.formats.naming import listed, numbered, printable, sentences
 from capture_plan.rig.record import check_blendshapes
 
 NO_PART = "(no faces)"
+FARTHEST = 1e9  # units of a file, whose squares single precision still holds
+LONGEST = 1000  # times the size of the neutral: no blendshape moves so far
 BROKEN = "NaN or infinite coordinates, or those of another mesh"
 UNITS_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "dm": 100.0, "in": 25.4, "ft": 304.8}  # the usual ones first
 MOST_DISPLACEMENTS = 64_000_000  # (1 + k) v, 12 bytes each: 800 blendshapes of 80,000 vertices
@@ -52,9 +54,12 @@ class RawRig:
 def finite(raw: RawRig) -> RawRig:
     """The rig without blendshapes that hold NaN, infinite coordinates or those of another mesh; its note names them.
 
-    RigError when all of them do.
+    RigError when all of them do, or when the neutral lies farther out than can be reckoned with.
     """
-    whole = np.array([np.isfinite(delta).all() for delta in raw.deltas])
+    if not (farthest := np.abs(raw.neutral).max(initial=0)) < FARTHEST:
+        raise RigError(f"{raw.name}: a vertex lies {farthest:.0e} units out: clean the mesh and export it again")
+    limit = LONGEST * np.ptp(raw.neutral, axis=0).max(initial=0)
+    whole = np.array([bool((np.abs(delta) <= limit).all()) for delta in raw.deltas])  # NaN is below nothing
     if whole.all():
         return raw
     broken = listed(name for name, is_whole in zip(raw.names, whole, strict=True) if not is_whole)
@@ -63,6 +68,18 @@ def finite(raw: RawRig) -> RawRig:
     told = f"blendshapes that hold {BROKEN} were left out, clean them and export again: {broken}"
     names = tuple(name for name, is_whole in zip(raw.names, whole, strict=True) if is_whole)
     return replace(raw, deltas=raw.deltas[whole], names=names, note=sentences(raw.note, told))
+
+
+def legible(raw: RawRig) -> RawRig:
+    """The rig with names that can be shown in one line: without signs that a terminal, a table or a page would obey."""
+    names, told = numbered([printable(name) for name in raw.names])
+    parts = tuple(printable(name) for name in raw.part_names)
+    strange = [name for name, own in zip(names, raw.names, strict=True) if name != own]
+    if not strange and parts == raw.part_names and printable(raw.name) == raw.name:
+        return raw
+    said = f"names with signs that cannot be shown have blanks in their place: {listed(strange)}" if strange else told
+    note = sentences(raw.note, said)
+    return replace(raw, name=printable(raw.name), names=names, part_names=parts, note=printable(note))
 
 
 def check_size(name: str, k: int, v: int) -> None:

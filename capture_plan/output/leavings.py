@@ -1,0 +1,113 @@
+"""What is being made, who makes it, and what is done with what a killed process left.
+
+Whatever is made stands in the folder of its place under a name that begins with `.capture-plan-`, and its maker holds a
+lock on it, which ends with the process. Whoever writes there next takes what nobody holds: a file is removed; a folder
+with a list of moves is a set that was cut off in the middle, and what stood before is put back.
+"""
+
+import json
+import os
+import secrets
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+try:
+    import fcntl
+except ImportError:  # Windows: an open file cannot be removed there, and nothing is swept
+    fcntl = None
+
+OURS = ".capture-plan-"
+MOVES, OLD, NEW = "moves.json", "old", "new"
+_FILE = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+_LOOK = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0)
+
+
+def is_being_made(path: Path) -> bool:
+    """Whether a place lies in a set that is being made."""
+    return any(part.startswith(OURS) for part in path.parts)
+
+
+def new_file(folder: Path) -> tuple[Path, int, int | None]:
+    """A new file in `folder`, open for writing, and the lock on it; no link is followed."""
+    while True:
+        path = folder / f"{OURS}{secrets.token_hex(8)}"
+        handle = os.open(path, _FILE, 0o666)
+        lock = os.dup(handle) if fcntl else None
+        if lock is None or holds(path, lock):
+            return path, handle, lock
+        release(lock)
+        os.close(handle)
+
+
+def new_folder(folder: Path) -> tuple[Path, int | None]:
+    """A new folder in `folder`, and the lock on it."""
+    while True:
+        path = folder / f"{OURS}{secrets.token_hex(8)}"
+        os.mkdir(path)
+        lock = os.open(path, _LOOK) if fcntl else None
+        if lock is None or holds(path, lock):
+            return path, lock
+        release(lock)
+
+
+def holds(path: Path, lock: int) -> bool:
+    """Hold a lock on what was just made; False where a sweep was faster. True where the file system knows no locks."""
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # pyright: ignore[reportOptionalMemberAccess]
+        return os.path.samestat(os.stat(path), os.fstat(lock))
+    except (BlockingIOError, FileNotFoundError):
+        return False
+    except OSError:
+        return True
+
+
+@contextmanager
+def alone_in(folder: Path) -> Iterator[None]:
+    """Let nobody else move a set into `folder` meanwhile."""
+    lock = os.open(folder, os.O_RDONLY) if fcntl else None
+    try:
+        with suppress(OSError):
+            fcntl.flock(lock, fcntl.LOCK_EX)  # pyright: ignore[reportOptionalMemberAccess, reportArgumentType]
+        yield
+    finally:
+        release(lock)
+
+
+def release(lock: int | None) -> None:
+    """End a lock."""
+    if lock is not None:
+        os.close(lock)
+
+
+def sweep(folder: Path) -> None:
+    """Take away what was being made in `folder` by processes that are no more."""
+    for left in sorted(folder.glob(f"{OURS}*")) if fcntl else ():
+        with suppress(OSError):
+            lock = os.open(left, _LOOK)
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # pyright: ignore[reportOptionalMemberAccess]
+                undo(left) if left.is_dir() else os.unlink(left)
+            finally:
+                os.close(lock)
+
+
+def undo(made: Path) -> None:
+    """Put back what stood where a set was being moved to, and remove the folder that it was made in."""
+    with suppress(FileNotFoundError):
+        put_back(made, json.loads((made / MOVES).read_bytes()))
+    shutil.rmtree(made)
+
+
+def put_back(made: Path, stood: dict[str, bool]) -> None:
+    """Undo moves out of `made`, as often as it is asked: names, with whether something `stood` there before."""
+    for name, before in stood.items():
+        place, old = made.parent / name, made / OLD / name
+        if before and old.exists():
+            os.replace(old, place)
+        elif not before and not (made / NEW / name).exists():
+            with suppress(FileNotFoundError):
+                os.unlink(place)
+    with suppress(FileNotFoundError):
+        os.unlink(made / MOVES)

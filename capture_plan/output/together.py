@@ -1,0 +1,149 @@
+"""Several files, all or none.
+
+They are made in a folder beside their places (`new/`), then moved there one by one; what stands there is kept in `old/`
+until all have been moved, and put back where one cannot be. Each folder remembers in `.capture-plan.json` what we wrote
+into it. What somebody else wrote, or changed since, is kept with `~` behind its name. In folders of the set, what we
+wrote before and do not write now is taken away.
+"""
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from capture_plan.errors import PlanError
+from capture_plan.output.leavings import MOVES, NEW, OLD, alone_in, is_being_made, new_folder, put_back, release
+from capture_plan.output.whole import flush, flush_folder, folder_of, in_one_line, write_whole
+from capture_plan.progress import tell
+
+MEMORY = ".capture-plan.json"
+
+
+@contextmanager
+def written_together(folder: Path) -> Iterator[Path]:
+    """A folder to write into; once the block ends well all that is in it stands in `folder`.
+
+    Inside another such block nothing is moved twice: `folder` is then part of that one.
+
+    Raises:
+        PlanError: the place cannot be written, or a link stands in the way; all is as it was.
+    """
+    if is_being_made(folder):
+        os.makedirs(folder, exist_ok=True)
+        yield folder
+        return
+    with in_one_line(folder), folder_of(folder / NEW):
+        made, lock = new_folder(folder)
+        try:
+            os.mkdir(made / NEW)
+            yield made / NEW
+            with alone_in(folder):
+                move(made)
+        finally:
+            if not (made / MOVES).exists():  # else it could not be put back now: the next sweep will
+                shutil.rmtree(made, ignore_errors=True)
+            release(lock)
+
+
+def move(made: Path) -> None:
+    """Move what is in `new/` to its places, with what it takes the place of kept; all of it or nothing."""
+    new, folder = made / NEW, made.parent
+    gone = remember(new, folder, files_in(new))
+    names = files_in(new)
+    for name in names:
+        flush(new / name)
+    stood = {str(name): keep(made, name) for name in (*names, *gone)}
+    missing = [each for each in {folder / name.parent for name in names} if not each.exists()]
+    write_whole(made / MOVES, json.dumps(stood).encode())
+    flush(made / MOVES)
+    flush_folder(made)
+    try:
+        for name in names:
+            os.makedirs((folder / name).parent, exist_ok=True)
+            os.replace(new / name, folder / name)
+        for name in gone:
+            os.unlink(folder / name)
+        for each in {folder / name.parent for name in names}:
+            flush_folder(each)
+        os.unlink(made / MOVES)
+    except BaseException:
+        put_back(made, stood)
+        for each in sorted(missing, reverse=True):
+            with suppress(OSError):
+                os.rmdir(each)
+        raise
+
+
+def files_in(folder: Path) -> list[Path]:
+    """All files, seen from the folder."""
+    return [path.relative_to(folder) for path in sorted(folder.rglob("*")) if path.is_file()]
+
+
+def keep(made: Path, name: Path) -> bool:
+    """Keep what stands at a place, in `old/`; False where nothing does."""
+    if not (place := made.parent / name).exists():
+        return False
+    os.makedirs((made / OLD / name).parent, exist_ok=True)
+    same_file(place, made / OLD / name)
+    return True
+
+
+def remember(new: Path, folder: Path, names: list[Path]) -> list[Path]:
+    """Write into each folder of the set what we wrote there; keep what is not ours beside it. Returns what we wrote
+    into its folders before and do not write now."""
+    gone = []
+    for inside in sorted({name.parent for name in names}):
+        refuse_links(folder, inside, [name for name in names if name.parent == inside])
+        before = ours(folder / inside)
+        now = {name.name: digest(new / name) for name in names if name.parent == inside}
+        for name in now:
+            if (place := folder / inside / name).exists() and digest(place) not in (before.get(name), now[name]):
+                same_file(place, new / inside / f"{name}~")
+                tell([f"note: {place} was not as we wrote it: it is kept as {name}~"])
+        left = [name for name in before if name not in now]
+        if inside != Path():
+            gone += [inside / name for name in left if unchanged(folder / inside / name, before[name])]
+            left = []
+        memory = dict(sorted((now | {name: before[name] for name in left}).items()))
+        write_whole(new / inside / MEMORY, json.dumps({"written by capture-plan": memory}, indent=1).encode() + b"\n")
+    return gone
+
+
+def ours(folder: Path) -> dict[str, str]:
+    """Names of the files that we wrote into a folder, with their digests."""
+    try:
+        files = json.loads((folder / MEMORY).read_bytes())["written by capture-plan"]
+        return {name: what for name, what in files.items() if Path(name).name == name and isinstance(what, str)}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return {}
+
+
+def refuse_links(folder: Path, inside: Path, names: list[Path]) -> None:
+    """Raise PlanError where one of the places, or a folder on the way, is a link."""
+    for name in (inside, *inside.parents, *names):
+        if (folder / name).is_symlink():
+            raise PlanError(
+                f"{folder / name} is a link to another place, and a link is never written through: remove it"
+            )
+
+
+def unchanged(path: Path, what: str) -> bool:
+    """Whether a file still holds what we wrote."""
+    return path.is_file() and not path.is_symlink() and digest(path) == what
+
+
+def digest(path: Path) -> str:
+    """SHA-256 of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def same_file(place: Path, other: Path) -> None:
+    """`other` is the file at `place` too; a copy where the file system knows no such thing."""
+    try:
+        os.link(place, other, follow_symlinks=False)
+    except OSError:
+        shutil.copy2(place, other, follow_symlinks=False)

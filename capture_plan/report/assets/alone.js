@@ -1,0 +1,1 @@
+CapturePlan.start(document.getElementById("viewer"), JSON.parse(document.getElementById("head-data").textContent));

@@ -1,0 +1,75 @@
+"""An open notebook answers its own page alone."""
+
+import asyncio
+
+import pytest
+
+from capture_plan.notebook_guard import MOST_SOCKETS, Guard
+
+
+def answer(guard, kind="http", **headers):
+    """What a request with these headers is answered: a status, or what happens to a socket."""
+    sent = []
+
+    async def receive():
+        return {"type": f"{kind}.connect"}
+
+    async def send(message):
+        sent.append(message)
+
+    named = [(name.replace("_", "-").encode(), value.encode()) for name, value in headers.items()]
+    asyncio.run(guard({"type": kind, "headers": named}, receive, send))
+    return sent[0].get("status", sent[0]["type"])
+
+
+async def hello(scope, receive, send):
+    """An application that answers everybody."""
+    if scope["type"] == "websocket":
+        await send({"type": "websocket.accept"})
+    else:
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+
+
+LOCAL = Guard(hello, "127.0.0.1", 2718)
+OPEN = Guard(hello, "0.0.0.0", 2718)
+
+
+@pytest.mark.parametrize(
+    ("kind", "yes", "no"), [("http", 200, 403), ("websocket", "websocket.accept", "websocket.close")]
+)
+@pytest.mark.parametrize(
+    ("guard", "headers", "answered"),
+    [
+        (LOCAL, {"host": "127.0.0.1:2718"}, True),
+        (LOCAL, {"host": "localhost:2718", "origin": "http://localhost:2718"}, True),
+        (LOCAL, {"host": "[::1]:2718"}, True),
+        (LOCAL, {"host": "localhost:2718", "sec_fetch_site": "same-origin"}, True),
+        (LOCAL, {"host": "localhost:2718", "origin": "http://other.example"}, False),
+        (LOCAL, {"host": "localhost:2718", "origin": "http://localhost:9999"}, False),
+        (LOCAL, {"host": "localhost:2718", "origin": "null"}, False),
+        (LOCAL, {"host": "localhost:2718", "sec_fetch_site": "cross-site", "sec_fetch_dest": "image"}, False),
+        (LOCAL, {"host": "rebound.example:2718"}, False),
+        (LOCAL, {"host": "rebound.example:2718", "origin": "http://rebound.example:2718"}, False),
+        (LOCAL, {"host": "127.0.0.1.rebound.example:2718"}, False),
+        (LOCAL, {"host": "192.168.0.7:2718"}, False),
+        (LOCAL, {"host": "localhost:9999"}, False),
+        (LOCAL, {}, False),
+        (OPEN, {"host": "192.168.0.7:2718"}, True),
+        (OPEN, {"host": "rebound.example:2718"}, False),
+    ],
+)
+def test_only_its_own_page_is_answered(guard, kind, yes, no, headers, answered):
+    assert answer(guard, kind, **headers) == (yes if answered else no)
+
+
+def test_a_link_from_elsewhere_may_open_the_page():
+    link = {"sec_fetch_site": "cross-site", "sec_fetch_mode": "navigate", "sec_fetch_dest": "document"}
+    assert answer(LOCAL, host="localhost:2718", **link) == 200
+
+
+def test_windows_are_counted_and_free_again_when_they_close():
+    guard = Guard(hello, "127.0.0.1", 2718)
+    for _ in range(MOST_SOCKETS + 1):
+        assert answer(guard, "websocket", host="localhost:2718") == "websocket.accept"
+    guard.sockets = MOST_SOCKETS
+    assert answer(guard, "websocket", host="localhost:2718") == "websocket.close"

@@ -1,0 +1,171 @@
+"""Files are written whole or not at all, one and several, whatever fails and whoever is killed on the way."""
+
+import os
+import random
+import signal
+import time
+from contextlib import suppress
+from functools import partial
+
+import pytest
+
+from capture_plan.errors import PlanError
+from capture_plan.output import keep_old, refuse_place, write_whole, written_together
+from capture_plan.output.leavings import OURS, sweep
+from capture_plan.output.together import MEMORY
+from tests.faults import FailingDisk, tree
+
+ERRORS = (OSError(28, "No space left on device"), MemoryError(), KeyboardInterrupt())
+
+
+def write_set(folder, generation, pages=3):
+    with written_together(folder) as new:
+        write_whole(new / "book.pdf", f"book {generation}".encode() * 99)
+        for page in range(pages):
+            write_whole(new / "pages" / f"{page}.png", f"page {page} of {generation}".encode() * 99)
+
+
+def write_one(folder, generation):
+    write_whole(folder / "deep" / "plan.json", f"plan {generation}".encode() * 99)
+
+
+@pytest.mark.parametrize("error", ERRORS, ids=lambda error: type(error).__name__)
+@pytest.mark.parametrize("ever", [False, True], ids=["once", "from_then_on"])
+@pytest.mark.parametrize("write", [write_one, write_set])
+@pytest.mark.parametrize("stood", [False, True], ids=["new", "replaced"])
+def test_whatever_call_fails_there_are_the_old_files_or_the_new_ones(tmp_path, monkeypatch, write, stood, ever, error):
+    monkeypatch.setattr(os, "fsync", lambda handle: None)
+    after = tmp_path / "after"
+    after.mkdir()
+    if stood:
+        write(after, 1)
+    before = tree(after)
+    write(after, 2)
+    disk, n = FailingDisk(), 1
+    while disk.calls >= n - 1:
+        folder = tmp_path / str(n)
+        folder.mkdir()
+        if stood:
+            write(folder, 1)
+        with monkeypatch.context() as patched:
+            disk = FailingDisk(n, error, ever=ever).at(patched)
+            with suppress(PlanError, MemoryError, KeyboardInterrupt):
+                write(folder, 2)
+        for each in (folder, folder / "deep"):
+            sweep(each)  # as whoever writes there next
+        assert tree(folder) in (before, tree(after))
+        assert not [path for path in folder.rglob("*") if path.name.startswith(OURS)]
+        n += 1
+    assert n > 8
+    assert tree(folder) == tree(after)
+
+
+def forked(work):
+    if child := os.fork():
+        return child
+    try:
+        work()
+    finally:
+        os._exit(0)
+
+
+def for_ever(write, folder, first=0):
+    generation = first
+    while True:
+        generation += 1
+        write(folder, generation)
+
+
+def test_what_a_killed_writer_leaves_is_whole_and_swept(tmp_path):
+    seed = random.Random(5)
+    for _ in range(40):
+        child = forked(lambda: for_ever(write_set, tmp_path))
+        time.sleep(seed.uniform(0.0, 0.02))
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        sweep(tmp_path)
+        found = tree(tmp_path)
+        generations = {bytes(text).split(b"page")[0].split(b"book ")[-1] for text in (found.get("book.pdf", b""),)}
+        generations |= {text.split(b" of ")[1].split(b"page")[0] for name, text in found.items() if name[-1] == "g"}
+        assert len(generations) == 1
+        assert not [path for path in tmp_path.rglob("*") if path.name.startswith(OURS)]
+    write_set(tmp_path, "last")
+    assert tree(tmp_path)["pages/1.png"] == b"page 1 of last" * 99
+
+
+def test_of_two_writers_each_reader_sees_whole_files_of_one(tmp_path):
+    write_one(tmp_path, 0)
+    children = [forked(partial(for_ever, write_one, tmp_path, first)) for first in (0, 1_000)]
+    try:
+        for _ in range(3_000):
+            text = (tmp_path / "deep" / "plan.json").read_bytes()
+            assert text == text[: len(text) // 99] * 99
+    finally:
+        for child in children:
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+
+
+def test_only_what_we_wrote_and_do_not_write_now_is_taken_away(tmp_path):
+    (tmp_path / "pages").mkdir()
+    (tmp_path / "pages" / "photo.jpg").write_bytes(b"a person's")
+    write_set(tmp_path, 1, pages=5)
+    (tmp_path / "pages" / "4.png").write_bytes(b"painted over")
+    write_set(tmp_path, 2, pages=3)
+    names = set(tree(tmp_path)) - {MEMORY, f"pages/{MEMORY}"}
+    assert names == {"book.pdf", "pages/0.png", "pages/1.png", "pages/2.png", "pages/4.png", "pages/photo.jpg"}
+
+
+def test_what_somebody_changed_is_kept_beside(tmp_path):
+    write_set(tmp_path, 1)
+    (tmp_path / "book.pdf").write_bytes(b"notes in it")
+    write_set(tmp_path, 2)
+    assert (tmp_path / "book.pdf~").read_bytes() == b"notes in it"
+    assert (tmp_path / "book.pdf").read_bytes() == b"book 2" * 99
+    assert not (tmp_path / "pages" / "0.png~").exists()
+
+
+def test_a_set_within_a_set_is_moved_with_it(tmp_path):
+    with suppress(ZeroDivisionError), written_together(tmp_path) as new:
+        write_set(new / "sheets", 1)
+        raise ZeroDivisionError
+    assert tree(tmp_path) == {}
+    with written_together(tmp_path) as new:
+        write_set(new / "sheets", 1)
+    assert (tmp_path / "sheets" / "book.pdf").read_bytes() == b"book 1" * 99
+
+
+def test_no_link_is_written_through(tmp_path):
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "pages").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(PlanError, match="is a link"):
+        write_set(tmp_path / "out", 1)
+    assert tree(tmp_path / "elsewhere") == {}
+    assert not (tmp_path / "out" / "book.pdf").exists()
+
+
+def test_what_is_replaced_is_kept_unless_it_is_the_same(tmp_path):
+    path = tmp_path / "plan.json"
+    assert keep_old(path) is None
+    path.write_bytes(b"one")
+    assert keep_old(path, unless=b"one") is None
+    assert keep_old(path, unless=b"two") == tmp_path / "plan.json~"
+    assert (tmp_path / "plan.json~").read_bytes() == b"one"
+
+
+def test_places_that_may_not_be_written_are_refused(tmp_path):
+    rig, folder, link, pipe = (tmp_path / name for name in ("rig.npz", "folder", "link", "pipe"))
+    rig.write_bytes(b"")
+    folder.mkdir()
+    link.symlink_to(rig)
+    os.mkfifo(pipe)
+    for place, reason in (
+        (rig, "is what is read"), (folder, "is a folder"), (link, "is a link"), (pipe, "is a device"),
+        (rig / "plan.json", "which is a file"),
+    ):  # fmt: skip
+        with pytest.raises(PlanError, match=reason):
+            refuse_place(place, inputs=[rig])
+    with pytest.raises(PlanError, match="is a file"):
+        refuse_place(rig, folder=True)
+    refuse_place(tmp_path / "new" / "plan.json", inputs=[rig])
