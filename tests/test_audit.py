@@ -58,7 +58,7 @@ def test_mouth_close_is_found_as_corrective_without_its_name(rig):
 
 
 def test_a_name_says_on_what_a_corrective_is_performed_whatever_else_it_undoes(rig):
-    viseme = 0.8 * rig.deltas[rig.names.index("jawOpen")] + 0.2 * np.abs(rig.deltas[rig.names.index("mouthClose")])
+    viseme = 0.3 * rig.deltas[rig.names.index("jawOpen")] - rig.deltas[rig.names.index("mouthClose")]
     with_viseme = with_blendshape(rig, "viseme_aa", viseme.astype(np.float32))
     found = audit(with_viseme)
     pairs = [finding.blendshapes for finding in found.findings if finding.kind == "corrective"]
