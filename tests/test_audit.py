@@ -6,6 +6,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from capture_plan.expressions.together import driven
 from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import Audit, audit
 from capture_plan.rig.audit_page import audit_text, verdict
@@ -54,6 +55,15 @@ def test_mouth_close_is_found_as_corrective_without_its_name(rig):
     close, jaw = (f"shape{rig.names.index(name)}" for name in ("mouthClose", "jawOpen"))
     assert pairs == [(close, jaw)]
     assert close in found.used
+
+
+def test_a_name_says_on_what_a_corrective_is_performed_whatever_else_it_undoes(rig):
+    viseme = 0.3 * rig.deltas[rig.names.index("jawOpen")] - rig.deltas[rig.names.index("mouthClose")]
+    with_viseme = with_blendshape(rig, "viseme_aa", viseme.astype(np.float32))
+    found = audit(with_viseme)
+    pairs = [finding.blendshapes for finding in found.findings if finding.kind == "corrective"]
+    assert pairs == [("mouthClose", "jawOpen")]
+    assert driven(with_viseme, found.used) == (("mouthClose", "jawOpen"),)
 
 
 def test_a_still_blendshape_is_left_out(rig):

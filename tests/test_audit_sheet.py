@@ -13,9 +13,12 @@ from PIL import Image
 
 from capture_plan.errors import RigError
 from capture_plan.rig.audit import audit
+from capture_plan.rig.audit_page import audit_text
 from capture_plan.rig.face.axes import axes_matrix
-from capture_plan.rig.face.facts import reading_facts
+from capture_plan.rig.face.facts import PairFacts, SpotFacts, reading_facts
 from capture_plan.rig.face.record import Sign
+from capture_plan.rig.face.words import answers
+from capture_plan.rig.findings import KINDS, Finding
 from capture_plan.sheets.audit_sheet import A4_ACROSS, DPI, VIEWS_MM, VIEWS_Y, audit_booklet, audit_bytes
 from capture_plan.sheets.page import MARGIN_MM
 from capture_plan.sheets.style import rgb
@@ -157,3 +160,33 @@ def test_the_longest_answers_are_whole_legible_and_on_the_page(found, rig):
     assert min(bottom for _, bottom, _, _ in boxes) > 8  # points from the edge of the paper
     assert min(top - bottom for _, bottom, _, top in boxes if top > bottom) > 3.3  # x-height of 7 points
     assert "Set aside" not in text or "tongueOut" in text
+
+
+def words_of(found, rig):
+    document = pypdfium2.PdfDocument(audit_bytes(found, rig, ".pdf"))
+    words = " ".join(document[0].get_textpage().get_text_range().split())
+    document.close()
+    return words
+
+
+def test_what_goes_back_to_the_rigger_is_beside_the_picture_or_counted(found, rig):
+    finding = Finding("geometry", (), "the skin has a hole", "Close it.", False, "rigger")
+    told = words_of(replace(found, findings=(finding,)), rig)
+    assert "1 thing to change" in told
+    assert "Mesh: The skin has a hole. Close it." in told
+    kinds = list(KINDS)[:12]
+    many = tuple(replace(finding, kind=kind, message="the skin has a hole " * 8) for kind in kinds)
+    assert f"{len(kinds)} things to change" in words_of(replace(found, findings=many), rig)
+    assert re.search(r"and \d+ more in the text of the audit", words_of(replace(found, findings=many), rig))
+    assert "Nothing: the rigger has nothing to change" in words_of(replace(found, findings=()), rig)
+
+
+def test_nothing_that_was_not_found_is_called_sure(found, rig):
+    read = found.reading
+    blind = replace(
+        read, eyes=PairFacts(None, None, False), ears=PairFacts(None, None, True), nose=SpotFacts(None, None, True)
+    )
+    assert {one.label: one.status for one in answers(blind)}["Eyes"] == "not found"
+    assert "Eyes not found" in words_of(replace(found, reading=blind), rig)
+    assert "in part" in words_of(replace(found, reading=blind), rig)
+    assert "Eyes (not sure)" not in audit_text(replace(found, reading=blind))

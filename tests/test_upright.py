@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from capture_plan.rig import read_rig, sample_rig
-from capture_plan.rig.face.axes import axes_matrix, vector
+from capture_plan.rig.face.axes import Vote, axes_matrix, vector
 from capture_plan.rig.face.frame import find_frame, head_shape
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.formats.raw import RawRig
 from capture_plan.rig.read import rig_from_raw
-from capture_plan.rig.upright import PITCH_DEGREES, lifted, rotated, straightened, upright
+from capture_plan.rig.upright import PITCH_DEGREES, lifted, pitch_is_sure, rotated, straightened, upright
 from tests.face_heads import bend, sample_head
 from tests.test_face_decoys import raw_of
 
@@ -35,11 +35,11 @@ def degrees(R):
 @given(st.integers(0, 10_000))
 def test_turning_a_head_turns_what_is_found_the_other_way(seed):
     Q = Rotation.random(random_state=seed).as_matrix()
-    assert degrees(upright(rotated(head(), Q)) @ Q @ upright(head()).T) < 0.5
+    assert degrees(upright(rotated(head(), Q)).R @ Q @ upright(head()).R.T) < 0.5
 
 
 def test_an_upright_head_is_told_upright_but_for_its_pitch():
-    R = upright(head())
+    R = upright(head()).R
     assert R[0] == pytest.approx([1, 0, 0], abs=1e-3)
     assert degrees(R) < 10
 
@@ -133,6 +133,31 @@ def test_axes_of_a_turned_head_are_the_nearest_of_its_file_and_may_be_given(give
     assert degrees(np.reshape(rig.turn, (3, 3)) @ Q) < PITCH_DEGREES
 
 
+@pytest.mark.parametrize(("words", "sure"), [("", True), ("cheek", False), ("jaw", False), ("eye", False)])
+def test_how_far_a_turned_head_bows_is_sure_only_where_enough_movements_tell_it(words, sure):
+    raw = head()
+    rows = [k for k, name in enumerate(raw.names) if words in name]
+    some = dataclasses.replace(raw, deltas=raw.deltas[rows], names=tuple(raw.names[k] for k in rows))
+    for turn in ([40, 30, 40], [0, 30, 0]):
+        read = rig_from_raw(rotated(some, Rotation.from_euler("xzx", turn, degrees=True).as_matrix()))
+        assert read.understood is not None
+        assert read.understood.axes.sure == sure
+        assert sure or "how far it bows is not sure" in read.note
+
+
+def test_signs_that_scatter_or_are_too_few_tell_no_pitch():
+    ways = [np.array([0, np.cos(a), np.sin(a)]) for a in np.radians([-10, -5, 0, 0, 5, 10])]
+    votes = [Vote(str(i), "up", way, 6.0, 0.05) for i, way in enumerate(ways)]
+    assert pitch_is_sure(votes, np.eye(3))
+    assert not pitch_is_sure(votes[1:5], np.eye(3))
+    assert not pitch_is_sure(
+        [dataclasses.replace(one, direction=one.direction * [0, 1, 6]) for one in votes], np.eye(3)
+    )
+    facing = [dataclasses.replace(one, role="facing", direction=one.direction[[0, 2, 1]]) for one in votes]
+    assert pitch_is_sure(facing, np.eye(3))
+    assert not pitch_is_sure(facing, Rotation.from_euler("x", 30, degrees=True).as_matrix())
+
+
 def lopsided() -> RawRig:
     """The sample with one half of it drawn forward and down."""
     raw = head()
@@ -143,7 +168,7 @@ def lopsided() -> RawRig:
 def test_a_head_too_lopsided_to_be_turned_leaves_a_doubt():
     assert rig_from_raw(lopsided()).understood.axes.sure
     turned = rotated(lopsided(), Rotation.from_euler("y", 25, degrees=True).as_matrix())
-    assert straightened(turned, head_shape(turned)).askew
+    assert straightened(turned, head_shape(turned)).doubted
     rig = rig_from_raw(turned)
     assert not rig.understood.axes.sure
     assert "too lopsided to tell" in rig.note

@@ -3,10 +3,12 @@
 Data     eyes, mouth  as found from names, motion and shape (`face/points.py`), which also says whether they are sure
          surface      of the face with its border loops. A skin that a person narrowed has borders of its own, which
                       are no openings: the surface is that skin and what the rig itself shows to be skin around it
-Eyes     the lid openings where they were found, else the fronts of eyeballs there, else the places themselves
+Eyes     the lid openings where they were found, but at the eyeballs where these lie nearer to each other; else the
+         fronts of eyeballs there, else the places themselves
 Mouth    its opening where it was found, else where blendshapes stretch the midline near it, else the place itself
 Others   nose tip: most forward on the midline between eyes and mouth; chin: most forward and low below the mouth;
-         ears: furthest to the side, between brow and mouth, behind the eyes, with more of the head behind them
+         ears: furthest to the side, between brow and mouth, behind the eyes, standing out over the cheek before them,
+         with more of the head behind
 Unit     the pupil distance; where nothing is found, proportions of four human heads stand in, and `found` says so
 """
 
@@ -19,11 +21,11 @@ from jaxtyping import Bool, Float, Int
 
 from capture_plan.mesh import edges, piece_areas, pieces
 from capture_plan.mesh.mirror import mirror_plane
-from capture_plan.rig.face.of_rig import rig_channels, rig_points
+from capture_plan.rig.face.of_rig import rig_channels, rig_points, rig_shape
 from capture_plan.rig.face.place import face_place
 from capture_plan.rig.face.points import Found, Points
 from capture_plan.rig.face.record import Sign
-from capture_plan.rig.face.shape import border_loops, compact
+from capture_plan.rig.face.shape import Shape, border_loops, compact
 from capture_plan.rig.face.votes import names_agree
 from capture_plan.rig.lips import against_mouth
 from capture_plan.rig.profile import chin_agrees, find_chin
@@ -39,9 +41,16 @@ ASTRAY = 0.5  # pupil distances between the mouth found and the skin before it
 SMALL_PIECE = 0.05  # of the area of the largest: drawn lids 0.01, a face of three meshes 0.2 and more each
 ASKEW = 0.15  # rho between the mirror planes of the skin and of the head
 NEAR_OPENING, OPENING = 0.2, 0.4  # pupil distances from an eye to the middle of its opening; if none is so near
+WIDER_LIDS = 1.065  # times as far apart as the eyeballs: lids of human scans 1.06 at most, drawn wide 1.07 to 1.10
+ROUND, HALF_A_BALL, BALL_VERTICES = 0.85, 0.4, 12  # height over width, depth over width
 MOUTH_OPENING = 0.25  # the same from the mouth to its opening
 LIPS_REACH = 0.3  # pupil distances from the mouth to its border: 25 faces 0.25 at most, a muzzle 0.29; hairlines more
 GAPING, WIDE_OPEN = 0.1, 0.9  # pupil distances between the lips of a mouth that stands open; a mask's rim is larger
+AHEAD = (0.2, 0.35, 0.6)  # pupil distances from an ear, in height, and in depth from and to, where a cheek is
+STANDS_OUT = (
+    0.095  # pupil distances that an ear reaches further than that: 24 faces 0.11 to 0.28, a racoon's cheeks 0.05
+)
+UNLIKE_EARS = 0.3  # pupil distances from the mirror image: an ear on one side and hair on the other 0.7
 BEHIND_EARS = 0.4  # pupil distances that a head goes on; a mask ends with what is furthest to its side
 
 
@@ -132,7 +141,7 @@ def surface_anchors(rig: Rig, points: Points) -> Anchors:
     aside = [eyes.mean(axis=0) + unit * np.array([side * 1.4, -0.3, -1.4]) for side in (1, -1)]
     ears = [_furthest(beside, (side, 0, 0), point) for side, point in zip((1, -1), aside, strict=True)]
     goes_on = skin[:, 2].min() < min(ear[2] for ear in ears) - BEHIND_EARS * unit
-    if goes_on and max(abs(ear[0] - x0) for ear in ears) < EARS_WITHIN * unit:
+    if goes_on and max(abs(ear[0] - x0) for ear in ears) < EARS_WITHIN * unit and are_ears(skin, ears, x0, unit):
         how += ("ears",)
     else:
         ears = aside
@@ -153,6 +162,20 @@ def surface_anchors(rig: Rig, points: Points) -> Anchors:
         against_mouth=against,
         chin_sure=found_chin is not None and chin_agrees(chin, eyes.mean(axis=0), mouth, _with_the_jaw(rig, chin)),
     )
+
+
+def are_ears(skin: Float[np.ndarray, "v 3"], ears: list[Float[np.ndarray, " 3"]], x0: float, unit: float) -> bool:
+    """Whether what lies furthest to the sides stands out over the skin before it, as ears do and cheeks do not, and on
+    both sides alike."""
+    left, right = ears
+    if np.linalg.norm(left - right * [-1, 1, 1] - [2 * x0, 0, 0]) > UNLIKE_EARS * unit:
+        return False
+    for ear in ears:
+        off, side = (skin - ear) / unit, np.sign(ear[0] - x0)
+        ahead = (np.abs(off[:, 1]) < AHEAD[0]) & (off[:, 2] > AHEAD[1]) & (off[:, 2] < AHEAD[2])
+        if (side * off[ahead, 0]).max(initial=-np.inf) > -STANDS_OUT:
+            return False
+    return True
 
 
 def _with_the_jaw(rig: Rig, place: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " 3"] | None:
@@ -199,7 +222,8 @@ def _eyes(
             shapes = [(rig.neutral[loop], loop) for loop in loops if len(loop) >= 6]
             if pair := _mirrored_pair(_at(shapes, found.places, within), x0):
                 (left, a), (right, b) = pair
-                return np.stack([_middle(left), _middle(right)]), np.sort(np.r_[a, b])
+                middles = np.stack([_middle(left), _middle(right)])
+                return before_the_balls(rig_shape(rig), middles), np.sort(np.r_[a, b])
         shapes = [(rig.neutral[eye], np.flatnonzero(eye)) for eye in eyeballs(rig)]
         if pair := _mirrored_pair(_at(shapes, found.places, OPENING), x0):
             front = [np.r_[_middle(points)[:2], points[:, 2].max()] for points, _ in pair]
@@ -211,6 +235,25 @@ def _eyes(
     unit = EYE_SPREAD * (high[0] - low[0]) or EYE_SPREAD * float(np.ptp(rig.neutral, axis=0).max())
     y = low[1] + 0.66 * (high[1] - low[1])  # the moving face reaches from below the chin to the brows
     return np.array([[x0 + side * unit / 2, y, high[2] - 0.5 * unit] for side in (1, -1)]), nothing
+
+
+def before_the_balls(shape: Shape, lids: Float[np.ndarray, "2 3"]) -> Float[np.ndarray, "2 3"]:
+    """Middles of the lid openings, or the places of the eyeballs where these lie clearly nearer to each other: lids
+    that reach far round a face have their middle beside the pupil."""
+    p = float(np.linalg.norm(lids[0] - lids[1]))
+    aside = shape.neutral[:, 0] - lids[:, 0].mean()
+    halves = [shape.neutral[shape.called_eyes & (sign * aside > 0)] for sign in (1, -1)]
+    if min(map(len, halves)) < BALL_VERTICES or not all(_round(half, p) for half in halves):
+        return lids
+    balls = np.stack([np.append(_middle(half)[:2], eye[2]) for half, eye in zip(halves, lids, strict=True)])
+    near = np.linalg.norm(balls - lids, axis=1).max() < NEAR_OPENING * p
+    return balls if near and np.linalg.norm(balls[0] - balls[1]) * WIDER_LIDS < p else lids
+
+
+def _round(eye: Float[np.ndarray, "n 3"], p: float) -> bool:
+    """Whether a part is round as seen from the front, deep, and not wider than an eye."""
+    x, y, z = np.ptp(eye, axis=0)
+    return bool(ROUND < x / max(y, 1e-9) < 1 / ROUND and z > HALF_A_BALL * x and x < p)
 
 
 def _at(shapes: list[Border], places: Float[np.ndarray, "2 3"], within: float) -> list[Border]:

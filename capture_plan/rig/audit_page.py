@@ -10,7 +10,7 @@ import textwrap
 from collections import Counter
 from collections.abc import Sequence
 
-from capture_plan.rig.audit import Audit
+from capture_plan.rig.audit import Audit, BlendshapeFacts
 from capture_plan.rig.face.facts import ReadingFacts
 from capture_plan.rig.face.words import answers, doubts, left_out_words, signs_words, some
 from capture_plan.rig.findings import KINDS, Finding, Kind
@@ -81,6 +81,9 @@ def unsure_words(read: ReadingFacts) -> str:
         return "the face itself speaks against how it was read to lie"
     parts = {"the axes": read.axes, "the unit": read.unit, "the eyes": read.eyes, "the mouth": read.mouth}
     unsure = [name for name, answer in parts.items() if not answer.sure]
+    agree = sum(sign.weight for sign in read.sides.signs)
+    if not unsure and len(read.sides.disagree) > agree:  # a few wrong names are the rigger's, most are the reading's
+        return "names and movements disagree about left and right"
     if not unsure:
         return ""
     are = "are" if len(unsure) > 1 or unsure[0] in ("the axes", "the eyes") else "is"
@@ -89,12 +92,12 @@ def unsure_words(read: ReadingFacts) -> str:
 
 def audit_text(found: Audit) -> str:
     """The whole page."""
-    asked = [finding for finding in found.findings if finding.urgency != "know"]
+    asked = asked_of(found)
     known = [finding for finding in found.findings if finding.urgency == "know" and not finding.left_out]
     out = [finding for finding in found.findings if finding.left_out]
     title = f"Audit of {found.name}" if found.name else "Audit"
     lines = [title, "", *_paragraph("Shoot with it?", verdict(found), indent=0)]
-    lines += _paragraph("Send back", _asked_words(asked), indent=0)
+    lines += _paragraph("Send back", asked_words(asked), indent=0)
     lines += understood(found.reading) if found.reading else []
     lines += _section("SEND BACK TO THE RIGGER", asked)
     lines += _section("LEFT OUT OF THE PLAN", [finding for finding in out if finding not in asked])
@@ -112,7 +115,7 @@ def understood(read: ReadingFacts) -> list[str]:
     """How the face was understood: every answer with what it rests on, what was left out, what is in doubt."""
     lines = ["", "WHAT WAS UNDERSTOOD"]
     for one in answers(read):
-        label = one.label if one.sure else f"{one.label} (not sure)"
+        label = f"{one.label} (not sure)" if one.status == "not sure" else one.label
         lines += _paragraph(label, "; ".join(filter(None, (one.text, signs_words(one.signs)))))
     for label, text in left_out_words(read):
         lines += _paragraph(label, text)
@@ -168,17 +171,17 @@ def symmetry_words(found: Audit) -> str:
 
 
 def table(found: Audit) -> list[str]:
-    """One line a blendshape: its name, what it means, how far it moves the skin, its mirror image."""
+    """One line a blendshape: its name, what it means, how far it moves the skin, its mirror image, of a pair once."""
     if not found.details:
         return []
-    used = set(found.used)
+    used, place = set(found.used), {one.name: (i, one.mirror) for i, one in enumerate(found.details)}
     rows = [
         (
             one.name,
             one.words or "?",
             f"{one.skin_mm:.1f}",
-            "itself" if one.mirror == one.name else one.mirror or "none",
-            f"{one.off_percent:.0f}" if one.mirror else "",
+            _mirror_words(one, place),
+            f"{one.off_percent:.0f}" if one.mirror and not _said_above(one, place) else "",
             "" if one.name in used else "no",
         )
         for one in found.details
@@ -195,7 +198,40 @@ def table(found: Audit) -> list[str]:
     ]
 
 
-def _asked_words(asked: Sequence[Finding]) -> str:
+def _said_above(one: BlendshapeFacts, place: dict[str, tuple[int, str | None]]) -> bool:
+    """Whether the line of its mirror image, further up, says that the two are a pair; `place` has each one's line and
+    mirror image."""
+    if one.mirror is None or one.mirror == one.name or one.mirror not in place:
+        return False
+    line, back = place[one.mirror]
+    return back == one.name and line < place[one.name][0]
+
+
+def _mirror_words(one: BlendshapeFacts, place: dict[str, tuple[int, str | None]]) -> str:
+    if one.mirror == one.name:
+        return "itself"
+    return "as said above" if _said_above(one, place) else one.mirror or "none"
+
+
+def asked_of(found: Audit) -> list[Finding]:
+    """What goes back to the rigger."""
+    return [finding for finding in found.findings if finding.urgency != "know"]
+
+
+def asked_lines(found: Audit) -> list[str]:
+    """What the rigger has to correct, one sentence and its advice for each kind, for where there is little room."""
+    lines = []
+    for kind, heading in KINDS.items():
+        of_kind = [finding for finding in asked_of(found) if finding.kind == kind]
+        if of_kind:
+            more = f" and {len(of_kind) - 1} more" if len(of_kind) > 1 else ""
+            names = some([name for finding in of_kind for name in finding.blendshapes])
+            said = f"{names}: {of_kind[0].advice}" if more and names else _sentence(of_kind[0].message + more)
+            lines.append(f"{heading}: {said}" + ("" if more and names else f" {of_kind[0].advice}"))
+    return lines
+
+
+def asked_words(asked: Sequence[Finding]) -> str:
     if not asked:
         return "Nothing: the rigger has nothing to change."
     count = Counter(finding.kind for finding in asked)

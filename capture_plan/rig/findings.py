@@ -217,7 +217,8 @@ def opposites(names: tuple[str, ...], gram: Float[np.ndarray, "k k"], sideways: 
 
 @lru_cache(maxsize=REMEMBERED)
 def correctives(rig: Rig, used: tuple[str, ...]) -> tuple[Finding, ...]:
-    """Blendshapes that make sense only on top of another one, as ARKit's mouthClose on jawOpen, by shape or by name."""
+    """Blendshapes that make sense only on top of another one, as ARKit's mouthClose on jawOpen, by name or by shape: a
+    viseme that opens the mouth as far as the jaw does is undone as well, and is not what the name asks for."""
     at = [rig.names.index(name) for name in used]
     deltas = rig.deltas[at][:, rig.skin].astype(float)
     triangles = rig.triangles[rig.skin[rig.triangles].all(axis=1)]
@@ -231,8 +232,10 @@ def correctives(rig: Rig, used: tuple[str, ...]) -> tuple[Finding, ...]:
         cosine = theirs @ mine / np.where(both > 0, both, np.inf)
         undone = -(theirs @ mine) / np.where(size > 0, size**2, np.inf)
         fits = (cosine < OPPOSITE) & (undone > UNDOES) & (undone < 1)
-        base = next((j for j in cosine.argsort() if fits[j] and _mends(rig, triangles, at[i], at[j])), None)
-        partner = used[base] if base is not None else _base_by_name(rig, name, used)
+        partner = _base_by_name(rig, name, used)
+        if partner is None:
+            base = next((j for j in cosine.argsort() if fits[j] and _mends(rig, triangles, at[i], at[j])), None)
+            partner = None if base is None else used[base]
         if partner is not None or CORRECTIVE_WORD.search(name):
             on = partner or "another blendshape"
             message = f"{name} is a corrective of {on}: alone it pushes the skin through itself"

@@ -145,9 +145,9 @@ def _framed(
     shape = head_shape(raw)
     found = straightened(raw, shape, up, facing)
     straight = found.raw
-    shape = shape if found.askew or straight is raw else head_shape(straight)
+    shape = shape if straight.neutral is raw.neutral else head_shape(straight)
     frame = find_frame(straight, unit_mm=unit_mm, up=found.up, facing=found.facing, shape=shape)
-    if found.askew and not (up and facing):
+    if found.doubted and not (up and facing):
         frame = replace(frame, axes=replace_struct(frame.axes, sure=False))
     if up or facing or (raised := lifted(straight, frame)) is None:
         return straight, found.Q, frame

@@ -9,6 +9,8 @@ Nod      pitch of a head that lies along axes but bows or looks up in them: by w
          heads; heeded where both exceed NODS, and where what goes up (U) and what looks forward (F) tell one pitch. A
          snout tips the line alone, so no other line counts as a sign of the way
 The pitch is a matter of taste: human rigs that stand upright in their files are told within 10 degrees of it.
+Doubt    the standard error of the pitch, by how its signs scatter: e = sqrt(sum w a^2 / sum w) / sqrt(n) with a their
+         angles from it, w their weights and n = (sum w)^2 / sum w^2; sure below ERROR from at least SIGNS of them
 """
 
 import dataclasses
@@ -18,7 +20,7 @@ from jaxtyping import Float
 from scipy.spatial import KDTree
 
 from capture_plan.mesh.mirror import SAMPLE, Plane, find_mirror_plane, mirror_plane
-from capture_plan.rig.face.axes import PAIRS, axes_matrix, together
+from capture_plan.rig.face.axes import PAIRS, Vote, axes_matrix, sharpness, together
 from capture_plan.rig.face.frame import Frame, head_shape, votes_of
 from capture_plan.rig.face.shape import Shape
 from capture_plan.rig.formats.raw import RawRig
@@ -29,11 +31,21 @@ PITCH_DEGREES = 10.0  # as well as it is told on human rigs
 NODS = 20.0  # degrees; of 22 upright avatars and 100 generated heads all but two lie within 16 by signs, 15 by the line
 ONE_PITCH = 30.0  # degrees between that of U and that of F: heads that are tipped 1, upright faces drawn flat 38 to 61
 BY_SIGNS, BY_LINE = 10.0, -10.0  # degrees: the middle of these
+ERROR_DEGREES, SIGNS = 8.5, 5.0  # 5 heads in 150 subsets of their movements: so 12 degrees off at most, else up to 54
+RIGHT_ANGLE = 90.0  # degrees: a sign that points elsewhere altogether counts as so far off
 TILTED_DEGREES = 5.0  # more than an artist leaves by chance, less than a head that was turned
 
 
-def upright(raw: RawRig) -> Float[np.ndarray, "3 3"]:
-    """Rotation from the file's axes to ours; its rows are the subject's left, up and facing in the file."""
+@dataclasses.dataclass(frozen=True, eq=False)
+class Pose:
+    """Rotation from the file's axes to ours, rows left, up and facing, and whether its pitch is sure."""
+
+    R: Float[np.ndarray, "3 3"]
+    sure: bool
+
+
+def upright(raw: RawRig) -> Pose:
+    """How a head lies in its file."""
     turn = _onto_x(np.array(find_mirror_plane(_near_face(head_shape(raw))).normal))
     votes = votes_of(rotated(raw, turn), 0)
     L, F, U = (together(votes, role) for role in ("left", "facing", "up"))
@@ -43,8 +55,22 @@ def upright(raw: RawRig) -> Float[np.ndarray, "3 3"]:
         pitch = np.arctan2(across, along)
         c, t = np.cos(pitch), np.sin(pitch)
         rows = np.array([[s, 0, 0], [0, c, t], [0, -s * t, s * c]])
-        found.append((round(float(np.hypot(along, across) + s * L[0]), 9), rows @ turn))
-    return max(found, key=lambda one: one[0])[1]
+        found.append((round(float(np.hypot(along, across) + s * L[0]), 9), rows))
+    _, rows = max(found, key=lambda one: one[0])
+    return Pose(rows @ turn, pitch_is_sure(votes, rows))
+
+
+def pitch_is_sure(votes: list[Vote], R: Float[np.ndarray, "3 3"]) -> bool:
+    """Whether enough signs of up and facing tell nearly the pitch of the rotation R."""
+    signs = [vote for vote in votes if vote.role != "left"]
+    turned = [R @ vote.direction for vote in signs]
+    off = [np.arctan2(*(u[[2, 1]] if vote.role == "up" else u[[1, 2]])) for vote, u in zip(signs, turned, strict=True)]
+    w = np.array([sharpness(vote) * np.hypot(u[1], u[2]) for vote, u in zip(signs, turned, strict=True)])
+    if not w.any():
+        return False
+    n = w.sum() ** 2 / (w**2).sum()
+    scatter = np.sqrt(w @ np.minimum(np.abs(np.degrees(off)), RIGHT_ANGLE) ** 2 / w.sum())
+    return bool(n >= SIGNS and scatter < ERROR_DEGREES * np.sqrt(n))
 
 
 def tilt_degrees(plane: Plane) -> float:
@@ -66,13 +92,14 @@ def off_axes_degrees(R: Float[np.ndarray, "3 3"]) -> float:
 @dataclasses.dataclass(frozen=True, eq=False)
 class Straight:
     """A rig whose mirror plane lies along an axis, the rotation Q made for it, and what a person gave as up and facing,
-    along its axes now. `askew`: its plane lies along none, and it is too lopsided to be turned."""
+    along its axes now. `doubted`: its plane lies along none, and it is too lopsided to be turned, or its pitch is not
+    sure."""
 
     raw: RawRig
     Q: Float[np.ndarray, "3 3"]
     up: str | None = None
     facing: str | None = None
-    askew: bool = False
+    doubted: bool = False
 
 
 def straightened(raw: RawRig, shape: Shape, up: str | None = None, facing: str | None = None) -> Straight:
@@ -92,10 +119,11 @@ def straightened(raw: RawRig, shape: Shape, up: str | None = None, facing: str |
         return Straight(raw, np.eye(3), *given)
     if not mirrors:
         told = f"the head may lie turned by {tilt:.0f} degrees in its file and is too lopsided to tell: turn it there"
-        return Straight(_noted(raw, told), np.eye(3), *given, askew=True)
+        return Straight(_noted(raw, told), np.eye(3), *given, doubted=True)
     Q = _onto_axis(np.array(plane.normal))
     turned = rotated(raw, Q)
-    R = upright(turned)
+    pose = upright(turned)
+    R = pose.R
     pitched = off_axes_degrees(R) > PITCH_DEGREES  # not about one axis of the file
     if pitched and all(one in (None, own) for one, own in zip(given, nearest_axes(R @ Q), strict=True)):
         given = (up and "+y", facing and "+z")
@@ -103,8 +131,11 @@ def straightened(raw: RawRig, shape: Shape, up: str | None = None, facing: str |
     else:
         pitched = False
     told = f"the head lies turned by {off_axes_degrees(Q):.0f} degrees in its file: it was put upright"
-    told += f", its pitch to about {PITCH_DEGREES:.0f} degrees" * pitched
-    return Straight(_noted(turned, told), Q, *given)
+    if not pose.sure:
+        told += ", but how far it bows is not sure"
+    elif pitched:
+        told += f", its pitch to about {PITCH_DEGREES:.0f} degrees"
+    return Straight(_noted(turned, told), Q, *given, doubted=not pose.sure)
 
 
 def lifted(raw: RawRig, frame: Frame) -> tuple[RawRig, Float[np.ndarray, "3 3"]] | None:

@@ -13,9 +13,9 @@ from PIL import Image
 from capture_plan.errors import RigError
 from capture_plan.rig import Rig
 from capture_plan.rig.audit import Audit
-from capture_plan.rig.audit_page import audit_text, verdict
+from capture_plan.rig.audit_page import asked_lines, asked_of, asked_words, audit_text, verdict
 from capture_plan.rig.face.facts import ReadingFacts
-from capture_plan.rig.face.words import NAMED, SPOKEN, Answer, answers, doubts, left_out_words, signs_words
+from capture_plan.rig.face.words import NAMED, NOT_FOUND, SPOKEN, Answer, answers, doubts, left_out_words, signs_words
 from capture_plan.sheets.page import MARGIN_MM, POINT_MM, Booklet, Paper
 from capture_plan.sheets.style import FAINT, INK, SOFT, WASH
 from capture_plan.sheets.understood import CLAY, PLAIN_SKIN, REST, Understood, draw_understood, understood
@@ -25,6 +25,7 @@ KINDS = (".png", ".pdf", ".html", ".htm")
 DPI = 160  # of the PNG; the head itself is drawn finer, for the PDF
 HEAD_DPI = 220
 VIEWS_Y, VIEWS_MM = 37.0, 91.0  # from the top of the page, and how high the heads are
+SIDES_Y = 30.6
 TEXT_Y = 147.0
 BOTTOM_Y = 204.0
 ANSWER_PT, SIGNS_PT, OUT_PT, KEY_PT = 8.0, 7.5, 7.6, 7.5
@@ -72,14 +73,17 @@ def _draw_head_lines(book: Booklet, found: Audit) -> None:
     asked = book.text(MARGIN_MM, 19, "Shoot with it?", 9.5, bold=True)
     book.text(MARGIN_MM + asked + 2.5, 19, said, 9.5, bold=True, colour=colour, fit=wide - asked - 3)
     book.line((MARGIN_MM, 22.2), (MARGIN_MM + wide, 22.2), width=0.5)
+    back = book.text(MARGIN_MM, 25.4, "Send back", ANSWER_PT, bold=True)
+    things = asked_words(asked_of(found)).replace("listed below", "listed in the text of the audit")
+    book.text(MARGIN_MM + back + 2.5, 25.4, things, ANSWER_PT, fit=wide - back - 3)
 
 
 def _draw_sides(book: Booklet) -> None:
     """Whose left is left, above the front view."""
     half = book.paper.width / 2
-    book.text(MARGIN_MM, 29.5, "SUBJECT'S RIGHT", 12, bold=True)
-    book.text(half - MARGIN_MM, 29.5, "SUBJECT'S LEFT", 12, bold=True, align="right")
-    book.text(half + (half - MARGIN_MM) / 2, 29.5, "SEEN FROM THE SUBJECT'S LEFT", 12, bold=True, align="centre")
+    book.text(MARGIN_MM, SIDES_Y, "SUBJECT'S RIGHT", 12, bold=True)
+    book.text(half - MARGIN_MM, SIDES_Y, "SUBJECT'S LEFT", 12, bold=True, align="right")
+    book.text(half + (half - MARGIN_MM) / 2, SIDES_Y, "SEEN FROM THE SUBJECT'S LEFT", 12, bold=True, align="centre")
 
 
 def _draw_swatches(book: Booklet, shown: Understood) -> None:
@@ -106,8 +110,8 @@ def _draw_answers(book: Booklet, found: Audit) -> None:
     for one, rests in zip(rows, signs, strict=True):
         book.line((x, y), (x + wide, y), width=0.1, colour=FAINT)
         book.text(x, y + 3.7, one.label, ANSWER_PT, bold=True)
-        colour = GOOD if one.sure else WARN
-        book.text(x + 26, y + 3.7, "sure" if one.sure else "not sure", ANSWER_PT, bold=True, colour=colour)
+        colour = GOOD if one.status == "sure" else WARN
+        book.text(x + 26, y + 3.7, _status(one), ANSWER_PT, bold=True, colour=colour)
         row = _lines(book, x + 40, y + 0.6, one.text, ANSWER_PT, wide - 40)
         y = _lines(book, x + 40, row, rests, SIGNS_PT, wide - 40, SOFT) + 1.0
 
@@ -141,14 +145,21 @@ def _high(book: Booklet, rows: list[Answer], signs: list[str], wide: float) -> f
     return sum(len(book.broken(text, pt, width=wide)) * pt * POINT_MM * 1.18 for text, pt in sized) + 1.6 * len(rows)
 
 
+def _status(one: Answer) -> str:
+    """The word beside an answer: of several places of which some were not found, 'in part'; none that repeats it."""
+    if one.text == NOT_FOUND:
+        return ""
+    return "in part" if NOT_FOUND in one.text else one.status
+
+
 def _rows(told: list[Answer]) -> list[Answer]:
     """Nose, chin and ears, which are drawn and rest on eyes and mouth, in one row."""
     small = [one for one in told if one.label in ("Nose", "Chin", "Ears")]
-    unseen = [one.label.lower() for one in small if one.text == "not found"]
+    unseen = [one.label.lower() for one in small if one.text == NOT_FOUND]
     sure = [one.label.lower() for one in small if one.sure and one.label.lower() not in unseen]
     rest = [one.label.lower() for one in small if not one.sure]
-    groups = ((sure, "drawn above"), (rest, "drawn above, not certain"), (unseen, "not found"))
-    words = "; ".join(f"{', '.join(names)}: {said}" for names, said in groups if names)
+    groups = ((sure, "drawn above"), (rest, "drawn above, not certain"), (unseen, NOT_FOUND))
+    words = NOT_FOUND if len(unseen) == len(small) else "; ".join(f"{', '.join(n)}: {said}" for n, said in groups if n)
     merged = Answer("Nose, chin, ears", words, (), all(one.sure for one in small))
     return [*(one for one in told[:-1] if one not in small), merged, told[-1]]
 
@@ -174,6 +185,22 @@ def _draw_doubts(book: Booklet, found: Audit) -> None:
         top = y + high + 1.5 + OUT_MM * i
         book.text(x + 3, top + 2.7, label, OUT_PT, bold=True)
         book.paragraph(x + 21, top, text, OUT_PT, width=wide - 22, lines=2)
+    _draw_asked(book, found, x, y + high + 1.5 + OUT_MM * len(out), wide)
+
+
+def _draw_asked(book: Booklet, found: Audit, x: float, y: float, wide: float) -> None:
+    """What the rigger has to correct, as much of it as has room below the doubts; the text of the audit has it all."""
+    lines = asked_lines(found)
+    sized = [len(book.broken(text, OUT_PT, width=wide - 6)) * OUT_PT * POINT_MM * 1.18 + BETWEEN_MM for text in lines]
+    top = y + 5.5
+    fits = sum(top + sum(sized[: i + 1]) + OUT_PT * POINT_MM < BOTTOM_Y for i in range(len(lines)))
+    if fits == 0:
+        return
+    book.text(x + 3, y + 4.2, "SEND BACK TO THE RIGGER", ANSWER_PT, bold=True)
+    for text in lines[:fits]:
+        top = _lines(book, x + 3, top, text, OUT_PT, wide - 6) + BETWEEN_MM
+    if fits < len(lines):
+        book.text(x + 3, top + 2.7, f"and {len(lines) - fits} more in the text of the audit", OUT_PT, colour=SOFT)
 
 
 def _left_out(book: Booklet, read: ReadingFacts, wide: float) -> list[tuple[str, str]]:

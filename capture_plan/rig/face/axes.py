@@ -174,9 +174,10 @@ def _says(vote: Vote) -> str:
 
 def together(votes: Sequence[Vote], role: Role) -> Float[np.ndarray, " 3"]:
     """Mean direction that the votes give to a role, each by its sharpness: for a pitch between the axes."""
-    directions: Iterator[np.ndarray] = (
-        vote.kappa * (1 - vote.eps) * vote.direction / max(1.0, float(np.linalg.norm(vote.direction)))
-        for vote in votes
-        if vote.role == role
-    )
+    directions: Iterator[np.ndarray] = (sharpness(vote) * vote.direction for vote in votes if vote.role == role)
     return np.sum([np.zeros(3), *directions], axis=0)
+
+
+def sharpness(vote: Vote) -> float:
+    """How much a sign counts for a pitch, for every unit of its direction's length."""
+    return vote.kappa * (1 - vote.eps) / max(1.0, float(np.linalg.norm(vote.direction)))

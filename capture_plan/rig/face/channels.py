@@ -6,6 +6,7 @@ Letters    e[k, v]   share of a blendshape's energy at a vertex, e = a |d|^2 / s
            D[k]      its direction, sum a |d| d / sum a |d|^2: length 1 where all moves one way, 0 where it spreads
            w[k]      how far it is heeded: 1 by a name of the face, 0.6 without one, 0 where it was set aside
            c, rho    where the face is and how large: middle of all facial energy, its root mean square distance
+Left out   what moves with the face and stands beside it (`islands.py`): its deltas count as none
 Set aside  by name (hats, hair, bodies, head turns), where it folds what it moves to a third of its size (a part that
            is hidden), where a few vertices fly off (`flying.py`), where it moves no surface (neighbours go each their
            own way, as after vertices were exchanged), where it moves nearly all rigidly (a head turn), or where it lies
@@ -21,6 +22,8 @@ from jaxtyping import Bool, Float, Int
 
 from capture_plan.errors import RigError
 from capture_plan.mesh import edges, vertex_areas
+from capture_plan.rig.face.edge import cut_off, outer_edge
+from capture_plan.rig.face.islands import beside
 from capture_plan.rig.flying import flying
 from capture_plan.rig.movements import Movement, movements_of
 
@@ -46,7 +49,8 @@ class Channels:
     """The figures of the module's docstring; lengths in the unit of the vertices.
 
     `elsewhere` are blendshapes that are named for a face and lie far from this one. `still` says that all that moves is
-    rounding of the coordinates or no surface, which tells of no face.
+    rounding of the coordinates or no surface, which tells of no face. `cut` are those that go on beyond the edge of the
+    mesh (`edge.py`). `beside` are vertices that move with the face and are none of it.
     """
 
     energy: Float[np.ndarray, "k v"]
@@ -58,6 +62,8 @@ class Channels:
     elsewhere: Bool[np.ndarray, " k"]
     middle: Float[np.ndarray, " 3"]
     rho: float
+    cut: Bool[np.ndarray, " k"]
+    beside: Bool[np.ndarray, " v"]
     still: bool = False
 
     @property
@@ -79,6 +85,15 @@ class Channels:
         """The same in the axes that R turns these into."""
         return replace(self, centre=self.centre @ R.T, direction=self.direction @ R.T, middle=R @ self.middle)
 
+    def placed(self, *kinds: str) -> list[int]:
+        """Those of these kinds that show where on the face they are: all but what the edge of the mesh cuts off."""
+        return [k for k in self.of(*kinds) if not self.cut[k]]
+
+    def gone(self, *kinds: str) -> bool:
+        """Whether the edge of the mesh cuts off most of these kinds: what they move is not on it."""
+        rows = self.of(*kinds)
+        return 2 * int(self.cut[rows].sum()) > len(rows)
+
     def of(self, *kinds: str, side: str | None = None) -> list[int]:
         """Facial blendshapes whose names say one of these kinds (of this side, where one is given)."""
         return [
@@ -95,6 +110,22 @@ def find_channels(
     names: tuple[str, ...],
 ) -> Channels:
     """What the blendshapes of a rig move. RigError where none moves a triangle that has an area."""
+    found = _all_channels(neutral, triangles, deltas, names)
+    if found.still:
+        return found
+    aside = beside(neutral, triangles, deltas[found.facial], vertex_areas(neutral, triangles), found.rho)
+    if aside.any():
+        found = replace(_all_channels(neutral, triangles, deltas * ~aside[:, None], names), beside=aside)
+    return replace(found, cut=cut_off(deltas, ~found.beside, outer_edge(neutral, triangles, found.rho)))
+
+
+def _all_channels(
+    neutral: Float[np.ndarray, "v 3"],
+    triangles: np.ndarray,
+    deltas: Float[np.ndarray, "k v 3"],
+    names: tuple[str, ...],
+) -> Channels:
+    """What the blendshapes move, wherever it is."""
     a = vertex_areas(neutral, triangles)
     squared = np.einsum("kvx,kvx->kv", deltas, deltas)
     length, energy = np.sqrt(squared), a * squared
@@ -127,7 +158,11 @@ def find_channels(
     elsewhere = beyond & called & (radius <= TOO_WIDE * typical)
     w = _kept(w, beyond)
     w, middle, rho = _settled(neutral, a, deltas, energy, w)
-    return Channels(energy, centre, radius, D, w, movements, elsewhere & (w == 0), middle, rho, bool(nothing.all()))
+    none, nowhere = np.zeros(len(w), dtype=bool), np.zeros(len(neutral), dtype=bool)
+    return Channels(
+        *(energy, centre, radius, D, w, movements, elsewhere & (w == 0), middle, rho, none, nowhere),
+        still=bool(nothing.all()),
+    )
 
 
 def _kept(w: Float[np.ndarray, " k"], aside: Bool[np.ndarray, " k"]) -> Float[np.ndarray, " k"]:

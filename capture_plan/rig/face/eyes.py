@@ -76,7 +76,7 @@ def _by_name(shape: Shape, x0: float, kind: str, kinds: tuple[str, ...], words: 
     """Where the movements of these kinds are on either side: the median of v + d / 2, by energy, of what moves most."""
     sides: tuple[list[tuple[float, np.ndarray]], list[tuple[float, np.ndarray]]] = ([], [])
     x = shape.neutral[:, 0] - x0
-    for k in shape.channels.of(*kinds):
+    for k in shape.channels.placed(*kinds):
         d = shape.deltas[k]
         length = shape.lengths[k] * shape.front
         w = np.where(length > LIDS * length.max(), shape.channels.energy[k], 0)

@@ -21,7 +21,7 @@ def mouth_candidates(shape: Shape, x0: float, *, named: bool) -> list[Candidate]
     """Every place that a sign takes for the mouth."""
     channels, rho = shape.channels, shape.channels.rho
     found = []
-    rows = [k for k in channels.of(*LIPS) if channels.radius[k] < WIDEST * rho] if named else []
+    rows = [k for k in channels.placed(*LIPS) if channels.radius[k] < WIDEST * rho] if named else []
     rows = [k for k in rows if abs(channels.centre[k, 0] - x0) < ASIDE * rho]
     if rows:
         place = np.median(channels.centre[rows], axis=0)

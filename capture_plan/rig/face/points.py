@@ -5,8 +5,8 @@ Agreement  candidates within NEAR pupil distances are one; their trusts add up, 
 Score      trust of the eyes + trust of the mouth - (log(h / (USUAL p)) / LOOSE)^2 / 2, h from the eyes to the mouth and
            p between the pupils
 Sure       the score leads that of every other place by LEAD, at least two kinds of sign agree, no sign that would be
-           enough alone points to another mouth, the mouth lies below the eyes as it does in faces, and what is named
-           for it does not move before it, as a picture of a mouth that hangs before the face does
+           enough alone points to other eyes or another mouth, the mouth lies below the eyes as it does in faces, and
+           what is named for it does not move before it, as a picture of a mouth that hangs before the face does
 """
 
 from collections.abc import Iterable
@@ -16,8 +16,8 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_plan.rig.face.candidate import PUPILS_RHO, Candidate
-from capture_plan.rig.face.eyes import eye_candidates
-from capture_plan.rig.face.mouth import mouth_candidates
+from capture_plan.rig.face.eyes import OTHER_EYES, eye_candidates
+from capture_plan.rig.face.mouth import LIPS, mouth_candidates
 from capture_plan.rig.face.record import Sign
 from capture_plan.rig.face.shape import Shape
 
@@ -55,20 +55,47 @@ def find_points(shape: Shape, *, named: bool) -> Points:
     """Eyes and mouth of a head in the rig's axes; names are heeded where `named` says that they do not contradict.
 
     Where nothing moves there is no face. Of two heads in one file none is sure, nor of half a head; nor is a mouth that
-    few movements show, without eyes above it.
+    few movements show, without eyes above it; what the edge of the mesh cut off is not found.
     """
     off, x0 = shape.mirror_across(0)
     if shape.channels.still:
         return Points(x0, Found(None, False, ()), Found(None, False, ()))
     eyes = [one for one in eye_candidates(shape, x0, named=named) if _possible(one, shape)]
     mouths = mouth_candidates(shape, x0, named=named)
-    points = Points(x0, *choose(eyes, mouths))
+    points = Points(x0, *_on_the_mesh(eyes, mouths, shape, named=named))
     if off > LOPSIDED * shape.channels.rho:
         return replace(points, eyes=_doubted(points.eyes), mouth=_doubted(points.mouth))
     several = shape.doubled or shape.parted
     eyes_sure = points.eyes.sure and not several
     mouth_sure = points.mouth.sure and not several and (eyes_sure or not shape.channels.few)
     return replace(points, eyes=replace(points.eyes, sure=eyes_sure), mouth=replace(points.mouth, sure=mouth_sure))
+
+
+def _on_the_mesh(eyes: list[Candidate], mouths: list[Candidate], shape: Shape, *, named: bool) -> tuple[Found, Found]:
+    """Eyes and mouth, without what the edge of the mesh cut off, where names say what was there."""
+    no_eyes, no_mouth = (named and shape.channels.gone(*kinds) for kinds in (("blink", *OTHER_EYES), LIPS))
+    found = choose(eyes, [] if no_mouth else mouths)
+    if no_eyes:
+        found = _gone(eyes, "the eyes"), mouth_alone(mouths, shape.channels.rho)
+    return found[0], _gone(mouths, "the mouth") if no_mouth else found[1]
+
+
+def _gone(candidates: list[Candidate], what: str) -> Found:
+    """Nothing, of what lies beyond the edge of the mesh."""
+    words = f"most of what is named for {what}, which goes on beyond the edge of the mesh"
+    return Found(None, False, (*_signs(candidates, ()), Sign(words, "", -1.0)))
+
+
+def mouth_alone(mouths: list[Candidate], rho: float) -> Found:
+    """The mouth of a face without eyes: where most signs agree, `sure` where several do and none is as strong."""
+    if not mouths:
+        return Found(None, False, ())
+    best = max(mouths, key=lambda one: _trust(one, mouths, rho))
+    agreeing = [one for one in mouths if _same(one, best, rho)]
+    others = max((_trust(one, mouths, rho) for one in mouths if not _same(one, best, rho)), default=0.0)
+    several = len({one.kind for one in agreeing}) > 1
+    place = max(agreeing, key=lambda one: (one.kind == "tear", one.trust)).places
+    return Found(place, several and _trust(best, mouths, rho) - others > ALONE, _signs(mouths, agreeing))
 
 
 def _doubted(found: Found) -> Found:
@@ -105,7 +132,10 @@ def _chosen_eyes(
     kinds = {one.kind for one in agreeing}
     several = len(kinds - BY_WORD) + bool(kinds & BY_WORD) > 1 or (mouth is not None and bool(kinds & ENOUGH))
     fits = not mouths if mouth is None else _face_like(eye, mouth)
-    return Found(_together(agreeing), sure and several and fits, _signs(eyes, agreeing))
+    rivals = [one for one in eyes if one.trust >= ALONE and not _same(one, eye, pupils(eye))]
+    if mouth is not None:  # what lies below it are no eyes, whatever it is called
+        rivals = [one for one in rivals if one.places[:, 1].mean() > mouth.places[0, 1]]
+    return Found(_together(agreeing), sure and several and fits and not rivals, _signs(eyes, agreeing))
 
 
 def _chosen_mouth(eye: Candidate, mouth: Candidate, mouths: list[Candidate], *, sure: bool) -> Found:
@@ -144,10 +174,11 @@ def _same(one: Candidate, other: Candidate, p: float) -> bool:
 
 
 def _trust(one: Candidate, all_of_them: Iterable[Candidate], p: float) -> float:
-    """Trusts of all that agree with a candidate, the most trusted of each kind."""
+    """Trusts of all that agree with a candidate, the most trusted of each kind; of two pairs the nearer one says how
+    near they must be, or a wide pair would borrow the trust in all that it surrounds."""
     best: dict[str, float] = {}
     for other in all_of_them:
-        if _same(one, other, p):
+        if _same(one, other, p if len(other.places) == 1 else min(p, pupils(other))):
             best[other.kind] = max(best.get(other.kind, 0.0), other.trust)
     return sum(best.values())
 

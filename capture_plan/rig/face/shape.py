@@ -75,7 +75,7 @@ class Shape:
         if self.channels.few:  # one brow says nothing of the size of a head
             of_face = self.piece == self.piece[int(np.argmax(self.channels.moved))]
             reach = max(reach, min(float(away[of_face].max()), MOST_REACH * self.channels.rho))
-        return used & (away < reach)
+        return used & (away < reach) & ~self.channels.beside
 
     @cached_property
     def head(self) -> Bool[np.ndarray, " v"]:
@@ -97,8 +97,8 @@ class Shape:
 
     @cached_property
     def lengths(self) -> Float[np.ndarray, "k v"]:
-        """How far every blendshape moves every vertex."""
-        return np.sqrt(np.einsum("kvx,kvx->kv", self.deltas, self.deltas))
+        """How far every blendshape moves every vertex; nothing of what stands beside the face."""
+        return np.sqrt(np.einsum("kvx,kvx->kv", self.deltas, self.deltas)) * ~self.channels.beside
 
     @cached_property
     def areas(self) -> Float[np.ndarray, " v"]:

@@ -192,6 +192,8 @@ def _lower_lip(shape: Shape, sides: int) -> list[Vote]:
     m = shape.lengths[shape.channels.facial].max(axis=0)
     more = (m[pair[tear > TORN, 0]] - m[pair[tear > TORN, 1]])[near, None]
     apart = (one - other)[near]
+    if not more.any():  # a card that flaps about its middle
+        return []
     down = (more * apart).sum(axis=0) / (np.abs(more).sum() * np.linalg.norm(apart, axis=1).mean())
     return [Vote("the lower lip moves more than the upper", "up", -2 * down, 4.0, 0.12)]
 
@@ -272,7 +274,7 @@ def _left_minus_right(channels: Channels) -> Float[np.ndarray, "n 3"]:
 
 
 def _middle_of(channels: Channels, kinds: tuple[str, ...]) -> Float[np.ndarray, " 3"] | None:
-    rows = channels.of(*kinds)
+    rows = channels.placed(*kinds) or channels.of(*kinds)
     return channels.centre[rows].mean(axis=0) if rows else None
 
 

@@ -10,6 +10,7 @@ from capture_plan.rig.face.record import Sign
 from capture_plan.rig.face.unit import HUMAN_MM
 
 SPOKEN = 3  # signs that a line names
+NOT_FOUND = "not found"
 NAMED = 6  # parts or blendshapes that a line calls by their names
 
 
@@ -23,6 +24,13 @@ class Answer(NamedTuple):
     text: str
     signs: tuple[Sign, ...]
     sure: bool
+
+    @property
+    def status(self) -> str:
+        """'sure', 'not sure' or, of what was not found, nothing more."""
+        if self.text == NOT_FOUND:
+            return NOT_FOUND
+        return "sure" if self.sure else "not sure"
 
 
 def answers(read: ReadingFacts) -> list[Answer]:
@@ -101,7 +109,7 @@ def some(names: Iterable[str], most: int = NAMED) -> str:
 
 def _pair_words(pair: PairFacts) -> str:
     if pair.left is None and pair.right is None:
-        return "not found"
+        return NOT_FOUND
     told = [
         f"{side} at {_point(place.file)}"
         for side, place in (("left", pair.left), ("right", pair.right))
@@ -112,7 +120,7 @@ def _pair_words(pair: PairFacts) -> str:
 
 
 def _spot_words(spot: SpotFacts) -> str:
-    return "not found" if spot.file is None else f"at {_point(spot.file)}, in units of the file"
+    return NOT_FOUND if spot.file is None else f"at {_point(spot.file)}, in units of the file"
 
 
 def _point(point: tuple[float, float, float]) -> str:
@@ -122,7 +130,7 @@ def _point(point: tuple[float, float, float]) -> str:
 
 def _side_words(read: ReadingFacts) -> str:
     if not read.sides.signs:
-        return "no names tell left from right"
+        return "by the shape and the axes alone: no names tell left from right"
     if not read.sides.disagree:
         return "names and movements agree on left and right" if read.sides.sure else "left and right are not certain"
     return f"{len(read.sides.disagree)} blendshapes move the other side, or the other way, than their names say"
