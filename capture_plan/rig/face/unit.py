@@ -6,9 +6,10 @@ Score of a unit u, nats = its commonness + FORMAT where the format states it + l
            f, g, h  mixtures of log-normal densities over the usual one: human, roughly human, anything
 Sure       the lead over every other unit is LEAD, and the face has a size that faces have
 The format's unit stands while the face is as large as those of mascots and dolls may be, but is not sure of what no
-person has; a face that fits no usual unit is scaled to a human's, which is never sure. Nor are decimetres, inches and
-feet that no format states: dolls in metres are as large in their files as people are in decimetres, and people differ
-more in size than an inch does from 27 mm, as files that were scaled at will may have it.
+person has; a face that fits no usual unit is scaled to a human's, which is never sure. Nor are decimetres that no
+format states: dolls in metres are as large in their files as people are in those. Inches are sure of a usual adult's
+face only: a doll in centimetres that is as large in its file gets the size of the actor who plays it, and a file that
+somebody scaled at will to within a tenth of that is read a tenth too large or small at most.
 """
 
 import numpy as np
@@ -21,7 +22,8 @@ STANDS_MM, STANDS_RHO_MM, STANDS_EXTENT_MM = (8.0, 400.0), (15.0, 250.0), (60.0,
 PUPILS_MM, RHO_MM = 63.0, 54.0  # adults; four human rigs 49 to 60
 FORMAT = 4.5  # nats: of the units that files state about one in a hundred is wrong
 COMMON = {1.0: 0.0, 10.0: 0.0, 1000.0: 0.0, 100.0: -0.7, 25.4: -1.2, 304.8: -2.5}
-USUAL = (1.0, 10.0, 1000.0)  # units that the eyes alone may make sure of: the others are rarer than files of any scale
+USUAL = (1.0, 10.0, 1000.0, 25.4)  # units that the eyes alone may make sure of: no shape tells a doll from a person
+BY_SIZE_MM = {25.4: (57.0, 70.0)}  # between the pupils: most adults; most dolls in centimetres are not so large
 ODD = -4.0  # a unit that only this file has
 PUPILS = ((0.75, 0.08), (0.22, 0.35))  # share and spread of the logarithm
 HEAD_MM = 300.0  # a head with its neck; masks are half of that, bodies six times
@@ -66,7 +68,7 @@ def find_unit(stated: float | None, pupils: float | None, rho: float, extent: fl
         Sign(name, f"{units[int(np.argmax(score))]:g} mm", round(float(score[best] - score[rest].max()), 2))
         for name, score in told
     )
-    low, high = CARTOON_MM if units[best] == stated else HUMAN_MM
+    low, high = CARTOON_MM if units[best] == stated else BY_SIZE_MM.get(units[best], HUMAN_MM)
     human = pupils is None or low <= pupils * units[best] <= high
     told_or_seen = units[best] == stated or (pupils is not None and units[best] in USUAL)
     sure = lead > LEAD and human and fits and told_or_seen
