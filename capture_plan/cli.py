@@ -158,7 +158,8 @@ def audit(
     else:
         say([text.removesuffix("\n")])
     if not json:
-        say([f"Next: capture-plan plan {rig}; capture-plan audit {rig} -o audit.png shows how it was understood."])
+        look = f"capture-plan audit {rig} -o audit.png shows how it was understood; then " if output is None else ""
+        say([f"Next: {look}capture-plan plan {rig}."])
 
 
 @app.command()

@@ -74,7 +74,7 @@ def _draw_head_lines(book: Booklet, found: Audit) -> None:
     book.text(MARGIN_MM + asked + 2.5, 19, said, 9.5, bold=True, colour=colour, fit=wide - asked - 3)
     book.line((MARGIN_MM, 22.2), (MARGIN_MM + wide, 22.2), width=0.5)
     back = book.text(MARGIN_MM, 25.4, "Send back", ANSWER_PT, bold=True)
-    things = asked_words(asked_of(found)).replace("listed below", "listed in the text of the audit")
+    things = asked_words(asked_of(found)).replace(", listed below", "")
     book.text(MARGIN_MM + back + 2.5, 25.4, things, ANSWER_PT, fit=wide - back - 3)
 
 

@@ -1,0 +1,128 @@
+"""Whole commands on a disk that fails and under SIGKILL, for as long as one has patience.
+
+    python -m tests.benchmarks.faults_of_commands faults COMMAND      every call to the disk fails once, then from it on
+    python -m tests.benchmarks.faults_of_commands kills COUNT         SIGKILL at random moments of an export
+    python -m tests.benchmarks.faults_of_commands writers SECONDS     two writers on one path, one reader
+
+After each there are the old files or the new ones, nothing else, and one line. What was found stands in NOTES.md.
+"""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from contextlib import suppress
+from pathlib import Path
+from unittest.mock import patch
+
+from capture_plan.errors import PlanError
+from capture_plan.output import leavings, sweep, together, whole, write_whole
+from tests.command import run
+from tests.faults import FailingDisk, tree
+
+COMMANDS = {
+    "plan": ("plan", "sample", "-o", "here/plan.json"),
+    "edit": ("edit", "here/plan.json", "--drop", "jawForward"),
+    "export": ("export", "plan.json", "-o", "here", "--only", "csv", "--only", "json", "--only", "meshes"),
+    "html": ("export", "plan.json", "-o", "here", "--only", "html"),
+    "render": ("render", "plan.json", "-o", "here", "--dpi", "72"),
+    "audit": ("audit", "sample", "-o", "here/audit.txt"),
+    "settings": ("settings", "-o", "here/settings.toml"),
+}
+
+
+def prepared(folder: Path, plan: bytes) -> Path:
+    """A folder with a plan beside and in the place that is written to, and a file of a person's there."""
+    (folder / "here").mkdir(parents=True)
+    (folder / "plan.json").write_bytes(plan)
+    (folder / "here" / "plan.json").write_bytes(plan)
+    (folder / "here" / "notes.txt").write_text("mine")
+    return folder
+
+
+def shown(folder: Path) -> dict[str, bytes]:
+    """The files that are not kept answers and not being made."""
+    return {name: text for name, text in tree(folder).items() if leavings.OURS not in name}
+
+
+def every_fault(command: str) -> None:
+    """Let every call of a command to the disk fail, once, and from it on."""
+    with tempfile.TemporaryDirectory() as place:
+        root, arguments = Path(place), COMMANDS[command]
+        run("plan", "sample", "-o", "made.json", cwd=root)
+        plan = (root / "made.json").read_bytes()
+        old = shown(prepared(root / "old", plan))
+        run(*arguments, cwd=prepared(root / "new", plan))
+        new, tried = shown(root / "new"), 0
+        for ever in (False, True):
+            disk, n = FailingDisk(), 1
+            while disk.calls >= n - 1:
+                folder = prepared(root / f"{ever}{n}", plan)
+                disk = FailingDisk(n, ever=ever)
+                with (
+                    patch.object(leavings, "os", disk),
+                    patch.object(together, "os", disk),
+                    patch.object(whole, "os", disk),
+                ):
+                    done = run(*arguments, cwd=folder)
+                sweep(folder / "here")
+                found = shown(folder)
+                kept = {name: text for name, text in found.items() if not name.endswith("~")}
+                assert kept in (old, {name: text for name, text in new.items() if not name.endswith("~")}), (n, ever)
+                assert "Traceback" not in done.stderr, done.stderr
+                tried, n = tried + 1, n + 1
+        print(f"{command}: {tried} faults, 0 torn, 0 lost, 0 left over")
+
+
+def kills(count: int) -> None:
+    """Kill an export at random moments; what is there is whole, and the next one works."""
+    seed, torn = random.Random(7), 0
+    with tempfile.TemporaryDirectory() as place:
+        root = Path(place)
+        run("plan", "sample", "-o", "plan.json", cwd=root)
+        arguments = ("export", "plan.json", "-o", "here", "--only", "csv", "--only", "json", "--only", "meshes")
+        command = [sys.executable, "-c", "from capture_plan.cli import main; main()", *arguments]
+        start = time.monotonic()
+        subprocess.run(command, cwd=root, capture_output=True, check=True)
+        takes_s, whole_set = time.monotonic() - start, tree(root / "here")
+        for _ in range(count):
+            child = subprocess.Popen(command, cwd=root, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            time.sleep(seed.uniform(0.5 * takes_s, 1.05 * takes_s))
+            child.send_signal(signal.SIGKILL)
+            child.wait()
+            torn += any(text != whole_set.get(name) for name, text in shown(root / "here").items())
+        run(*arguments, cwd=root)
+        left = [name for name in tree(root / "here") if leavings.OURS in name]
+        print(f"{count} kills: {torn} torn, {len(left)} left over after the next run")
+
+
+def writers(seconds: float) -> None:
+    """Two processes write one path while this one reads."""
+    with tempfile.TemporaryDirectory() as place:
+        path, children = Path(place) / "plan.json", []
+        for letter in b"ab":
+            if not (child := os.fork()):
+                while True:
+                    with suppress(PlanError):
+                        write_whole(path, bytes([letter]) * 60_000)
+            children.append(child)
+        while not path.exists():
+            time.sleep(0.01)
+        reads = torn = 0
+        until = time.monotonic() + seconds
+        while time.monotonic() < until:
+            text = path.read_bytes()
+            reads, torn = reads + 1, torn + (len(text) != 60_000 or len(set(text)) != 1)
+        for child in children:
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+        sweep(path.parent)
+        print(f"{reads:,} reads: {torn} torn, {len(list(path.parent.iterdir())) - 1} left over")
+
+
+if __name__ == "__main__":
+    what, value = sys.argv[1:3]
+    {"faults": every_fault, "kills": lambda n: kills(int(n)), "writers": lambda s: writers(float(s))}[what](value)
