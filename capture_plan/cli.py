@@ -318,7 +318,7 @@ def plan(
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     dots.must_be_of(found)
     if not replace:
-        refuse_to_replace(output, found)
+        refuse_to_replace(output, found, rig)
     reference = refer_to(found, rig, output, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     settled = settings_seen_from(output.parent, chosen)
     heard: list[str] = []
@@ -439,6 +439,7 @@ def edit(
     from capture_plan.expressions.settings import Edits
     from capture_plan.output import refuse_place
     from capture_plan.plan.gate import as_far_as_it_goes
+    from capture_plan.plan.places import found_from
     from capture_plan.plan.replacing import inputs_of_plan, refuse_to_replace, replace_plan
     from capture_plan.plan.revise import edited_plan, other_plan, why_not_together
     from capture_plan.plan.summary import expression_lines
@@ -453,7 +454,7 @@ def edit(
     output = output or plan
     refuse_place(output, inputs=inputs_of_plan(made, plan, rig)[here:])
     if not (here or replace):
-        refuse_to_replace(output, found)
+        refuse_to_replace(output, found, str(found_from(folder, made.rig.path)))
     before = made.settings.expressions.edits
     edits = Edits(
         locked=before.locked | (counts(lock) or {}),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from capture_plan.expressions.settings import PackingSettings
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.plan.again_claims import audit_claim
 from capture_plan.plan.make import make_plan
@@ -14,7 +15,7 @@ from capture_plan.plan.settings import Settings
 from capture_plan.rig.read import read_rig
 from tests.command import run
 
-COVER = Settings(landmarks=LayoutSettings(method="cover"))
+COVER = Settings(landmarks=LayoutSettings(method="cover"), expressions=PackingSettings(method="greedy"))
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +74,7 @@ def test_a_mirrored_rig_fails(file):
     ],
 )
 def test_the_command_exits_with_one_and_says_once_which_stated_option_is_wrong(file, given, says):
-    run("plan", file.name, *given, "--method", "cover", "-o", "plan.json", cwd=file.parent)
+    run("plan", file.name, *given, "--method", "cover", "--expressions", "greedy", "-o", "plan.json", cwd=file.parent)
     checked = run("check", "plan.json", cwd=file.parent)
     assert checked.returncode == 1
     assert checked.stderr.count("To correct: ") == 1

@@ -106,7 +106,7 @@ def test_a_rule_file_that_makes_no_sense_is_refused(tmp_path, text, fault):
     path.write_text(text, encoding="utf-8")
     with pytest.raises(RigError, match=fault):
         read_rules(path)
-    with pytest.raises(RigError, match="cannot be read"):
+    with pytest.raises(RigError, match="does not exist"):
         read_rules(tmp_path / "missing.toml")
 
 
