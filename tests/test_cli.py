@@ -12,7 +12,8 @@ from tests.command import run
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("session")
-    planned = run("plan", "sample", "-o", "plan.json", cwd=folder)
+    quick = ("--method", "cover", "--expressions", "greedy")
+    planned = run("plan", "sample", *quick, "-o", "plan.json", cwd=folder)
     assert planned.returncode == 0, planned.stderr
     assert planned.stdout == ""
     return folder

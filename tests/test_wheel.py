@@ -30,7 +30,8 @@ def run(installed, code, cwd):
 
 
 def test_the_sample_is_planned_from_the_wheel_alone(installed, tmp_path):
-    code = "import capture_plan, capture_plan.cli as c; sys.argv = ['x', 'plan', 'sample', '-o', 'p.json']; c.main()"
+    arguments = ["x", "plan", "sample", "--method", "cover", "-o", "p.json"]
+    code = f"import capture_plan, capture_plan.cli as c; sys.argv = {arguments}; c.main()"
     done = run(installed, code, tmp_path)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "p.json").is_file()
