@@ -69,11 +69,8 @@ def test_the_command_prints_a_page_for_people_and_json_for_programs(plan, found,
     said = capsys.readouterr()
     assert (tmp_path / "all.txt").read_text() == inspection_text(found) + "\n"
     assert said.err.startswith(short_text(found))
-    inspect(path)
-    said = capsys.readouterr()
     assert said.out == ""
     assert len(said.err.splitlines()) <= 15
-    assert "-o inspection.txt" in said.err.splitlines()[-1]
 
 
 def test_an_inspection_of_a_draft_begins_with_what_does_not_hold(found):

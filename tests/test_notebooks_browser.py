@@ -18,7 +18,7 @@ from PIL import Image
 from capture_plan.notebook import notebooks_folder
 
 START_S = 60  # a server on a busy machine
-WORK_MS = 90_000
+WORK_MS = 240_000
 READY_HEAD = "#viewer.ready canvas"
 MANY_COLOURS = 500  # a lit head has thousands, an empty stage a few
 

@@ -56,9 +56,9 @@ PUPILS = "the pupils are 50 to 80 mm apart, or there is a reason why not"
 @pytest.mark.parametrize(
     ("given", "what", "told", "says"),
     [
-        ("--up +y --facing -z", FROM_THE_FRONT, "with --up +y --facing +z", "without it, or with --facing +z."),
+        ("--up +y --facing -z", FROM_THE_FRONT, "0% of the markers look forward", "without it, or with --facing +z."),
         ("--up +z --facing +y", EYES_ABOVE, "--up +y --facing +z", "without them, or with --up +y --facing +z."),
-        ("--up -y --facing +z", "the jaw opens downwards", "it was read with -y up", "without it, or with --up +y."),
+        ("--up -y --facing +z", "the jaw opens downwards", "the jaw opens 67% up", "without it, or with --up +y."),
         ("--unit-mm 20", PUPILS, "with --unit-mm 10", "without it, or with --unit-mm 10."),
     ],
 )
