@@ -1,5 +1,6 @@
 """Files are written whole or not at all, one and several, whatever fails and whoever is killed on the way."""
 
+import json
 import os
 import random
 import signal
@@ -133,6 +134,28 @@ def test_a_set_within_a_set_is_moved_with_it(tmp_path):
     with written_together(tmp_path) as new:
         write_set(new / "sheets", 1)
     assert (tmp_path / "sheets" / "book.pdf").read_bytes() == b"book 1" * 99
+
+
+@pytest.mark.parametrize("name", ["../mine.txt", "sub/../../mine.txt", "{here}/mine.txt", "link/mine.txt"])
+@pytest.mark.parametrize("before", [False, True])
+def test_a_list_of_moves_that_came_from_outside_leads_nowhere_else(tmp_path, name, before):
+    (tmp_path / "mine.txt").write_text("mine")
+    made = tmp_path / "received" / f"{OURS}0"
+    (made / "old" / "old").mkdir(parents=True)
+    (made / "mine.txt").write_text("theirs")
+    (made.parent / "link").symlink_to(tmp_path)
+    (made / "moves.json").write_text(json.dumps({name.format(here=tmp_path): before}))
+    sweep(made.parent)
+    assert (tmp_path / "mine.txt").read_text() == "mine"
+    assert not made.exists()
+
+
+@pytest.mark.parametrize("text", ["", "[1]", "3", '{"a": ', "[" * 9_000])
+def test_a_list_of_moves_that_is_none_is_swept_all_the_same(tmp_path, text):
+    (tmp_path / f"{OURS}0").mkdir()
+    (tmp_path / f"{OURS}0" / "moves.json").write_text(text)
+    write_set(tmp_path, 1)
+    assert not list(tmp_path.glob(f"{OURS}*"))
 
 
 def test_no_link_is_written_through(tmp_path):

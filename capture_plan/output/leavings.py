@@ -95,9 +95,27 @@ def sweep(folder: Path) -> None:
 
 def undo(made: Path) -> None:
     """Put back what stood where a set was being moved to, and remove the folder that it was made in."""
-    with suppress(FileNotFoundError):
-        put_back(made, json.loads((made / MOVES).read_bytes()))
+    if (made / MOVES).exists():
+        put_back(made, moves_of(made))
     shutil.rmtree(made)
+
+
+def moves_of(made: Path) -> dict[str, bool]:
+    """The list of moves in a folder, with whether something stood there before. None of it is believed where it is no
+    such list or leads out of the folder: it may have come from outside with what lies beside it."""
+    try:
+        stood = json.loads((made / MOVES).read_bytes())
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return stood if isinstance(stood, dict) and all(stays_in(made.parent, name) for name in stood) else {}
+
+
+def stays_in(folder: Path, name: str) -> bool:
+    """Whether a name leads to a place in `folder`, by no link."""
+    path = Path(name)
+    if path.is_absolute() or path.drive or ".." in path.parts:
+        return False
+    return not any((folder / part).is_symlink() for part in path.parents)
 
 
 def put_back(made: Path, stood: dict[str, bool]) -> None:

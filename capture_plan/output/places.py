@@ -6,6 +6,8 @@ from pathlib import Path
 
 from capture_plan.errors import PlanError
 
+IS_A_LINK = "is a link, and no link is ever written through"
+
 
 def refuse_place(path: Path, *, folder: bool = False, inputs: Iterable[str | Path | None] = ()) -> None:
     """Refuse an output before any work.
@@ -21,7 +23,7 @@ def refuse_place(path: Path, *, folder: bool = False, inputs: Iterable[str | Pat
 def why_not(path: Path, folder: bool, inputs: list[Path]) -> str | None:
     """The reason not to write to `path`; None where there is none."""
     if path.is_symlink():
-        return "is a link, and no link is ever written through"
+        return IS_A_LINK
     if any(same(path, each) for each in inputs):
         return "is what is read"
     if path.exists() and path.is_dir() != folder:

@@ -16,6 +16,7 @@ from pathlib import Path
 
 from capture_plan.errors import PlanError
 from capture_plan.output.leavings import MOVES, NEW, OLD, alone_in, is_being_made, new_folder, put_back, release
+from capture_plan.output.places import IS_A_LINK
 from capture_plan.output.whole import flush, flush_folder, folder_of, in_one_line, write_whole
 from capture_plan.progress import tell
 
@@ -125,9 +126,7 @@ def refuse_links(folder: Path, inside: Path, names: list[Path]) -> None:
     """Raise PlanError where one of the places, or a folder on the way, is a link."""
     for name in (inside, *inside.parents, *names):
         if (folder / name).is_symlink():
-            raise PlanError(
-                f"{folder / name} is a link to another place, and a link is never written through: remove it"
-            )
+            raise PlanError(f"{folder / name} {IS_A_LINK}: remove it")
 
 
 def unchanged(path: Path, what: str) -> bool:
