@@ -136,14 +136,18 @@ def test_a_set_within_a_set_is_moved_with_it(tmp_path):
     assert (tmp_path / "sheets" / "book.pdf").read_bytes() == b"book 1" * 99
 
 
-@pytest.mark.parametrize("name", ["../mine.txt", "sub/../../mine.txt", "{here}/mine.txt", "link/mine.txt"])
+@pytest.mark.parametrize(
+    "name", ["../mine.txt", "sub/../../mine.txt", "{here}/mine.txt", "link/mine.txt", "sub/link/mine.txt"]
+)
 @pytest.mark.parametrize("before", [False, True])
 def test_a_list_of_moves_that_came_from_outside_leads_nowhere_else(tmp_path, name, before):
     (tmp_path / "mine.txt").write_text("mine")
     made = tmp_path / "received" / f"{OURS}0"
     (made / "old" / "old").mkdir(parents=True)
     (made / "mine.txt").write_text("theirs")
-    (made.parent / "link").symlink_to(tmp_path)
+    (made.parent / "sub").mkdir()
+    for link in ("link", "sub/link"):
+        (made.parent / link).symlink_to(tmp_path)
     (made / "moves.json").write_text(json.dumps({name.format(here=tmp_path): before}))
     sweep(made.parent)
     assert (tmp_path / "mine.txt").read_text() == "mine"

@@ -115,7 +115,7 @@ def stays_in(folder: Path, name: str) -> bool:
     path = Path(name)
     if path.is_absolute() or path.drive or ".." in path.parts:
         return False
-    return not any((folder / part).is_symlink() for part in path.parents)
+    return not any((folder / step).is_symlink() for step in path.parents[:-1])
 
 
 def put_back(made: Path, stood: dict[str, bool]) -> None:
