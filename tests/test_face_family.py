@@ -17,7 +17,7 @@ from tests.face_channels import CHANNELS
 from tests.face_family import FACTORS, QUESTIONS, UNITS, Truth, case_name, family_case, judge, judged, raw_rig
 from tests.face_heads import KINDS, sample_head
 
-CASES = 30
+CASES = max(len(values) for values in FACTORS.values())
 SEED = 0
 RIGHT = 0.99  # of all verdicts; the rest may only be doubts
 
