@@ -75,9 +75,8 @@ def face(rig, used):
 
 
 @pytest.fixture(scope="session")
-def studio(face):
+def studio():
     """The layout of the sample that nobody changed a setting of."""
-    from capture_plan.layout.design import design_layout
-    from capture_plan.layout.settings import LayoutSettings
+    from tests.once import layout_of
 
-    return design_layout(face, LayoutSettings())
+    return layout_of()

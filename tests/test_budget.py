@@ -22,6 +22,7 @@ from capture_plan.plan.settings import Settings
 from capture_plan.plan.summary import summary
 from capture_plan.report.proofs import proofs
 from capture_plan.rig import sample_rig
+from tests.once import QUICK, layout_of, plan_of
 
 NO_CONSTRAINT = np.zeros((0, 9), dtype=bool)
 NO_COVER = np.empty(0, dtype=int)
@@ -294,8 +295,8 @@ def test_the_last_of_a_nested_order_is_missed_least(seed):
 
 
 @pytest.fixture(scope="module")
-def half(face):
-    return design_layout(face, LayoutSettings(method="budget", budget=34))
+def half():
+    return layout_of(LayoutSettings(method="budget", budget=34))
 
 
 def test_half_of_68_landmarks_predict_less_error_on_the_sample(half):
@@ -305,7 +306,7 @@ def test_half_of_68_landmarks_predict_less_error_on_the_sample(half):
 
 
 def test_on_the_sample_the_budget_beats_the_cover_at_its_number_and_equals_the_studio_layout_at_its_own(face, half):
-    studio = design_layout(face, LayoutSettings())
+    studio = layout_of()
     cover = half.references[SINGLE_COVER]
     for worth in (studio.worth, cover):
         layout = design_layout(face, LayoutSettings(method="budget", budget=worth.landmarks))
@@ -328,7 +329,7 @@ def test_the_same_budget_gives_the_same_layout(face, half):
 
 @pytest.fixture(scope="module")
 def plan():
-    return make_plan(sample_rig(), Settings(landmarks=LayoutSettings(method="budget", budget=15)))
+    return plan_of(Settings(landmarks=LayoutSettings(method="budget", budget=15), expressions=QUICK.expressions))
 
 
 def with_budget(plan, **changes):

@@ -5,18 +5,16 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from capture_plan.layout.settings import LayoutSettings
 from capture_plan.plan.advice import correction, corrections, say_names, stated
 from capture_plan.plan.again import packing_again
 from capture_plan.plan.check import check_plan
 from capture_plan.plan.check_page import as_rows, check_lines
 from capture_plan.plan.claims import CHANGED, Claim, claim
-from capture_plan.plan.make import make_plan
 from capture_plan.plan.record import RigReference
-from capture_plan.plan.settings import Settings
 from capture_plan.plan.unchecked import ASKED, unchecked
 from capture_plan.rig import sample_rig
 from capture_plan.rig.face.sense import Sense
+from tests.once import QUICK, plan_of
 
 RIG = sample_rig()
 NOTHING = RigReference("head", "head.npz", "", 3)
@@ -36,7 +34,7 @@ CLAIMS = (
 
 @pytest.fixture(scope="module")
 def plan():
-    return make_plan(RIG, Settings(landmarks=LayoutSettings(method="cover")))
+    return plan_of(QUICK)
 
 
 def test_claims_that_fail_stand_below_what_to_correct_which_is_said_once():

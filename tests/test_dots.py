@@ -12,10 +12,10 @@ from capture_plan.layout.dots import vertices_of, words_in
 from capture_plan.layout.face import see_face
 from capture_plan.layout.given import read_layouts
 from capture_plan.plan.files import read_plan, write_plan
-from capture_plan.plan.make import make_plan
 from capture_plan.plan.settings import LayoutSettings, Settings
 from capture_plan.rig.audit import audit
 from tests.command import run
+from tests.once import QUICK, plan_of
 
 COVER = LayoutSettings(method="cover", head_markers=3)
 NEITHER = (
@@ -37,8 +37,8 @@ NEITHER = (
 
 
 @pytest.fixture(scope="module")
-def plan(rig):
-    return make_plan(rig, Settings(landmarks=COVER))
+def plan():
+    return plan_of(Settings(landmarks=COVER, expressions=QUICK.expressions))
 
 
 @pytest.fixture
@@ -79,8 +79,8 @@ def test_a_list_of_dots_comes_apart_and_a_number_with_its_thousands_parted_does_
 
 
 def test_pins_and_forbidden_dots_on_the_command_line_mean_those_of_the_plan_that_is_replaced(folder, plan):
-    name = plan.layout.landmarks[0].name
-    done = run("plan", "sample", "--method", "cover", "--pin", "H01", "--forbid", name, "-o", "plan.json", cwd=folder)
+    name, quick = plan.layout.landmarks[0].name, ("--method", "cover", "--expressions", "greedy")
+    done = run("plan", "sample", *quick, "--pin", "H01", "--forbid", name, "-o", "plan.json", cwd=folder)
     assert done.returncode == 0, done.stderr
     made = read_plan(folder / "plan.json")
     assert made.settings.landmarks.pins == (at(plan, "H01"),)
@@ -92,6 +92,7 @@ def test_pins_and_forbidden_dots_on_the_command_line_mean_those_of_the_plan_that
 
 def test_dots_in_a_settings_file_mean_those_of_the_plan_that_is_named(folder, plan):
     wishes = f'[landmarks]\nmethod = "cover"\npins = ["M03", {at(plan, "H01")}]\nforbidden = []\n'
+    wishes += '[expressions]\nmethod = "greedy"\n'
     (folder / "wishes.toml").write_text(wishes)
     done = run("plan", "sample", "--settings", "wishes.toml", "--dots-of", "plan.json", "-o", "x.json", cwd=folder)
     assert done.returncode == 0, done.stderr

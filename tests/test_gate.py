@@ -13,19 +13,17 @@ from msgspec.structs import replace
 from PIL import Image
 
 from capture_plan.errors import PlanError
-from capture_plan.layout.settings import LayoutSettings
 from capture_plan.plan import gate
 from capture_plan.plan.check import check_plan, claims_of
 from capture_plan.plan.files import read_plan, write_plan
 from capture_plan.plan.gate import NAMED, as_draft, as_far_as_it_goes, lies
-from capture_plan.plan.make import make_plan
 from capture_plan.plan.places import names_files
 from capture_plan.plan.record import sealed
-from capture_plan.plan.settings import Settings
 from capture_plan.rig import audited
 from capture_plan.rig.audit import audit
 from capture_plan.sheets.page import DRAFT, Booklet, paper
 from tests.command import run
+from tests.once import QUICK, plan_of
 from tests.tampering import answers_kept, tampered
 
 COMMANDS = (
@@ -39,8 +37,8 @@ COMMANDS = (
 
 
 @pytest.fixture(scope="module")
-def plan(rig):
-    return make_plan(rig, Settings(landmarks=LayoutSettings(method="cover")))
+def plan():
+    return plan_of(QUICK)
 
 
 @pytest.fixture

@@ -9,13 +9,13 @@ from capture_plan.layout.face import see_face
 from capture_plan.plan.files import write_plan
 from capture_plan.plan.inspect import Inspection, inspect_plan
 from capture_plan.plan.inspect_page import inspection_text, short_text
-from capture_plan.plan.make import make_plan
 from capture_plan.rig import sample_rig
+from tests.once import plan_of
 
 
 @pytest.fixture(scope="module")
 def plan():
-    return make_plan(sample_rig())
+    return plan_of()
 
 
 @pytest.fixture(scope="module")

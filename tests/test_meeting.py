@@ -15,13 +15,14 @@ from capture_plan.plan.landmark_claims import mirrored_claim
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.record import sealed
 from capture_plan.plan.settings import Settings
+from tests.once import QUICK, plan_of
 
 COVER = LayoutSettings(method="cover")
 
 
 @pytest.fixture(scope="module")
-def plan(rig):
-    return make_plan(rig, Settings(landmarks=COVER))
+def plan():
+    return plan_of(QUICK)
 
 
 def test_the_straight_table_holds_every_distance_below_its_radius_and_no_other():
@@ -89,7 +90,7 @@ def test_dots_that_meet_in_a_pose_are_those_that_come_within_a_diameter_and_the_
 
 
 def test_a_plan_names_the_dots_that_meet_and_its_check_finds_them_missing(rig):
-    wide = make_plan(rig, Settings(landmarks=replace(COVER, dot_mm=9.0, keep_out={})))
+    wide = make_plan(rig, Settings(landmarks=replace(COVER, dot_mm=9.0, keep_out={}), expressions=QUICK.expressions))
     assert wide.meetings
     assert all(one.holds for one in check_plan(wide, rig))
     broken = [one.what for one in check_plan(sealed(replace(wide, meetings=wide.meetings[1:])), rig) if not one.holds]

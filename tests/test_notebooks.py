@@ -5,12 +5,13 @@ import html
 import importlib.util
 import subprocess
 import sys
+from dataclasses import replace
 
 import marimo as mo
 import msgspec
 import pytest
 
-from capture_plan import notebook
+from capture_plan import figures, notebook
 from capture_plan import notebooks_support as parts
 from capture_plan.errors import RigError
 from capture_plan.expressions import PackingSettings
@@ -18,13 +19,13 @@ from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.shell.takes import takes_of
 from capture_plan.notebook import notebooks_folder, open_notebook
 from capture_plan.plan.files import plan_bytes
-from capture_plan.plan.make import make_plan
 from capture_plan.plan.record import Plan, sealed
-from capture_plan.plan.settings import Settings
 from capture_plan.progress import track
 from capture_plan.report.words import millimetres
 from capture_plan.rig import sample_rig
+from capture_plan.rig.audit import audit
 from capture_plan.rig.sample.motion import sample_motion
+from tests.once import plan_of
 
 NOTEBOOKS = sorted(notebooks_folder().glob("*.py"))
 NAMES = [
@@ -44,7 +45,7 @@ NAMES = [
 @pytest.fixture(scope="module")
 def short_plan():
     """The sample's plan with two of its expressions: enough to draw."""
-    plan = make_plan(sample_rig())
+    plan = plan_of()
     packing = msgspec.structs.replace(plan.packing, expressions=plan.packing.expressions[:2])
     return sealed(msgspec.structs.replace(plan, packing=packing))
 
@@ -89,9 +90,17 @@ def test_notebooks_are_clean_under_marimos_own_check():
     assert all("__generated_with" in path.read_text() for path in NOTEBOOKS)
 
 
-@pytest.mark.parametrize("name", ["compare_layouts", "expressions", "landmarks", "packing_worth", "rig", "visibility"])
+@pytest.mark.parametrize("name", ["compare_layouts", "expressions", "landmarks", "rig", "visibility"])
 def test_a_notebook_runs_alone_on_the_sample(name):
     assert run(name)["rig"].fingerprint == sample_rig().fingerprint
+
+
+def test_what_packing_is_worth_is_shown_of_a_rig_that_it_is_given():
+    whole = sample_rig()
+    few = replace(whole, names=whole.names[:12], deltas=whole.deltas[:12])
+    defined = run("packing_worth", rig=few, sitter=figures.sit(few), used=audit(few).used)
+    assert {len(rows) for rows in defined["by_rules"].values()} == {11}
+    assert {name for e in defined["packing"].expressions for name in e.blendshapes} == set(audit(few).used)
 
 
 def test_the_notebook_of_thin_shells_evaluates_the_take_that_it_is_given():
@@ -108,7 +117,7 @@ def test_the_sheets_notebook_draws_every_page(short_plan):
 
 def test_the_session_makes_the_plan_that_the_command_line_makes():
     plan = run("session", pages={})["plan"]
-    assert plan_bytes(plan) == plan_bytes(make_plan(sample_rig(), Settings()))
+    assert plan_bytes(plan) == plan_bytes(plan_of())
 
 
 def test_knobs_start_at_the_defaults_of_the_settings():

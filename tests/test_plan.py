@@ -22,11 +22,12 @@ from capture_plan.plan.files import (
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.settings import Settings
 from capture_plan.plan.summary import summary
+from tests.once import plan_of
 
 
 @pytest.fixture(scope="module")
-def plan(rig):
-    return make_plan(rig)
+def plan():
+    return plan_of()
 
 
 def test_a_plan_reads_back_equal(plan, tmp_path):

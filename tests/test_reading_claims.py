@@ -1,27 +1,24 @@
 """`check` asks whether the reading makes sense, also where the plan was made from the same wrong one."""
 
-import json
 from dataclasses import replace as dataclass_replace
 
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from capture_plan.expressions.settings import PackingSettings
-from capture_plan.layout.settings import LayoutSettings
 from capture_plan.plan.again_claims import audit_claim
+from capture_plan.plan.check_page import check_lines
+from capture_plan.plan.files import read_plan, rig_of
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.reading_claims import reading_claims, strongest_kinds
-from capture_plan.plan.settings import Settings
 from capture_plan.rig.read import read_rig
 from tests.command import run
-
-COVER = Settings(landmarks=LayoutSettings(method="cover"), expressions=PackingSettings(method="greedy"))
+from tests.once import QUICK, plan_of
 
 
 @pytest.fixture(scope="module")
-def plan(rig):
-    return make_plan(rig, COVER)
+def plan():
+    return plan_of(QUICK)
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +41,7 @@ def test_a_plan_that_was_read_right_makes_sense(plan, rig):
 
 def test_a_mirrored_rig_fails(file):
     mirrored = read_rig(file.with_name("mirrored.npz"))
-    found = broken(make_plan(mirrored, COVER), mirrored)
+    found = broken(make_plan(mirrored, QUICK), mirrored)
     assert "exchange left and right" in found["what is called left moves the subject's left"]
 
 
@@ -67,13 +64,11 @@ def test_a_wrong_reading_fails_though_the_plan_was_made_with_it_and_what_to_corr
 ):
     quick = ("--method", "cover", "--expressions", "greedy", "-o", "plan.json")
     run("plan", file.name, *given.split(), *quick, cwd=file.parent)
-    checked = run("check", "plan.json", "--json", cwd=file.parent)
-    assert checked.returncode == 1
-    claims = {claim["what"]: claim for claim in json.loads(checked.stdout)}
-    assert not claims[what]["holds"]
-    assert told in claims[what]["found"]
-    assert checked.stderr.count("To correct: ") == 1
-    assert says in checked.stderr
+    plan = read_plan(file.with_name("plan.json"))
+    claims = reading_claims(plan, rig_of(plan, file.with_name("plan.json")))
+    assert told in next(claim.told for claim in claims if claim.what == what and not claim.holds)
+    (to_correct,) = (line for line in check_lines(claims, ()) if line.startswith("To correct: "))
+    assert says in to_correct
 
 
 def named(plan, region):

@@ -8,17 +8,17 @@ from msgspec.structs import replace
 
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.plan.files import plan_bytes
-from capture_plan.plan.make import make_plan
 from capture_plan.plan.settings import Settings
 from capture_plan.report.evidence import evidence
 from capture_plan.report.page import ASSETS
 from capture_plan.rig import sample_rig
 from tests import test_verify_plan as forged
+from tests.once import plan_of
 
 
 @pytest.fixture(scope="module")
 def plan():
-    return make_plan(sample_rig(), Settings(landmarks=LayoutSettings(method="adaptive", head_markers=3)))
+    return plan_of(Settings(landmarks=LayoutSettings(method="adaptive", head_markers=3)))
 
 
 @pytest.fixture(scope="module")

@@ -5,18 +5,16 @@ from msgspec.structs import replace
 
 from capture_plan.errors import PlanError
 from capture_plan.layout.follow import SINGLE_COVER
-from capture_plan.layout.settings import LayoutSettings
 from capture_plan.plan.check import check_plan
-from capture_plan.plan.make import make_plan
-from capture_plan.plan.settings import Settings
 from capture_plan.rig import sample_rig
+from tests.once import QUICK, plan_of
 
 RIG = sample_rig()
 
 
 @pytest.fixture(scope="module")
 def plan():
-    return make_plan(RIG, Settings(landmarks=LayoutSettings(method="cover")))
+    return plan_of(QUICK)
 
 
 def with_first(plan, **changes):

@@ -239,7 +239,8 @@ def planned(rig, anna, bert, tmp_path_factory):
             fps=30.0,
         )
     np.savetxt(folder / "w.txt", np.where(np.arange(int(rig.source_index.max()) + 1) % 2, 1.0, 2.0))
-    options = ["--method", "motion", "--number", "12", "-o", str(folder / "plans" / "plan.json")]
+    options = ["--method", "motion", "--number", "12", "--expressions", "greedy"]
+    options += ["-o", str(folder / "plans" / "plan.json")]
     for take, weight in ((anna, "1"), (bert, "2")):
         options += ["--sequence", str(folder / f"{take.name}.npz"), "--sequence-weight", weight]
     ended = CliRunner().invoke(app, ["plan", "sample", *options, "--vertex-weights", str(folder / "w.txt")])

@@ -16,6 +16,7 @@ from capture_plan.rig import sample_rig
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.regions import REGIONS, UNNAMED, face_regions
 from capture_plan.sheets.style import LOOKS, looks_of
+from tests.once import QUICK
 
 DOUBTED = ("eyes", "mouth", "axes")
 
@@ -56,7 +57,7 @@ def test_a_nose_or_ears_in_doubt_take_no_name_away(unsure):
 
 def test_a_plan_counts_its_markers_and_says_why(unsure):
     unsure("mouth")
-    made = make_plan(rig(), Settings(landmarks=LayoutSettings(method="cover")))
+    made = make_plan(rig(), QUICK)
     assert {m.region for m in made.layout.landmarks} == {UNNAMED}
     assert all(m.label.startswith(("left side", "right side", "middle")) for m in made.layout.landmarks)
     assert any("without the names of regions" in line for line in summary(made))

@@ -14,11 +14,10 @@ from capture_plan.layout.task import task_of
 from capture_plan.layout.wishes import OTHER_SHARE, counted, keep_outs
 from capture_plan.mesh import geodesic_distance
 from capture_plan.plan.check import check_plan
-from capture_plan.plan.make import make_plan
-from capture_plan.plan.settings import Settings
 from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
 from capture_plan.visibility import cameras_for
+from tests.once import QUICK, plan_of
 
 COVER = LayoutSettings(method="cover")
 METHODS = (
@@ -158,7 +157,7 @@ def test_a_budget_planned_again_after_a_pin_moves_few_landmarks_and_stays_near_t
 
 
 def test_a_plan_that_breaks_a_wish_is_caught(pin):
-    plan = make_plan(sample_rig(), Settings(landmarks=replace(COVER, pins=(pin,), head_markers=3)))
+    plan = plan_of(replace(QUICK, landmarks=replace(COVER, pins=(pin,), head_markers=3)))
     assert [claim.what for claim in check_plan(plan, sample_rig()) if not claim.holds] == []
     other = next(m for m in plan.layout.landmarks if m.source_vertex != pin)
     lies = (
