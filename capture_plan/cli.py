@@ -30,6 +30,7 @@ app = typer.Typer(
 
 LANDMARKS, EXPRESSIONS, SESSION = "Landmarks", "Expressions", "Session, cameras and takes"  # groups of help
 READING = "How the rig is read, where that went wrong"
+STOPPED = 130  # exit code after Ctrl-C, as shells know it
 SPELLED = {
     "expressions.method": "--expressions", "landmarks.caps": "--cap", "landmarks.pins": "--pin",
     "landmarks.forbidden": "--forbid", "sequences": "--sequence", "sequence_weights": "--sequence-weight",
@@ -879,11 +880,14 @@ def main() -> None:
     from capture_plan.terminal import Terminal, close_quietly, open_streams
 
     open_streams()
+    terminal = Terminal(sys.stderr)
     try:
-        with show_progress(Terminal(sys.stderr)):
+        with show_progress(terminal):
             code = app(standalone_mode=False, prog_name="capture-plan") or 0
-            sys.stdout.flush()
-            sys.exit(code)
+        if code == STOPPED:
+            raise KeyboardInterrupt
+        sys.stdout.flush()
+        sys.exit(code)
     except TyperException as error:
         reason = getattr(error, "format_message", lambda: str(error))()
         say([reason if reason.startswith("Usage") else f"capture-plan: {' '.join(reason.split())} (see --help)"])
@@ -895,6 +899,6 @@ def main() -> None:
         close_quietly(sys.stdout)
         say([f"capture-plan: {printable(str(error))}; nothing half-written was left"])
     except KeyboardInterrupt:
-        say(["capture-plan: stopped; nothing half-written was left"])
-        sys.exit(130)
+        say([" ".join(f"capture-plan: stopped {terminal.how_far()}".split()) + "; nothing half-written was left"])
+        sys.exit(STOPPED)
     sys.exit(2)

@@ -36,6 +36,7 @@ class Terminal:
     _label: str = field(default="", init=False)
     _began: float = field(default=0.0, init=False)
     _said: float = field(default=0.0, init=False)
+    _share: float = field(default=0.0, init=False)
 
     def __call__(self, label: str, done: int, total: int) -> None:
         """So much of `total` is done of what `label` names."""
@@ -44,8 +45,17 @@ class Terminal:
             self._label, self._began, self._said = label, now, now
         if not total:
             return
+        self._share = done / total
         with suppress(OSError):
             self._draw(done, total, now) if self.stream.isatty() else self._say(done, total, now)
+
+    def how_far(self) -> str:
+        """What was being done, where it reports that, and the share of it that is done; its line is cleared."""
+        if not self._label:
+            return ""
+        with suppress(OSError):
+            self._draw(1, 1, self.now()) if self.stream.isatty() else None
+        return f"after '{self._label}'" if self._share == 1 else f"at '{self._label}', {self._share:.0%} done"
 
     def _draw(self, done: int, total: int, now: float) -> None:
         if 0 < done < total and now - self._said < EVERY_S:

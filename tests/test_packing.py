@@ -358,7 +358,7 @@ def test_who_proves_the_number_is_told(packing):
 
 
 def test_without_time_for_a_proof_the_list_holds_and_its_gap_is_told(monkeypatch):
-    monkeypatch.setattr("capture_plan.expressions.cpsat.WORK_LIMIT", 0.0)
+    monkeypatch.setattr("capture_plan.solver.WORK_LIMIT", 0.0)
     order, bound = minimum(free(RING), lambda packed: np.arange(1.0, 6))
     assert (len(order.expressions), bound) == (3, 2)
     assert not order.proven

@@ -9,7 +9,7 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "capture_plan"
 FLOORS = (
-    {"errors", "progress"},
+    {"errors", "progress", "solver"},
     {"output", "documents"},
     {"cache"},
     {"mesh"},
@@ -26,7 +26,7 @@ FLOORS = (
 ONLY_IN = {
     "embreex": {"visibility"},
     "pxr": {"rig"},
-    "ortools": {"layout", "expressions"},
+    "ortools": {"solver", "layout", "expressions"},
     "pyrender": {"sheets"},
     "OpenGL": {"sheets"},
     "PIL": {"sheets"},

@@ -15,8 +15,8 @@ from jaxtyping import Bool, Int
 from ortools.sat.python import cp_model
 
 from capture_plan.expressions.conflicts import conflict_graph, core, deepest, edge_cover
-from capture_plan.expressions.cpsat import UndecidedError, solve
 from capture_plan.expressions.instance import Instance
+from capture_plan.solver import UndecidedError, solve
 
 
 def largest_clique(sets: Bool[np.ndarray, "g n"]) -> Int[np.ndarray, " e"]:

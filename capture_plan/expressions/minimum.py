@@ -19,12 +19,12 @@ from jaxtyping import Bool, Float, Int
 
 from capture_plan.expressions.colouring import colour, greedy, largest_clique
 from capture_plan.expressions.conflicts import conflict_graph, core
-from capture_plan.expressions.cpsat import UndecidedError
 from capture_plan.expressions.instance import Instance, check_places
 from capture_plan.expressions.listing import Weigh
 from capture_plan.expressions.sequential import Heaviest, Order, heaviest
 from capture_plan.expressions.whole import heaviest_and_rest, least_cost
 from capture_plan.progress import track
+from capture_plan.solver import UndecidedError
 
 CUTS = 40  # per expression; real rigs need fewer than 20
 
@@ -64,7 +64,7 @@ def heaviest_first(found: Shortest, weigh: Weigh) -> Order:
     """As many expressions, each the heaviest that is possible after those before it."""
     instance, colours, budget, proven = found.instance, found.colours, found.budget, found.easiest
     j, left, expressions = int(colours.max()) + 1, np.ones(len(instance), dtype=bool), []
-    for e in track(range(j), "ordering expressions"):
+    for e in track(range(j), "Ordering expressions"):
         if not left.any():
             break  # without a proof of the number, filling up expressions may save one
         try:

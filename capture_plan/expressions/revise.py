@@ -20,7 +20,6 @@ from ortools.sat.python import cp_model
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.expressions.colouring import Assigned, assigned, assignment
-from capture_plan.expressions.cpsat import solve
 from capture_plan.expressions.early import in_promised_order, proves_order
 from capture_plan.expressions.instance import FREE, Instance, check_places
 from capture_plan.expressions.listing import Target, blendshape_importance, item_importance, packing_record
@@ -32,6 +31,7 @@ from capture_plan.expressions.rules import Rules
 from capture_plan.expressions.settings import Edits, PackingSettings
 from capture_plan.expressions.whole import cost_of
 from capture_plan.rig import Rig
+from capture_plan.solver import solve
 
 ALIKE = 0.99  # of the worth of the first list: another one is as good
 STEP = 1_000  # importance is compared to a thousandth: whole lists are weighed at once

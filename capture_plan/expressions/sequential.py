@@ -19,9 +19,9 @@ from jaxtyping import Bool, Float, Int
 from ortools.sat.python import cp_model
 
 from capture_plan.expressions.conflicts import conflict_graph
-from capture_plan.expressions.cpsat import UndecidedError, solve
 from capture_plan.expressions.instance import Costs, Instance, check_places
 from capture_plan.expressions.listing import Weigh
+from capture_plan.solver import UndecidedError, solve
 
 Accept = Callable[[tuple[int, ...], int], bool]  # (items of the expression so far, the item proposed for it)
 UNIT = 1_000_000  # importance is compared to a millionth: CP-SAT counts in integers

@@ -52,7 +52,7 @@ def mu_sweep(
 ) -> tuple[MuRow, ...]:
     """A row for every mu; the other settings stay."""
     rows = []
-    for mu in track(mus, "mu"):
+    for mu in track(mus, "Packing for every mu"):
         least, sequence, greedy = (
             pack(rig, used, replace(settings, mu=mu, method=method, limit=None), rules=rules, apart=apart)
             for method in ("minimum", "sequential", "greedy")

@@ -12,9 +12,9 @@ from jaxtyping import Bool, Float, Int
 from ortools.sat.python import cp_model
 
 from capture_plan.expressions.colouring import Assigned, assigned, assignment, largest_clique
-from capture_plan.expressions.cpsat import UndecidedError, solve
 from capture_plan.expressions.instance import Costs, Instance
 from capture_plan.expressions.sequential import UNIT, Heaviest
+from capture_plan.solver import UndecidedError, solve
 
 
 def least_cost(instance: Instance, j: int) -> tuple[Int[np.ndarray, " g"], int, bool]:

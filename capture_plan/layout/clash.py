@@ -7,7 +7,8 @@ clashes, and giving up any one of it would do (deletion filter of Chinneck & Dra
 from scipy.sparse import csr_array
 
 from capture_plan.layout.limits import Limit
-from capture_plan.layout.program import Program, UndecidedError, branch, relax
+from capture_plan.layout.program import Program, branch, relax
+from capture_plan.solver import UndecidedError
 
 COVERAGE = "a landmark on every blendshape"
 SPACING = "the spacing"

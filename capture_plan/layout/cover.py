@@ -19,10 +19,11 @@ from scipy.sparse import csr_array
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.clash import clash_words
 from capture_plan.layout.limits import Limit
-from capture_plan.layout.program import WORK_LIMIT, Answer, Program, UndecidedError, branch, relax
+from capture_plan.layout.program import WORK_LIMIT, Answer, Program, branch, relax
 from capture_plan.layout.reduce import essential_rows, undominated
 from capture_plan.layout.rounds import RESOLUTION
 from capture_plan.layout.spacing import Spacing
+from capture_plan.solver import UndecidedError
 
 FIRST_SITES, FIRST_SHARE = 300, 6  # sites that the first branching is about, and for each that the relaxation chooses
 MOST_SITES = 4000  # where so many are not enough for a proof, the gap is stated

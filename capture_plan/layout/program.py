@@ -24,6 +24,7 @@ from scipy.optimize import linprog
 from scipy.sparse import csr_array, triu, vstack
 
 from capture_plan.layout.limits import Limit
+from capture_plan.solver import UndecidedError, solve
 
 WORK_LIMIT = 2.0  # CP-SAT's deterministic time, about seconds: the same input gives the same answer on any machine
 
@@ -79,10 +80,6 @@ class Answer:
     bound: int
 
 
-class UndecidedError(Exception):
-    """The work ran out before any choice was found or any proof that there is none."""
-
-
 def relax(program: Program) -> Relaxation | None:
     """The linear relaxation, None where even that has no solution."""
     s = len(program.cost)
@@ -128,12 +125,7 @@ def branch(program: Program, hint: Sequence[int] = ()) -> Answer | None:
     for s in hint:
         model.add_hint(f[s], True)
 
-    solver = cp_model.CpSolver()
-    solver.parameters.num_workers = 1
-    solver.parameters.linearization_level = 2
-    solver.parameters.random_seed = 0
-    solver.parameters.max_deterministic_time = WORK_LIMIT
-    status = solver.solve(model)
+    solver, status = solve(model, work_limit=WORK_LIMIT)
     if status == cp_model.UNKNOWN:
         raise UndecidedError
     if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):

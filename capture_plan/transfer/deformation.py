@@ -63,7 +63,7 @@ def transfer_onto(
     source = SourceFrames.of(neutral, surface.triangles)
     tangents = np.einsum("yx,fya->fxa", R, surface.tangents)  # R' T
     x = np.empty(deltas.shape)
-    for k, d in enumerate(track(deltas, "transferring blendshapes")):
+    for k, d in enumerate(track(deltas, "Transferring blendshapes")):
         moved = d.astype(float)
         g = np.einsum("xy,fyz,fza->fax", R, source.gradients(neutral + moved), tangents)
         mapped = moved @ sR.T

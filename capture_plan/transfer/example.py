@@ -81,7 +81,7 @@ def rebuild_and_weigh(
     check_scans(prior, scans, asked)
     Y, u, P = cells(prior.surface, scans - prior.surface.neutral), prior.freedom(hard=hard), prior.cells
     X, W, wanted, left, energies = P, asked, asked != 0, Y, []
-    for _ in track(range(ROUNDS), "fitting blendshapes and weights in turns"):
+    for _ in track(range(ROUNDS), "Fitting blendshapes and weights in turns"):
         X = best_gradients(prior, left, W * wanted, u, beta)
         W = _weights_of_each(prior, X, Y, asked, gamma)
         left = Y - (W * ~wanted) @ P  # of each scan, what was asked for has to show
@@ -165,7 +165,7 @@ def integrate(
 ) -> Float[np.ndarray, "k v 3"]:
     """Deltas with these gradients for the blendshapes `which`, the prior's for the others, millimetres."""
     deltas, f = prior.deltas.copy(), len(prior.surface.triangles)
-    for k in track(which, "building blendshapes"):
+    for k in track(which, "Building blendshapes"):
         surface = prior.hard_surfaces[k] if hard else prior.surface
         held = np.where(prior.still[k][:, None], 0, prior.deltas[k]) if hard else prior.deltas[k]
         loose = X[k, 6 * f :].reshape(-1, 3) * prior.surface.sizes[:, None]

@@ -116,7 +116,7 @@ def score_orders(
 ) -> tuple[Score, ...]:
     """One row for each target, order and count, and for the whole of each order: ready for a table or a figure."""
     counts, rows = sorted(set(counts)), []
-    for target in track(targets, "rebuilding rigs from scans"):
+    for target in track(targets, "Rebuilding rigs from scans"):
         bench = Bench(rig, target)
         for order, expressions in orders.items():
             reached = [count for count in counts if count < len(expressions)]

@@ -93,7 +93,7 @@ def optimise_as_published(
     """The best layout of some random starts."""
     rng, small, may = np.random.default_rng(seed), motion.compressed(tail_mm), np.flatnonzero(candidates)
     best, least, moves, uphill = may[:count], np.inf, 0, 0
-    for _ in track(range(starts), "descents as published"):
+    for _ in track(range(starts), "Descents as published"):
         descent = Descent(shell, small, rng.choice(may, count, replace=False))
         before = descent.error
         for markers, E in visited(descent, may, rng):

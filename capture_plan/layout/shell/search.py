@@ -65,7 +65,7 @@ class Search:
         Raises:
             InfeasibleError: no vertex is left that may carry one more.
         """
-        for _ in track(range(count - len(self.state.markers)), "placing markers"):
+        for _ in track(range(count - len(self.state.markers)), "Placing markers"):
             if len(self.state.markers) < count:
                 site = self._best_site(count - len(self.state.markers))[1]
                 if not site:
@@ -114,7 +114,7 @@ class Search:
         """Sweeps over the markers, each moved to its best place, until one sweep gains nothing."""
         move = self._move if self.sites.mirror is None else self._move_site
         for _ in range(SWEEPS):
-            gained = sum([move(h) for h in track(tuple(self.state.markers[self.pinned :]), "moving markers")])
+            gained = sum([move(h) for h in track(tuple(self.state.markers[self.pinned :]), "Moving markers")])
             if not gained:
                 return
             self.swaps += gained
@@ -152,7 +152,7 @@ class Search:
                 return
             movable = self.state.markers[self.pinned :]
             pairs = [(movable[i], movable[j]) for i, j in near_pairs(self._vertices[movable])]
-            gained = sum([self._move_two(i, j) for i, j in track(pairs, "moving markers two at a time")])
+            gained = sum([self._move_two(i, j) for i, j in track(pairs, "Moving markers two at a time")])
             if not gained:
                 return
             self.swaps += gained

@@ -1,0 +1,36 @@
+"""How every integer program is solved: CP-SAT, one worker, seeded, with a limit that knows no clock.
+
+CP-SAT would take Ctrl-C for itself and afterwards leave it to kill the process without a word. So it works in a thread
+of its own, and whoever asked listens meanwhile and stops it.
+"""
+
+from concurrent.futures import ThreadPoolExecutor
+
+from ortools.sat.python import cp_model
+
+WORK_LIMIT = 20.0  # CP-SAT's deterministic time, about seconds: the same input gives the same answer on any machine
+
+
+class UndecidedError(Exception):
+    """The work ran out before any answer was found or any proof that there is none."""
+
+
+def solve(
+    model: cp_model.CpModel, *, work_limit: float | None = None
+) -> tuple[cp_model.CpSolver, cp_model.CpSolverStatus]:
+    """The solver with its solution, and the status, which the caller tests on its next line."""
+    solver = cp_model.CpSolver()
+    solver.parameters.num_workers = 1
+    solver.parameters.random_seed = 0
+    solver.parameters.linearization_level = 2
+    solver.parameters.max_deterministic_time = WORK_LIMIT if work_limit is None else work_limit
+    solver.parameters.catch_sigint_signal = False
+    with ThreadPoolExecutor(1) as thread:
+        solving = thread.submit(solver.solve, model)
+        try:
+            status = solving.result()
+        except BaseException:
+            solver.stop_search()
+            raise
+    assert status != cp_model.MODEL_INVALID, model.validate()
+    return solver, status
