@@ -86,40 +86,47 @@ def test_every_sign_of_the_sample_points_where_it_should(named):
 # ---------------------------------------------------------------- unit
 @pytest.mark.parametrize(("mm", "sure"), [(1.0, True), (10.0, True), (1000.0, True), (25.4, True), (100.0, False)])
 def test_a_human_face_tells_its_unit_and_is_sure_where_no_doll_is_as_large_in_its_file(mm, sure):
-    found = find_unit(None, 62 / mm, 52 / mm, 300 / mm, few=False)
+    found = find_unit(None, 62 / mm, 52 / mm, 300 / mm, drop=65 / mm, few=False)
     assert (found.mm, found.sure) == (mm, sure)
-    assert find_unit(mm, 62 / mm, 52 / mm, 300 / mm, few=False).sure
+    assert find_unit(mm, 62 / mm, 52 / mm, 300 / mm, drop=65 / mm, few=False).sure
 
 
 def test_the_format_s_unit_stands_for_a_mascot_and_is_not_sure():
-    found = find_unit(1000.0, 0.29, 0.2, 0.9, few=False)
+    found = find_unit(1000.0, 0.29, 0.2, 0.9, drop=0.2, few=False)
     assert (found.mm, found.sure) == (1000.0, False)
 
 
 @pytest.mark.parametrize("stated", [None, 10.0])
 @pytest.mark.parametrize("doll", [0.2, 0.35, 0.46, 0.5])
 def test_a_doll_in_centimetres_of_no_usual_adult_s_size_is_never_surely_a_person_in_inches(stated, doll):
-    found = find_unit(stated, doll * 62 / 10, doll * 52 / 10, doll * 300 / 10, few=False)
+    found = find_unit(stated, doll * 62 / 10, doll * 52 / 10, doll * 300 / 10, drop=doll * 65 / 10, few=False)
     assert not found.sure
     assert stated is None or found.mm == stated
 
 
 @pytest.mark.parametrize("mm", [20.0, 22.0, 28.0, 30.0, 33.0])
 def test_a_file_of_any_scale_is_never_surely_in_inches_where_it_is_a_tenth_off(mm):
-    assert not find_unit(None, 62 / mm, 52 / mm, 300 / mm, few=False).sure
+    assert not find_unit(None, 62 / mm, 52 / mm, 300 / mm, drop=65 / mm, few=False).sure
 
 
 @pytest.mark.parametrize("doll", [0.08, 0.1, 0.12])
 def test_a_doll_in_metres_is_never_surely_a_person_in_decimetres(doll):
-    assert not find_unit(None, doll * 0.062, doll * 0.052, doll * 0.3, few=False).sure
+    assert not find_unit(None, doll * 0.062, doll * 0.052, doll * 0.3, drop=doll * 0.065, few=False).sure
 
 
 def test_the_format_s_unit_falls_where_no_face_can_be_so_large():
-    assert find_unit(1000.0, 62.0, 52.0, 300.0, few=False).mm == 1.0
+    assert find_unit(1000.0, 62.0, 52.0, 300.0, drop=65.0, few=False).mm == 1.0
+
+
+@pytest.mark.parametrize(("true", "stated"), [(25.4, 10.0), (10.0, 25.4)])
+@pytest.mark.parametrize("drop", [65.0, 40.0, None])
+def test_the_format_s_unit_falls_where_a_face_built_like_a_person_s_has_a_person_s_size_in_another(true, stated, drop):
+    found = find_unit(stated, 62 / true, 52 / true, 300 / true, drop=drop and drop / true, few=False)
+    assert (found.mm, found.sure) == ((true, True) if drop == 65.0 else (stated, False))
 
 
 def test_a_face_of_no_usual_unit_is_scaled_and_not_sure():
-    found = find_unit(None, 63 / 5.0, 54 / 5.0, 300 / 5.0, few=False)
+    found = find_unit(None, 63 / 5.0, 54 / 5.0, 300 / 5.0, drop=65 / 5.0, few=False)
     assert found.mm in (5.0, 10.0)
     assert not found.sure
 
