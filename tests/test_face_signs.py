@@ -11,8 +11,9 @@ from capture_plan.rig.face.candidate import Candidate
 from capture_plan.rig.face.channels import find_channels, moves_rigidly
 from capture_plan.rig.face.eyes import eye_candidates
 from capture_plan.rig.face.of_rig import rig_points
-from capture_plan.rig.face.points import choose
-from capture_plan.rig.face.reading import face_reading
+from capture_plan.rig.face.points import Found, choose
+from capture_plan.rig.face.reading import eyes_hold, face_reading
+from capture_plan.rig.face.record import Sign
 from capture_plan.rig.face.shape import Shape
 from capture_plan.rig.face.unit import find_unit
 from capture_plan.rig.face.votes import all_votes
@@ -219,6 +220,13 @@ def test_eyes_below_the_mouth_are_never_sure():
     eyes, mouth = choose([pair("ball", 1.5, 30, -60), pair("rim", 0.3, 30, -60)], [spot("tear", 1.8, 0)])
     assert not eyes.sure
     assert not mouth.sure
+
+
+@pytest.mark.parametrize(("trust", "against", "sure"), [(1.5, True, False), (1.5, False, True), (2.5, True, True)])
+def test_eyes_fall_with_the_mouth_that_they_were_chosen_for_unless_one_sign_is_enough(trust, against, sure):
+    """Seed-san without names: skin that parts inside the head looked like a mouth, and brows like eyes above it."""
+    eyes = Found(np.zeros((2, 3)), True, (Sign("what closes", "here", trust), Sign("balls", "elsewhere", -2.0)))
+    assert eyes_hold(eyes, (Sign("the skin around the mouth, which lies before it", "", -1.0),) * against) == sure
 
 
 def test_nothing_found_is_said():

@@ -8,10 +8,10 @@ Sure       the lead over every other unit is LEAD, and the face has a size that 
 The format's unit stands while the face is as large as those of mascots and dolls may be, but is not sure of what no
 person has. It falls where the face is built like a person's and another unit gives it the size of one: files that call
 inches centimetres, or the reverse, are far more common than figurines of human proportions, and whoever plays such a
-figurine has a human face. A face that fits no usual unit is scaled to a human's, which is never sure. Nor are decimetres that no
-format states: dolls in metres are as large in their files as people are in those. Inches are sure of a usual adult's
-face only: a doll in centimetres that is as large in its file gets the size of the actor who plays it, and a file that
-somebody scaled at will to within a tenth of that is read a tenth too large or small at most.
+figurine has a human face. A face that fits no usual unit is scaled to a human's, which is never sure. Nor are
+decimetres that no format states: dolls in metres are as large in their files as people are in those. Inches are sure of
+a usual adult's face only: a doll in centimetres that is as large in its file gets the size of the actor who plays it,
+and a file that somebody scaled at will to within a tenth of that is read a tenth too large or small at most.
 """
 
 import numpy as np
