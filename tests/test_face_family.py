@@ -38,7 +38,11 @@ def test_no_face_is_read_wrong_without_a_doubt(verdicts, question):
     assert not wrong
 
 
-@pytest.mark.xfail(reason="some faces are still doubted", raises=AssertionError, strict=True)
+@pytest.mark.xfail(
+    reason="emotions of sealed or eyeless heads, cartoons and inches leave doubts",
+    raises=AssertionError,
+    strict=True,
+)
 def test_nearly_all_faces_are_read_right(verdicts):
     assert np.mean([v == "right" for verdict in verdicts for v in verdict.values()]) >= RIGHT
 

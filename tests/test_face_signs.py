@@ -11,8 +11,9 @@ from capture_plan.rig.face.candidate import Candidate
 from capture_plan.rig.face.channels import find_channels, moves_rigidly
 from capture_plan.rig.face.eyes import eye_candidates
 from capture_plan.rig.face.of_rig import rig_points
-from capture_plan.rig.face.points import choose
-from capture_plan.rig.face.reading import face_reading
+from capture_plan.rig.face.points import Found, choose
+from capture_plan.rig.face.reading import eyes_hold, face_reading
+from capture_plan.rig.face.record import Sign
 from capture_plan.rig.face.shape import Shape
 from capture_plan.rig.face.unit import find_unit
 from capture_plan.rig.face.votes import all_votes
@@ -86,40 +87,47 @@ def test_every_sign_of_the_sample_points_where_it_should(named):
 # ---------------------------------------------------------------- unit
 @pytest.mark.parametrize(("mm", "sure"), [(1.0, True), (10.0, True), (1000.0, True), (25.4, True), (100.0, False)])
 def test_a_human_face_tells_its_unit_and_is_sure_where_no_doll_is_as_large_in_its_file(mm, sure):
-    found = find_unit(None, 62 / mm, 52 / mm, 300 / mm, few=False)
+    found = find_unit(None, 62 / mm, 52 / mm, 300 / mm, drop=65 / mm, few=False)
     assert (found.mm, found.sure) == (mm, sure)
-    assert find_unit(mm, 62 / mm, 52 / mm, 300 / mm, few=False).sure
+    assert find_unit(mm, 62 / mm, 52 / mm, 300 / mm, drop=65 / mm, few=False).sure
 
 
 def test_the_format_s_unit_stands_for_a_mascot_and_is_not_sure():
-    found = find_unit(1000.0, 0.29, 0.2, 0.9, few=False)
+    found = find_unit(1000.0, 0.29, 0.2, 0.9, drop=0.2, few=False)
     assert (found.mm, found.sure) == (1000.0, False)
 
 
 @pytest.mark.parametrize("stated", [None, 10.0])
 @pytest.mark.parametrize("doll", [0.2, 0.35, 0.46, 0.5])
 def test_a_doll_in_centimetres_of_no_usual_adult_s_size_is_never_surely_a_person_in_inches(stated, doll):
-    found = find_unit(stated, doll * 62 / 10, doll * 52 / 10, doll * 300 / 10, few=False)
+    found = find_unit(stated, doll * 62 / 10, doll * 52 / 10, doll * 300 / 10, drop=doll * 65 / 10, few=False)
     assert not found.sure
     assert stated is None or found.mm == stated
 
 
 @pytest.mark.parametrize("mm", [20.0, 22.0, 28.0, 30.0, 33.0])
 def test_a_file_of_any_scale_is_never_surely_in_inches_where_it_is_a_tenth_off(mm):
-    assert not find_unit(None, 62 / mm, 52 / mm, 300 / mm, few=False).sure
+    assert not find_unit(None, 62 / mm, 52 / mm, 300 / mm, drop=65 / mm, few=False).sure
 
 
 @pytest.mark.parametrize("doll", [0.08, 0.1, 0.12])
 def test_a_doll_in_metres_is_never_surely_a_person_in_decimetres(doll):
-    assert not find_unit(None, doll * 0.062, doll * 0.052, doll * 0.3, few=False).sure
+    assert not find_unit(None, doll * 0.062, doll * 0.052, doll * 0.3, drop=doll * 0.065, few=False).sure
 
 
 def test_the_format_s_unit_falls_where_no_face_can_be_so_large():
-    assert find_unit(1000.0, 62.0, 52.0, 300.0, few=False).mm == 1.0
+    assert find_unit(1000.0, 62.0, 52.0, 300.0, drop=65.0, few=False).mm == 1.0
+
+
+@pytest.mark.parametrize(("true", "stated"), [(25.4, 10.0), (10.0, 25.4)])
+@pytest.mark.parametrize("drop", [65.0, 40.0, None])
+def test_the_format_s_unit_falls_where_a_face_built_like_a_person_s_has_a_person_s_size_in_another(true, stated, drop):
+    found = find_unit(stated, 62 / true, 52 / true, 300 / true, drop=drop and drop / true, few=False)
+    assert (found.mm, found.sure) == ((true, True) if drop == 65.0 else (stated, False))
 
 
 def test_a_face_of_no_usual_unit_is_scaled_and_not_sure():
-    found = find_unit(None, 63 / 5.0, 54 / 5.0, 300 / 5.0, few=False)
+    found = find_unit(None, 63 / 5.0, 54 / 5.0, 300 / 5.0, drop=65 / 5.0, few=False)
     assert found.mm in (5.0, 10.0)
     assert not found.sure
 
@@ -212,6 +220,13 @@ def test_eyes_below_the_mouth_are_never_sure():
     eyes, mouth = choose([pair("ball", 1.5, 30, -60), pair("rim", 0.3, 30, -60)], [spot("tear", 1.8, 0)])
     assert not eyes.sure
     assert not mouth.sure
+
+
+@pytest.mark.parametrize(("trust", "against", "sure"), [(1.5, True, False), (1.5, False, True), (2.5, True, True)])
+def test_eyes_fall_with_the_mouth_that_they_were_chosen_for_unless_one_sign_is_enough(trust, against, sure):
+    """Seed-san without names: skin that parts inside the head looked like a mouth, and brows like eyes above it."""
+    eyes = Found(np.zeros((2, 3)), True, (Sign("what closes", "here", trust), Sign("balls", "elsewhere", -2.0)))
+    assert eyes_hold(eyes, (Sign("the skin around the mouth, which lies before it", "", -1.0),) * against) == sure
 
 
 def test_nothing_found_is_said():

@@ -71,12 +71,14 @@ def find_frame(
         speaking=int(shape.channels.facial.sum()),
     )
     points = find_points(shape.turned(axes_matrix(axes.up, axes.facing)), named=names_agree(shape.channels))
-    pupils = None
+    pupils = drop = None
     if points.eyes.places is not None and points.eyes.sure:
         pupils = float(np.linalg.norm(points.eyes.places[0] - points.eyes.places[1]))
+        if points.mouth.places is not None and points.mouth.sure:
+            drop = float(np.linalg.norm(points.eyes.places.mean(axis=0) - points.mouth.places[0]))
     unit = Unit(unit_mm, True, (Sign("given", f"{unit_mm:g} mm", 0.0),)) if unit_mm else None
     extent = float(np.ptp(raw.neutral, axis=0).max())
-    unit = unit or find_unit(raw.unit_mm, pupils, shape.channels.rho, extent, few=shape.channels.few)
+    unit = unit or find_unit(raw.unit_mm, pupils, shape.channels.rho, extent, drop=drop, few=shape.channels.few)
     agrees = stated == (axes.up, axes.facing) and not (up or facing)
     found: tuple[Found, Found] = ("given" if up else "detected", "given" if facing else "detected")
     return Frame(
@@ -132,7 +134,8 @@ def unit_note(raw: RawRig, unit: Unit, given: float | None) -> list[str]:
     if given:
         return []
     if raw.unit_mm and unit.mm != raw.unit_mm:
-        return [f"one unit is {raw.unit_mm:g} mm by the file, of which no face has the size; taken as {unit.mm:g} mm"]
+        told = f"one unit is {raw.unit_mm:g} mm by the file, of which no face built like this one has the size"
+        return [f"{told}; taken as {unit.mm:g} mm, give --unit-mm where it is not"]
     if unit.sure:
         return []
     if unit.signs and unit.signs[0].name.startswith("no usual unit"):

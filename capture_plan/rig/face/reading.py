@@ -9,7 +9,7 @@ from jaxtyping import Float
 from capture_plan.rig.anchors import Anchors, face_anchors
 from capture_plan.rig.face.channels import Channels
 from capture_plan.rig.face.of_rig import REMEMBERED, rig_channels, rig_points
-from capture_plan.rig.face.points import NEAR, Points
+from capture_plan.rig.face.points import ALONE, NEAR, Found, Points
 from capture_plan.rig.face.record import Axes, Eyes, Reading, Sides, Sign, Spot, Understood, Unit, Vector
 from capture_plan.rig.movements import Movement
 from capture_plan.rig.record import Rig
@@ -26,7 +26,8 @@ def face_reading(rig: Rig) -> Reading:
     anchors, points, channels = face_anchors(rig), rig_points(rig), rig_channels(rig)
     file = rig.understood or by_hand(rig)
     mouth_sure = points.mouth.sure and not anchors.against_mouth
-    both = points.eyes.sure and mouth_sure
+    eyes_sure = eyes_hold(points.eyes, anchors.against_mouth)
+    both = eyes_sure and mouth_sure
     ears = "ears" in anchors.found and both
     found = points.eyes.places is not None
 
@@ -39,7 +40,7 @@ def face_reading(rig: Rig) -> Reading:
         eyes=Eyes(
             left=vector(anchors.eye_left) if found else None,
             right=vector(anchors.eye_right) if found else None,
-            sure=points.eyes.sure and file.axes.sure,
+            sure=eyes_sure and file.axes.sure,
             signs=points.eyes.signs,
         ),
         mouth=Spot(
@@ -54,6 +55,12 @@ def face_reading(rig: Rig) -> Reading:
         left_out=file.left_out,
         set_aside=file.set_aside,
     )
+
+
+def eyes_hold(eyes: Found, against_mouth: tuple[Sign, ...]) -> bool:
+    """Whether eyes are sure: where something speaks against the mouth that they were chosen for, only by a sign that is
+    enough alone."""
+    return eyes.sure and (not against_mouth or any(sign.weight >= ALONE for sign in eyes.signs))
 
 
 def _lips(anchors: Anchors, points: Points) -> Float[np.ndarray, " 3"]:
