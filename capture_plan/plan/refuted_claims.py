@@ -20,7 +20,7 @@ from capture_plan.layout.settings import BY_ERROR, ORDERED
 from capture_plan.layout.spacing import taken_by
 from capture_plan.layout.task import NOTHING, Task
 from capture_plan.plan.claims import TOLERANCE, Claim, claim
-from capture_plan.plan.promise_claims import as_made, promise_claims
+from capture_plan.plan.promise_claims import promise_claims
 from capture_plan.plan.record import Plan
 
 SEVERAL = ("trivial", "distance")  # methods that ask for several sites of each blendshape
@@ -60,7 +60,7 @@ def costs_less(plan: Plan, task: Task, decided: Decided, number: int) -> bool:
     Where dots may not meet in expressions that have been edited since, sites are left out alone.
     """
     counts, program, rows = decided.method in ORDERED, decided.programs[number], rows_of(task, decided)[number]
-    known = as_made(plan) or not counts
+    known = plan.packing.as_made or not counts
     task = task.apart_in(plan.packing.poses) if counts and known else task
     before = np.concatenate([NOTHING, *(one.sites for one in decided.programs[:number])])
     free = ~taken_by(before, task.spacing, len(task.sites.size))
