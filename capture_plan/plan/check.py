@@ -76,7 +76,7 @@ def claims_of(plan: Plan, rig: Rig, folder: Path, *, quick: bool = False) -> Ite
     yield from bound_claims(plan, task)
     yield from worth_claims(plan, task)
     yield from refuted_claims(plan, task)
-    yield from () if quick else motion_claims(plan, face, takes)
+    yield from () if quick else motion_claims(plan, task, takes)
     yield from expression_claims(plan, rig, folder)
     yield from list_claims(plan, rig, given)
     yield from reading_claims(plan, rig)

@@ -38,7 +38,8 @@ def _solver_alone(plan: Plan) -> list[str]:
     if packing.as_made and packing.method in PROVING and not packing.order_proven:
         found.append(f"whether the list is the one that '{packing.method}' makes (its order is not proved)")
     if packing.method == "early":
-        found.append(f"whether other lists of {packing.objective} leave less error early on (a search chose this one)")
+        other = f"other lists of {packing.objective} expressions"
+        found.append(f"whether {other} leave less error early on (a search chose this one)")
     if packing.kept is not None and not packing.order_proven:
         found.append("whether another order of the edited list covers more earlier (the order is not proved)")
     if packing.kept is not None:
@@ -52,8 +53,6 @@ def _solver_alone(plan: Plan) -> list[str]:
         found.append("whether other landmarks would serve better under these settings (only the solver can say)")
     if layout.head:
         found.append("whether the head markers could stand where the face stays stiller yet")
-    if layout.method == "motion":
-        found.append("whether each landmark of the order tells most of the take after those before it")
     if layout.method in BY_ERROR:
         unproved = [one.bound for one in layout.programs if one.bound > layout.certificate.landmarks]
         found += [
