@@ -26,8 +26,8 @@ NO_COVER = "no cover of all blendshapes is within the budget"
 NO_ROUND = "no further round has anything to cover"
 
 
-def promise_claims(plan: Plan, task: Task, decided: Decided) -> list[Claim]:
-    """What the method that answers promises, as far as it can be asked."""
+def promise_claims(plan: Plan, task: Task, decided: Decided, apart: Task) -> list[Claim]:
+    """What the method that answers promises, as far as it can be asked; in `apart` no dots meet in an expression."""
     if decided.method == "adaptive":
         return rounds_claims(task, decided)
     if decided.method not in BY_ERROR:
@@ -35,7 +35,6 @@ def promise_claims(plan: Plan, task: Task, decided: Decided) -> list[Claim]:
     claims = studio_claims(plan, task, decided) if decided.method == "studio" else []
     if not plan.packing.as_made:  # landmarks were chosen for other expressions
         return claims
-    apart = task.apart_in(plan.packing.poses)
     claims += budget_claims(plan, apart, decided) if decided.method == "budget" else []
     return [*claims, exchange_claim(apart, decided)]
 
