@@ -1,6 +1,7 @@
 """Plans with one value changed: flipped, scaled, emptied, swapped, dropped; and what a check says of each.
 
-Every kind of field has its turn, however many values of it a plan has. Run for many: `python -m tests.tampering 1000`.
+Every kind of field has its turn, however many values of it a plan has. Run for many, with a seed, of all plans or some:
+`python -m tests.tampering 1000 7 default budget`.
 """
 
 import copy
@@ -22,6 +23,7 @@ import msgspec
 import numpy as np
 
 from capture_plan.errors import InfeasibleError, PlanError, RigError
+from capture_plan.expressions import early
 from capture_plan.expressions.settings import Edits
 from capture_plan.layout import follow
 from capture_plan.layout.settings import LayoutSettings
@@ -40,7 +42,7 @@ FREE = {
     r"seal": "it is made anew",
     r"versions(\.\*)?": "a plan may have been made elsewhere, said to be unchecked",
     r"packing\.solver_bound": "the solver's word, said to be unchecked",
-    r"packing\.kept": "of an edited list: the former list is not in the plan",
+    r"packing\.kept": "what a person did: the list that stood there before is not in the plan",
     r"layout\.programs(\.#\.bound)?": "under a budget the fewest landmarks are the solver's word, said to be unchecked",
     r"layout\.error_bound\..*": "a share of a thousandth, or at another vertex, proves the same",
     r"settings\..*": "a wish that the plan keeps as well as the one it was made for",
@@ -169,7 +171,7 @@ def answers_kept() -> Iterator[None]:
     """Within it what is slow is asked once for the same arguments, so that thousands of plans can be checked."""
     slow = [(check, "audit"), (check, "see_face"), (check, "task_of"), (again, "collide"), (again, "state_problem")]
     slow += [(again, "blendshape_importance"), (again, "session"), (check, "read_takes_of"), (check, "motion_claims")]
-    slow += [(follow, "name_landmarks"), (follow, "points_of"), (follow, "motion_fit")]
+    slow += [(early, "habit_squares"), (follow, "name_landmarks"), (follow, "points_of"), (follow, "motion_fit")]
     slow += [(follow, "performances"), (follow, "predictions")]
     with ExitStack() as patches:
         for room, name in slow:
@@ -259,18 +261,22 @@ def write_take(path: Path, rig: Rig, wider: float) -> str:
 
 
 def main() -> None:
-    count = int(sys.argv[1])
+    count, seed, *asked = sys.argv[1:]
     with TemporaryDirectory() as folder:
         for name, path in plans(Path(folder)).items():
-            for resealed in (False, True):
-                found = outcomes(path, count, 0, resealed=resealed)
-                total = Counter({said: 0 for said in ("caught", "refused", "same", "uncaught")})
-                for (said, _), times in found.items():
-                    total[said] += times
-                print(name, "resealed" if resealed else "as changed", dict(total))
-                for (said, kind), times in sorted(found.items()):
-                    if said == "uncaught":
-                        print(f"  {times:4} {'free' if is_free(kind) else 'UNCAUGHT'} {kind}")
+            for resealed in (False, True) if not asked or name in asked else ():
+                told(name, outcomes(path, int(count), int(seed), resealed=resealed), resealed=resealed)
+
+
+def told(name: str, found: Counter[tuple[str, str]], *, resealed: bool) -> None:
+    """Print how often each verdict fell, and on which kinds of field a change was not caught."""
+    total = Counter({said: 0 for said in ("caught", "refused", "same", "uncaught")})
+    for (said, _), times in found.items():
+        total[said] += times
+    print(name, "resealed" if resealed else "as changed", dict(total), flush=True)
+    for (said, kind), times in sorted(found.items()):
+        if said == "uncaught":
+            print(f"  {times:4} {'free' if is_free(kind) else 'UNCAUGHT'} {kind}", flush=True)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from capture_plan.expressions import PackingSettings, packing_faults
 from capture_plan.expressions.conflicts import maximal_sets
-from capture_plan.expressions.early import BEHIND, END, Model, chains, early, in_best_order, moves
+from capture_plan.expressions.early import BEHIND, END, Model, chains, early, in_best_order, in_places, moves
 from capture_plan.expressions.instance import FREE, Instance
 from capture_plan.expressions.pack import pack
 from capture_plan.expressions.settings import Edits
@@ -217,3 +217,11 @@ def test_locks_and_a_target_are_followed(rig, used):
 def test_uniqueness_belongs_to_the_papers_order():
     with pytest.raises(ValueError, match="uniqueness is a term of the paper's order"):
         PackingSettings(uniqueness=0.5)
+
+
+@pytest.mark.parametrize("place", [[2, FREE, FREE], [7, FREE, FREE], [1, 1, FREE]])
+def test_whatever_is_locked_to_where_no_expression_is_lost(place):
+    instance = replace(Instance.free(np.eye(3, dtype=bool)), place=np.array(place))
+    for parts in ([{0}, {1}, {2}], [{0}, {0}, {1, 2}], [{0, 1}, set(), {2}]):
+        lists = [frozenset(items) for items in parts]
+        assert sorted(map(sorted, in_places(instance, lists))) == sorted(map(sorted, lists))

@@ -10,7 +10,7 @@ import pytest
 from msgspec.structs import replace
 
 from capture_plan.errors import PlanError
-from capture_plan.expressions import PackingSettings
+from capture_plan.expressions import PackingSettings, early
 from capture_plan.expressions.pack import pack
 from capture_plan.layout.exchange import Room, ranked
 from capture_plan.layout.follow import SINGLE_COVER, Solved, decided_in, single_cover_settings
@@ -19,9 +19,12 @@ from capture_plan.plan import again, check
 from capture_plan.plan.claims import claim
 from capture_plan.plan.files import read_plan, write_plan
 from capture_plan.plan.landmark_claims import head_claims
+from capture_plan.plan.list_claims import list_claims
+from capture_plan.plan.motion_claims import order_claim
 from capture_plan.plan.promise_claims import NO_COVER, NO_ROUND, studio_claims
 from capture_plan.plan.record import sealed
 from capture_plan.plan.refuted_claims import several_claim, single_cover_claim
+from capture_plan.plan.revise import other_plan
 from capture_plan.plan.unchecked import unchecked
 from capture_plan.rig import sample_rig
 from tests.lies import LIES
@@ -108,7 +111,8 @@ def broken_by(path, decide):
     )
     if plan.layout.head:
         task = task.beside(np.array([m.vertex for m in plan.layout.head]))
-    forged = sealed(again.made_again(decide(plan), report, task, None))
+    decided = decide(plan)
+    forged = sealed(again.made_again(decided, report, task, None, again.stated(decided, rig)))
     return [one.what for one in check.claims_of(forged, rig, path.parent) if not one.holds]
 
 
@@ -130,7 +134,8 @@ def expressions_turned(plan):
 )
 def test_decisions_that_a_second_look_refutes_are_lies_although_all_else_follows_from_them(made, decide, named):
     broken = broken_by(made["default"], decide)
-    assert all(any(word in what for word in (named, "no other order of the expressions")) for what in broken), broken
+    list_too = ("no other order of the expressions", "no exchange between two expressions")
+    assert all(any(word in what for word in (named, *list_too)) for what in broken), broken
     assert any(named in what for what in broken), broken
 
 
@@ -281,10 +286,49 @@ def test_an_order_that_an_exchange_refutes_is_not_proved(rig, method):
     assert not again.order_stands(rig, problem, settings, None, stands, replace(proved, kept=3))
 
 
-def test_a_list_that_kept_something_was_edited(made):
-    plan = read_plan(made["default"])
-    with pytest.raises(PlanError, match="nothing was edited"):
-        check.check_structure(replace(plan, packing=replace(plan.packing, kept=3)), sample_rig())
+def lists_of(path):
+    """A plan, its list as the problem has it, and the rig."""
+    plan, rig = read_plan(path), sample_rig()
+    return plan, again.stated(plan, rig, apart=plan.packing.colliding), rig
+
+
+def test_an_early_list_that_was_shaken_is_none_of_the_search(made):
+    plan, given, rig = lists_of(made["default"])
+    model = early.model_of(rig, given.problem, plan.settings.expressions, None)
+    parts = given.problem.items_of(given.chosen)
+    assert [one.holds for one in list_claims(plan, rig, given)] == [True]
+    shaken = [model.ordered(early.shaken(model, parts, np.random.default_rng(seed))) for seed in range(6)]
+    assert all(early.can_be_lowered(model, one) for one in shaken)
+
+
+def test_an_early_list_is_none_of_the_greedy_method(made):
+    plan, given, rig = lists_of(made["default"])
+    settings = replace(plan.settings.expressions, method="greedy")
+    called = replace(plan, settings=replace(plan.settings, expressions=settings))
+    assert [one.holds for one in list_claims(called, rig, given)] == [False]
+    greedy = pack(rig, plan.audit.used, settings, apart=plan.packing.colliding)
+    made_so = replace(called, packing=greedy)
+    assert [one.holds for one in list_claims(made_so, rig, again.stated(made_so, rig, apart=greedy.colliding))] == [
+        True
+    ]
+
+
+def test_an_order_that_is_not_that_of_the_take_is_found_out(made):
+    plan, rig = read_plan(made["motion of two people"]), sample_rig()
+    task = check.task_of(check.see_face(rig, plan.audit.used, ()), plan.settings.landmarks)
+    takes = check.read_takes_of(rig, plan.settings, made["motion of two people"].parent, plan.rig.names)
+    assert takes is not None
+    chosen = decided_in(plan.layout, task).further
+    assert order_claim(task, takes, chosen).holds
+    assert not order_claim(task, takes, chosen[::-1]).holds
+
+
+def test_of_a_list_that_a_person_asked_for_nothing_is_claimed_but_that_nobody_checked_it(made):
+    plan, _, rig = lists_of(made["default"])
+    other = other_plan(plan, rig)
+    claims = check.check_plan(other, rig)
+    assert all(one.holds for one in claims)
+    assert any("whether a person changed the list" in line for line in unchecked(other, claims))
 
 
 @pytest.mark.parametrize("sign", ["\x1b[2J", "\n", "\x9b1m", "\u202e", "\u2028", "\x7f"])

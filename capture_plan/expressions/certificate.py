@@ -218,9 +218,9 @@ def falling(packing: Packing) -> list[str]:
 
 
 def misplaced(packing: Packing) -> list[str]:
-    """A list as it was found that does not claim the order which its method promises; edits may have another."""
-    free = packing.kept is None and not packing.edits.names
-    return ["another order of them covers more earlier"] if free and not packing.order_proven else []
+    """A list that does not claim the order which its method promises; edits may have another."""
+    claims = packing.order_proven or packing.edits.names
+    return [] if claims else ["another order of them covers more earlier"]
 
 
 def _items(names: tuple[str, ...], packing: Packing) -> dict[str, tuple[str, ...]]:

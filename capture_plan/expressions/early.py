@@ -18,8 +18,9 @@ Search     The first move that lowers the model is made, until none does; from t
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
+from itertools import combinations
 
 import numpy as np
 from jaxtyping import Float
@@ -39,6 +40,7 @@ PRICE = 0.01  # a point of difficulty is worth one per cent of error
 SHAKES, CHAINS = 4, 12  # random lists that are tried, and the chains that make each
 PEOPLE, SEED = 16, 0  # persons: other seeds, 12 or 24 persons give lists that differ by 2 % at most
 GAIN = 1e-9  # a move that lowers the model by less is rounding
+SURELY = 1e-6  # another machine may round a move by more than GAIN
 LEAST = 1e-12  # of E_0: no list leaves nothing
 
 Items = frozenset[int]
@@ -162,14 +164,31 @@ def descend(model: Model, parts: list[Items]) -> list[Items]:
         a, b = pairs[0]
         pairs.append(pairs.pop(0))
         unchanged += 1
-        for first, second in moves(model, parts[a], parts[b]):
-            tried = parts.copy()
-            tried[a], tried[b] = first, second
+        for tried in neighbours(model, parts, a, b):
             lower = model.value(tried)
             if lower < value - GAIN:
                 parts, value, unchanged = tried, lower, 0
                 break
     return parts
+
+
+def neighbours(model: Model, parts: list[Items], a: int, b: int) -> Iterator[list[Items]]:
+    """The lists that a move of two expressions leads to."""
+    for first, second in moves(model, parts[a], parts[b]):
+        tried = parts.copy()
+        tried[a], tried[b] = first, second
+        yield tried
+
+
+def can_be_lowered(model: Model, parts: Sequence[Items]) -> bool:
+    """Whether a move lowers the model whatever the lists to beat are, so that no search ended here.
+
+    Behind any of them, a list falls back by no more than it falls behind what it was itself before the move.
+    """
+    own, every = replace(model, to_beat=(model.left(model.ordered(parts)),)), list(parts)
+    most = own.value(every) - SURELY
+    pairs = combinations(range(len(every)), 2)
+    return any(own.value(tried) < most for a, b in pairs for tried in neighbours(own, every, a, b))
 
 
 def moves(model: Model, a: Items, b: Items) -> Iterator[tuple[Items, Items]]:
@@ -209,12 +228,13 @@ def shaken(model: Model, parts: Sequence[Items], rng: np.random.Generator) -> li
 
 
 def in_places(instance: Instance, parts: Sequence[Items]) -> list[Items]:
-    """The expressions in this order, but those with a locked item at its place."""
+    """The expressions in this order, but those with a locked item at its place, where the list has it."""
     if (instance.place == FREE).all():
         return list(parts)
-    at = {int(place): items for items in parts if (place := instance.place[list(items)].max()) != FREE}
-    rest = iter([items for items in parts if items not in at.values()])
-    return [at[e] if e in at else next(rest) for e in range(len(parts))]
+    places = [int(instance.place[list(items)].max(initial=FREE)) for items in parts]
+    at = {place: n for n, place in enumerate(places) if FREE < place < len(parts)}
+    rest = iter([n for n in range(len(parts)) if n not in at.values()])
+    return [parts[at[e] if e in at else next(rest)] for e in range(len(parts))]
 
 
 def _changed(model: Model, a: Items, b: Items, chain: Items) -> Iterator[tuple[Items, Items]]:

@@ -17,6 +17,7 @@ from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.expressions.colouring import largest_clique
 from capture_plan.expressions.conflicts import conflict_graph
 from capture_plan.expressions.early import Items, early, model_of
+from capture_plan.expressions.greedy import Order, one_after_another
 from capture_plan.expressions.instance import PlaceError
 from capture_plan.expressions.listing import (
     Proofs,
@@ -30,7 +31,7 @@ from capture_plan.expressions.minimum import heaviest_first, minimum, shortest
 from capture_plan.expressions.problem import Pairs, Problem, state_problem
 from capture_plan.expressions.record import Packing
 from capture_plan.expressions.rules import Rules
-from capture_plan.expressions.sequential import Order, one_after_another, sequential
+from capture_plan.expressions.sequential import sequential
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.rig import Rig
 
@@ -75,7 +76,8 @@ def pack(
             order, bound = list_expressions(problem, settings.method, weigh, accept)
     chosen = [problem.blendshapes(items.tolist()) for items in order.expressions]
     worth = blendshape_importance(rig, problem.names, settings, target)
-    return packing_record(rig, problem, settings, chosen, worth, proofs_of(problem, bound, order_proven=order.proven))
+    proofs = proofs_of(problem, bound, order_proven=order.proven)
+    return packing_record(rig, problem, settings, chosen, worth, proofs, kept=None if accept is always else 0)
 
 
 @contextmanager

@@ -57,7 +57,8 @@ class Packing(Struct, frozen=True, forbid_unknown_fields=True):
     surfaces would run through each other. An expression asks for `most_things` separate movements at most (nothing
     where there is no limit), of `things` in the whole list. `hard` are (a, b, cost) of what is performed at once though
     it is hard to. `overlaps` are the partners whose shared vertices are a warning. `edits` are the artist's decisions
-    that the list follows, and `kept` counts the blendshapes that stayed where they were when it was last edited.
+    that the list follows, and `kept` counts the blendshapes that stayed where they were when it was last edited, or
+    another list was asked for; nothing where it is still the list that the method made.
     """
 
     method: str
@@ -87,6 +88,11 @@ class Packing(Struct, frozen=True, forbid_unknown_fields=True):
     def poses(self) -> dict[str, dict[str, float]]:
         """The pose of every expression, by its name."""
         return {expression.name: expression.pose for expression in self.expressions}
+
+    @property
+    def as_made(self) -> bool:
+        """Whether the list is still the one that its method made."""
+        return self.kept is None
 
     @property
     def gap(self) -> int:

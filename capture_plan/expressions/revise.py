@@ -61,9 +61,9 @@ def repack(
         check_places(problem.instance, j)
     where = _keeping(problem, former, j, _importance(rig, problem, settings, target))
     chosen = [problem.blendshapes(np.flatnonzero(where == e).tolist()) for e in np.unique(where)]
-    was = {name: e for e, expression in enumerate(former.expressions) for name in expression.blendshapes}
-    stayed = sum(was.get(name) == where[problem.item_of(name)] for name in problem.names)
-    kept = int(stayed) if edits.names else None  # without edits it is a list like any other, in the order of its method
+    stayed = _stayed(problem, former, where)
+    same = not edits.names and former.as_made and stayed == len(problem.names)
+    kept = None if same else stayed
     chosen = chosen if edits.names else in_promised_order(rig, problem, settings, target, chosen)
     worth = blendshape_importance(rig, problem.names, settings, target)
     proofs = proofs_of(problem, bound, order_proven=proves_order(rig, problem, settings, target, chosen))
@@ -96,7 +96,13 @@ def another(
     chosen = in_promised_order(rig, problem, settings, target, found)
     worth = blendshape_importance(rig, problem.names, settings, target)
     proofs = proofs_of(problem, first.solver_bound, order_proven=settings.method == "early")
-    return packing_record(rig, problem, settings, chosen, worth, proofs)
+    return packing_record(rig, problem, settings, chosen, worth, proofs, kept=_stayed(problem, first, where))
+
+
+def _stayed(problem: Problem, former: Packing, where: Int[np.ndarray, " g"]) -> int:
+    """How many blendshapes are in the expression that had them."""
+    was = {name: e for e, expression in enumerate(former.expressions) for name in expression.blendshapes}
+    return int(sum(was.get(name) == where[problem.item_of(name)] for name in problem.names))
 
 
 def _importance(rig: Rig, problem: Problem, settings: PackingSettings, target: Target) -> Int[np.ndarray, " g"]:

@@ -7,33 +7,23 @@ Model      max sum_i lambda[i] w[i] - price sum c[i, j] z[i, j]                 
                 sum_i things[i] w[i] <= most
                 z[i, j] >= w[i] + w[j] - 1
                 sum_{i in H} w[i] >= 1    for every H that must be hit (minimum.py has some), w[i] = 1 where i is locked
-The heaviest expression comes first, yet their number need not be the least. The greedy baseline takes the heaviest item
-that fits, then the next; a person may refuse one, which is then left for a later expression.
+The heaviest expression comes first, yet their number need not be the least.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from ortools.sat.python import cp_model
 
-from capture_plan.expressions.conflicts import conflict_graph
+from capture_plan.expressions.greedy import Order
 from capture_plan.expressions.instance import Costs, Instance, check_places
 from capture_plan.expressions.listing import Weigh
 from capture_plan.solver import UndecidedError, solve
 
-Accept = Callable[[tuple[int, ...], int], bool]  # (items of the expression so far, the item proposed for it)
 UNIT = 1_000_000  # importance is compared to a millionth: CP-SAT counts in integers
 PRICE = 0.1  # of the strongest blendshape: what one point of difficulty is worth where the number is not at stake
-
-
-@dataclass(frozen=True)
-class Order:
-    """Items of every expression in order, and whether each was proved the heaviest that its rule allows."""
-
-    expressions: tuple[Int[np.ndarray, " _"], ...]
-    proven: bool
 
 
 def sequential(instance: Instance, weigh: Weigh) -> Order:
@@ -51,25 +41,6 @@ def sequential(instance: Instance, weigh: Weigh) -> Order:
         expressions.append(found.items)
         proven &= found.proven
     return Order(tuple(expressions), proven)
-
-
-def one_after_another(instance: Instance, weigh: Weigh, accept: Accept) -> Order:
-    """The greedy baseline; the first item of an expression is not asked for, else the list might never end."""
-    graph = conflict_graph(instance.sets)
-    left = np.ones(len(instance), dtype=bool)
-    expressions = []
-    while left.any():
-        candidates, must = instance.candidates(left, len(expressions))
-        if not candidates.any():
-            check_places(instance, len(expressions))
-        chosen = must.tolist()
-        for i in np.argsort(-weigh(~left), kind="stable").tolist():
-            fits = not graph[i, chosen].any() and instance.things[[*chosen, i]].sum() <= instance.most
-            if candidates[i] and i not in chosen and fits and (not chosen or accept(tuple(chosen), i)):
-                chosen.append(i)
-        left[chosen] = False
-        expressions.append(np.array(sorted(chosen)))
-    return Order(tuple(expressions), proven=False)
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ No solver is asked. Everything else that a plan says follows from the rig, the s
 that wrote it, so that whatever a plan says otherwise is not true of this rig.
 """
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from msgspec.structs import replace
@@ -33,14 +34,34 @@ from capture_plan.rig.audit import Audit
 Pairs = tuple[tuple[str, str], ...]
 
 
-def made_again(
-    plan: Plan, report: Audit, task: Task, takes: Takes | None, *, folder: Path = Path(), apart: Pairs | None = None
-) -> Plan:
+@dataclass(frozen=True, eq=False)
+class Stated:
+    """The list of a plan as its problem has it: `chosen` are the blendshapes of every expression by their number there;
+    what the plan performs in none of them stands at its end."""
+
+    problem: Problem
+    target: Target
+    chosen: list[tuple[int, ...]]
+
+
+def stated(plan: Plan, rig: Rig, folder: Path = Path(), apart: Pairs | None = None) -> Stated:
+    """The problem of a plan's list. `apart` are blendshapes whose surfaces run through each other, found on the rig
+    where they are not given."""
+    settings, said = plan.settings.expressions, plan.packing
+    apart = collide(rig, plan.audit.used, settings) if apart is None else apart
+    problem = state_problem(rig, plan.audit.used, settings, read_rules_of(plan.settings, folder), apart)
+    place = {name: k for k, name in enumerate(problem.names)}
+    lists = [set(names) for names in (*(one.blendshapes for one in said.expressions), *said.unscanned)]
+    lists.append(set(place).difference(*lists))
+    chosen = [own for names in lists if (own := tuple(sorted(place[name] for name in names & set(place))))]
+    return Stated(problem, read_target(rig, plan.settings, folder), chosen)
+
+
+def made_again(plan: Plan, report: Audit, task: Task, takes: Takes | None, given: Stated) -> Plan:
     """The plan of these decisions. `report` is the rig's audit; `task` that of the settings, without what head markers
-    shut out; `takes` are those that the settings name; `apart` are blendshapes whose surfaces run through each other,
-    found on the rig where they are not given."""
+    shut out; `takes` are those that the settings name; `given` is the list."""
     rig = task.face.rig
-    packing = packing_again(plan, rig, folder, apart)
+    packing = packing_again(plan, rig, given)
     again = replace(
         plan,
         rig=replace(plan.rig, name=rig.name, fingerprint=rig.fingerprint, vertices=len(rig.neutral)),
@@ -52,22 +73,14 @@ def made_again(
     return with_meetings(again, rig)
 
 
-def packing_again(plan: Plan, rig: Rig, folder: Path, apart: Pairs | None = None) -> Packing:
-    """The list of the same expressions; what the plan performs in none of them stands at its end."""
-    settings, said = plan.settings.expressions, plan.packing
-    rules = read_rules_of(plan.settings, folder)
-    apart = collide(rig, plan.audit.used, settings) if apart is None else apart
-    problem = state_problem(rig, plan.audit.used, settings, rules, apart)
-    place = {name: k for k, name in enumerate(problem.names)}
-    lists = [set(names) for names in (*(one.blendshapes for one in said.expressions), *said.unscanned)]
-    lists.append(set(place).difference(*lists))
-    chosen = [own for names in lists if (own := tuple(sorted(place[name] for name in names & set(place))))]
-    target = read_target(rig, plan.settings, folder)
-    worth = blendshape_importance(rig, problem.names, settings, target)
-    ordered = order_stands(rig, problem, settings, target, chosen, said)
+def packing_again(plan: Plan, rig: Rig, given: Stated) -> Packing:
+    """The list of the same expressions."""
+    settings, said, problem = plan.settings.expressions, plan.packing, given.problem
+    worth = blendshape_importance(rig, problem.names, settings, given.target)
+    ordered = order_stands(rig, problem, settings, given.target, given.chosen, said)
     clique = tuple(name for name in problem.names if name in said.clique)
     proofs = Proofs(said.solver_bound, order_proven=ordered, clique=clique)
-    return packing_record(rig, problem, settings, chosen, worth, proofs, kept=said.kept)
+    return packing_record(rig, problem, settings, given.chosen, worth, proofs, kept=said.kept)
 
 
 def order_stands(
@@ -79,10 +92,10 @@ def order_stands(
     said: Packing,
 ) -> bool:
     """Whether the order of a list is the one that its method promises; where only a solver can say, the plan's word
-    that no exchange refutes. Nobody proves an order again when a list is edited."""
+    that no exchange refutes. Nobody proves an order again when a list is edited, or another is asked for."""
     if settings.method == "early":
         return proves_order(rig, problem, settings, target, chosen)
-    if not said.order_proven or said.kept is not None or settings.method not in PROVING:
+    if not said.order_proven or not said.as_made or settings.method not in PROVING:
         return False
     weigh = item_importance(rig, problem, settings, target)
     return not order_refuted(problem.instance, weigh, settings.method, problem.items_of(chosen))

@@ -15,12 +15,13 @@ from msgspec.structs import replace
 from capture_plan.expressions.certificate import falling, misplaced, packing_claims
 from capture_plan.layout.face import see_face
 from capture_plan.layout.task import task_of
-from capture_plan.plan.again import made_again
+from capture_plan.plan.again import made_again, stated
 from capture_plan.plan.again_claims import again_claims, audit_claim, draft_claim, seal_claim
 from capture_plan.plan.apart_claims import apart_claims
 from capture_plan.plan.camera_claims import camera_claims
 from capture_plan.plan.claims import Claim, claim
 from capture_plan.plan.landmark_claims import bound_claims, landmark_claims, worth_claims
+from capture_plan.plan.list_claims import list_claims
 from capture_plan.plan.motion_claims import motion_claims
 from capture_plan.plan.places import read_cameras_of, read_rules_of, read_takes_of, with_zones_found
 from capture_plan.plan.reading_claims import reading_claims
@@ -65,7 +66,8 @@ def claims_of(plan: Plan, rig: Rig, folder: Path, *, quick: bool = False) -> Ite
         task = task.beside(np.array([m.vertex for m in plan.layout.head]))
     takes = None if quick else read_takes_of(rig, plan.settings, folder, plan.rig.names)
     apart = plan.packing.colliding if quick else None
-    again = made_again(plan, report, task, takes, folder=folder, apart=apart)
+    given = stated(plan, rig, folder, apart)
+    again = made_again(plan, report, task, takes, given)
     if quick:
         again = replace(again, layout=replace(again.layout, motion=plan.layout.motion))
     yield from again_claims(plan, again)
@@ -74,8 +76,9 @@ def claims_of(plan: Plan, rig: Rig, folder: Path, *, quick: bool = False) -> Ite
     yield from bound_claims(plan, task)
     yield from worth_claims(plan, task)
     yield from refuted_claims(plan, task)
-    yield from () if quick else motion_claims(plan, face, takes)
+    yield from () if quick else motion_claims(plan, task, takes)
     yield from expression_claims(plan, rig, folder)
+    yield from list_claims(plan, rig, given)
     yield from reading_claims(plan, rig)
     yield from sentence_claims(plan, rig)
     yield from apart_claims(plan, rig)

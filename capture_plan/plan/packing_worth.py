@@ -16,10 +16,10 @@ from jaxtyping import Float
 from msgspec.structs import replace
 
 from capture_plan.cache import cached, digest
+from capture_plan.expressions.greedy import Order
 from capture_plan.expressions.listing import Weigh, blendshape_importance, item_importance
 from capture_plan.expressions.pack import early_list, list_expressions, places_by_name
 from capture_plan.expressions.problem import Pairs, Problem, state_problem
-from capture_plan.expressions.sequential import Order
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.expressions.together import bases_of
 from capture_plan.rig import Rig

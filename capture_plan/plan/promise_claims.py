@@ -26,23 +26,17 @@ NO_COVER = "no cover of all blendshapes is within the budget"
 NO_ROUND = "no further round has anything to cover"
 
 
-def promise_claims(plan: Plan, task: Task, decided: Decided) -> list[Claim]:
-    """What the method that answers promises, as far as it can be asked."""
+def promise_claims(plan: Plan, task: Task, decided: Decided, apart: Task) -> list[Claim]:
+    """What the method that answers promises, as far as it can be asked; in `apart` no dots meet in an expression."""
     if decided.method == "adaptive":
         return rounds_claims(task, decided)
     if decided.method not in BY_ERROR:
         return []
     claims = studio_claims(plan, task, decided) if decided.method == "studio" else []
-    if not as_made(plan):
+    if not plan.packing.as_made:  # landmarks were chosen for other expressions
         return claims
-    apart = task.apart_in(plan.packing.poses)
     claims += budget_claims(plan, apart, decided) if decided.method == "budget" else []
     return [*claims, exchange_claim(apart, decided)]
-
-
-def as_made(plan: Plan) -> bool:
-    """Whether the expressions are still those that landmarks were chosen for."""
-    return plan.packing.kept is None
 
 
 def studio_claims(plan: Plan, task: Task, decided: Decided) -> list[Claim]:
@@ -53,7 +47,7 @@ def studio_claims(plan: Plan, task: Task, decided: Decided) -> list[Claim]:
     spare = sum(bool(rest) and goal.enough(rest, than=chosen) for rest in without)
     least = f"no landmark can be left out of the default and all of it be as good beside {name}"
     claims = [claim(least, not spare, f"{spare} of {len(chosen)} places can")]
-    if as_made(plan):
+    if plan.packing.as_made:
         gain = best_gain(task.apart_in(plan.packing.poses), decided) if goal.error(chosen) > target_mm else 0.0
         more = f"the default reaches the error of {name}, or another landmark is not worth its while"
         found = f"{goal.error(chosen):.3f} mm against {target_mm:.3f} mm, another would take {gain:.1%} of it"

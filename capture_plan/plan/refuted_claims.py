@@ -20,7 +20,7 @@ from capture_plan.layout.settings import BY_ERROR, ORDERED
 from capture_plan.layout.spacing import taken_by
 from capture_plan.layout.task import NOTHING, Task
 from capture_plan.plan.claims import TOLERANCE, Claim, claim
-from capture_plan.plan.promise_claims import as_made, promise_claims
+from capture_plan.plan.promise_claims import promise_claims
 from capture_plan.plan.record import Plan
 
 SEVERAL = ("trivial", "distance")  # methods that ask for several sites of each blendshape
@@ -31,9 +31,11 @@ AS_GOOD = 1e-6  # share of a loss by which rounding may turn the order of two si
 def refuted_claims(plan: Plan, task: Task) -> list[Claim]:
     """Every claim that a second look may refute."""
     decided = decided_in(plan.layout, task)
-    claims = [single_cover_claim(plan, task), *promise_claims(plan, task, decided)]
+    known = plan.packing.as_made and decided.method in BY_ERROR
+    apart = task.apart_in(plan.packing.poses) if known else task
+    claims = [single_cover_claim(plan, task), *promise_claims(plan, task, decided, apart)]
     if decided.programs and decided.method not in SEVERAL:
-        claims.append(program_claim(plan, task, decided))
+        claims.append(program_claim(plan, apart, decided))
     elif decided.programs:
         claims.append(several_claim(task, decided))
     return [*claims, order_claim(task, decided)] if decided.method in BY_ERROR else claims
@@ -57,11 +59,10 @@ def several_claim(task: Task, decided: Decided) -> Claim:
 def costs_less(plan: Plan, task: Task, decided: Decided, number: int) -> bool:
     """Whether a program costs less with a site left out, or one site for one or two of it, and no more landmarks.
 
-    Where dots may not meet in expressions that have been edited since, sites are left out alone.
+    In `task` no dots meet in an expression, but where these have been edited since: there sites are left out alone.
     """
     counts, program, rows = decided.method in ORDERED, decided.programs[number], rows_of(task, decided)[number]
-    known = as_made(plan) or not counts
-    task = task.apart_in(plan.packing.poses) if counts and known else task
+    known = plan.packing.as_made or not counts
     before = np.concatenate([NOTHING, *(one.sites for one in decided.programs[:number])])
     free = ~taken_by(before, task.spacing, len(task.sites.size))
     covers = task.sites.covers(task.settings.epsilon)[rows]

@@ -94,8 +94,6 @@ def _lengths(plan: Plan) -> Iterator[str]:
         yield f"has {len(layout.programs)} programs"
     if plan.packing.kept is not None and not 0 <= plan.packing.kept <= len(plan.audit.used):
         yield f"kept {plan.packing.kept} of {len(plan.audit.used)} blendshapes where they were"
-    if plan.packing.kept is not None and not plan.packing.edits.names:
-        yield f"kept {plan.packing.kept} blendshapes where they were when nothing was edited"
     if tuple(plan.versions) != DECIDING:
         yield f"tells the versions of {', '.join(plan.versions) or 'nothing'}, not of {', '.join(DECIDING)}"
     for name, number in plan.versions.items():

@@ -2,10 +2,11 @@
 
 from collections.abc import Sequence
 
+from capture_plan.expressions.ordered import PROVING
 from capture_plan.layout.follow import SINGLE_COVER
 from capture_plan.layout.settings import BY_ERROR, ORDERED
 from capture_plan.plan.claims import Claim
-from capture_plan.plan.promise_claims import NO_COVER, NO_ROUND, as_made
+from capture_plan.plan.promise_claims import NO_COVER, NO_ROUND
 from capture_plan.plan.record import Plan
 
 # Questions that are asked only where there is evidence, and what is missing where they are not.
@@ -34,22 +35,24 @@ def _solver_alone(plan: Plan) -> list[str]:
         found.append(f"whether fewer than {packing.solver_bound} expressions are enough ({proved})")
     if packing.order_proven and packing.method != "early":
         found.append("whether each expression is the most important one possible after those before it")
-    if packing.kept is None and packing.method != "early" and not packing.order_proven:
+    if packing.as_made and packing.method in PROVING and not packing.order_proven:
         found.append(f"whether the list is the one that '{packing.method}' makes (its order is not proved)")
     if packing.method == "early":
-        found.append(f"whether other lists of {packing.objective} leave less error early on (a search chose this one)")
+        other = f"other lists of {packing.objective} expressions"
+        found.append(f"whether {other} leave less error early on (a search chose this one)")
     if packing.kept is not None and not packing.order_proven:
         found.append("whether another order of the edited list covers more earlier (the order is not proved)")
     if packing.kept is not None:
-        found.append(f"whether {packing.kept} blendshapes stayed where they were when the list was edited")
+        found.append(
+            f"whether a person changed the list that '{packing.method}' makes, and {packing.kept} blendshapes stayed "
+            "where they were then"
+        )
     if layout.method in ORDERED:
         found.append("whether other landmarks would serve better, or fewer as well (a search chose them)")
     elif layout.programs:
         found.append("whether other landmarks would serve better under these settings (only the solver can say)")
     if layout.head:
         found.append("whether the head markers could stand where the face stays stiller yet")
-    if layout.method == "motion":
-        found.append("whether each landmark of the order tells most of the take after those before it")
     if layout.method in BY_ERROR:
         unproved = [one.bound for one in layout.programs if one.bound > layout.certificate.landmarks]
         found += [
@@ -68,8 +71,8 @@ def _unproved(plan: Plan, claims: Sequence[Claim]) -> list[str]:
     if layout.method == "adaptive" and NO_ROUND not in asked:
         rounds = f"{len(layout.programs)} of {plan.settings.landmarks.rounds} rounds"
         found.append(f"whether what is crowded could have more landmarks ({rounds} were made)")
-    if layout.method in BY_ERROR and not as_made(plan):
-        found.append("whether other landmarks would serve better since the expressions were edited")
+    if layout.method in BY_ERROR and not plan.packing.as_made:
+        found.append("whether other landmarks would serve better since the expressions were changed")
     return found
 
 
