@@ -16,6 +16,7 @@ import zipfile
 import numpy as np
 
 from capture_plan.errors import RigError
+from capture_plan.rig.formats.bounds import check_plain, check_size
 from capture_plan.rig.formats.naming import numbered
 from capture_plan.rig.formats.raw import UNITS_MM, RawRig, vertex_parts
 from capture_plan.rig.formats.source import Source
@@ -71,6 +72,7 @@ def read_npz(path: Source) -> RawRig:
 
 def load(path: Source) -> dict[str, np.ndarray]:
     """Every array of the archive. RigError when it is none, was cut off, or holds pickled objects."""
+    check_plain(path)
     try:
         with path.open("rb") as file, zipfile.ZipFile(file) as archive:
             total = sum(entry.file_size for entry in archive.infolist())
