@@ -16,7 +16,7 @@ import zipfile
 import numpy as np
 
 from capture_plan.errors import RigError
-from capture_plan.rig.formats.bounds import check_plain, check_size
+from capture_plan.rig.formats.bounds import check_plain
 from capture_plan.rig.formats.naming import numbered
 from capture_plan.rig.formats.raw import UNITS_MM, RawRig, vertex_parts
 from capture_plan.rig.formats.source import Source

@@ -17,8 +17,8 @@ import json
 import os
 import re
 import sys
-import time
 from collections.abc import Callable
+from time import process_time
 from typing import Any
 
 import numpy as np
@@ -48,7 +48,7 @@ def limit(size: int) -> None:
         import resource  # not on Windows
     except ImportError:
         return
-    seconds = min(CPU_SECONDS + size // BYTES_IN_A_SECOND, MOST_CPU_SECONDS) + int(time.process_time())
+    seconds = min(CPU_SECONDS + size // BYTES_IN_A_SECOND, MOST_CPU_SECONDS) + int(process_time())
     memory = min(MEMORY_BYTES + MEMORY_EACH * size, MOST_MEMORY_BYTES)
     for kind, wanted in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_CPU, seconds), (resource.RLIMIT_CORE, 0)):
         most = resource.getrlimit(kind)[1]

@@ -23,8 +23,8 @@ from itertools import count
 import numpy as np
 from jaxtyping import Int
 
-from capture_plan.rig.sequence.clock_cells import is_number
 from capture_plan.rig.formats.bounds import check_cells
+from capture_plan.rig.sequence.clock_cells import is_number
 from capture_plan.rig.sequence.columns import kind_of, plain
 from capture_plan.rig.sequence.frames import evenly
 from capture_plan.rig.sequence.json_weights import known
