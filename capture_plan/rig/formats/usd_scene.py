@@ -56,7 +56,7 @@ def limit(size: int) -> None:
 
 
 def check_layers(path: str, seen_bytes: Callable[[int], None] = lambda size: None) -> None:
-    """UnusableError unless all layers behind the file at `path` may be opened; `seen_bytes` is told how large they are."""
+    """UnusableError unless all layers behind the file at `path` may be opened; `seen_bytes` is told their size."""
     waiting, seen = [path], set()
     while waiting:
         identifier = waiting.pop()
