@@ -42,9 +42,41 @@ CHEAP = PackingSettings(method="greedy")
 METHODS = ("cover", "distance", "adaptive")
 SPARKS = (b"", b"\xff\xff\xff\xff", b"\0\0\0\0", b"{", b"}", b'"', b"-1", b"1e999", b"nan", b"\n")
 NUMBERS = ("0", "-1", "1e19", "1e300", "-1e-300", "nan", "inf", "4294967296", "9" * 400, "0.5", "3", "1e400")
-WORDS = ("", "x", "mouthSmileLeft", "\x1b[31m", "=1+1", "\u0000", "名前", "a" * 2000, "neutral", "true", "[[", "#", '"', "-")
+WORDS = (
+    "",
+    "x",
+    "mouthSmileLeft",
+    "\x1b[31m",
+    "=1+1",
+    "\u0000",
+    "名前",
+    "a" * 2000,
+    "neutral",
+    "true",
+    "[[",
+    "#",
+    '"',
+    "-",
+)
 TOKEN = re.compile(rb"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?|\w+|[^\w\s]|\n")
-VALUES: tuple[Any, ...] = (None, True, 0, -1, 2**31, 10**20, 1e300, 0.5, "", "x", [], {}, [[]], [1, 2, 3], {"a": 1}, [None])
+VALUES: tuple[Any, ...] = (
+    None,
+    True,
+    0,
+    -1,
+    2**31,
+    10**20,
+    1e300,
+    0.5,
+    "",
+    "x",
+    [],
+    {},
+    [[]],
+    [1, 2, 3],
+    {"a": 1},
+    [None],
+)
 DTYPES = ("f4", "f8", "i4", "u1", "i8", "U3", "S2", "?", "c8", "f2")
 CAMERA = '[[cameras]]\nname = "{}"\nwidth = 1536\nheight = 2048\nfx = 2100.0\nfy = 2100.0\n'
 POSE = "position = [{}, 740.0, 500.0]\nlook_at = [0.0, 690.0, 140.0]\n"
@@ -80,7 +112,9 @@ def obj_folder(path: Path) -> None:
     path.mkdir()
     faces = "".join(f"f {a}/1/1 {b}//2 {c}\n" for a, b, c in small()["faces"] + 1)
     for name, x in shapes().items():
-        (path / f"{name}.obj").write_text("o head\n" + "".join("v {:.3f} {:.3f} {:.3f}\n".format(*p) for p in x) + faces)
+        (path / f"{name}.obj").write_text(
+            "o head\n" + "".join("v {:.3f} {:.3f} {:.3f}\n".format(*p) for p in x) + faces
+        )
 
 
 def ply_folder(path: Path, *, text: bool = False) -> None:
@@ -194,7 +228,9 @@ def csv_take(path: Path) -> None:
 
 def json_take(path: Path) -> None:
     """Frames of named weights."""
-    frames = [{"time": i / 30, "blendShapes": dict(zip(NAMES, row, strict=False))} for i, row in enumerate(weights().tolist())]
+    frames = [
+        {"time": i / 30, "blendShapes": dict(zip(NAMES, row, strict=False))} for i, row in enumerate(weights().tolist())
+    ]
     path.write_text(json.dumps({"fps": 30, "frames": frames}))
 
 
@@ -232,7 +268,9 @@ def plan_json(path: Path) -> None:
     rig = small_rig(path.parent)
     from capture_plan.plan.files import refer_to
 
-    path.write_bytes(plan_bytes(make_plan(rig, cheap("cover"), reference=refer_to(rig, str(path.parent / "small.npz"), path))))
+    path.write_bytes(
+        plan_bytes(make_plan(rig, cheap("cover"), reference=refer_to(rig, str(path.parent / "small.npz"), path)))
+    )
 
 
 # ------------------------------------------------------------------------------------------------------------ damage
@@ -340,7 +378,11 @@ def archive_of(data: bytes, rng: random.Random) -> bytes:
             x = x.astype("U2000")
             x.reshape(-1)[rng.randrange(x.size)] = rng.choice(WORDS)
         else:
-            x = array_of(x, rng) if x.dtype.kind == "f" or rng.random() < 0.5 else (x + rng.choice((-1, 1, 10**6))).astype("i8")
+            x = (
+                array_of(x, rng)
+                if x.dtype.kind == "f" or rng.random() < 0.5
+                else (x + rng.choice((-1, 1, 10**6))).astype("i8")
+            )
         arrays[name] = x
     out = io.BytesIO()
     np.savez(out, **arrays)

@@ -87,7 +87,9 @@ def main(kind: str, seconds: float, first: int = 0) -> int:
                         causes[cause.splitlines()[-1][:150] + " | " + "".join(cause.splitlines()[-3:-1])[:150]] += 1
                         if sum(causes.values()) < 400 and causes.total() == len(causes):
                             print(f"--- {kind} {last}\n{cause[-1500:]}", flush=True)
-                    counts["success" if said == "success" else "traceback" if said.startswith("TRACE") else "refused"] += 1
+                    counts[
+                        "success" if said == "success" else "traceback" if said.startswith("TRACE") else "refused"
+                    ] += 1
             _, status = os.waitpid(pid, 0)
             if os.waitstatus_to_exitcode(status) != 0:
                 wrong, n = wrong + 1, n + 1

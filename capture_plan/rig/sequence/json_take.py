@@ -44,7 +44,14 @@ UNREADABLE = (msgspec.DecodeError, ValueError, RecursionError)
 
 def read_json(path: Path) -> WeightTable:
     """The frames of a JSON file. RigError where it holds no weights that can be told."""
-    text, notes = text_of(path)
+    try:
+        return take_in(*text_of(path))
+    except RecursionError:
+        raise RigError("nests deeper than any take: export it again") from None
+
+
+def take_in(text: str, notes: tuple[str, ...]) -> WeightTable:
+    """The frames of a document; `notes` are what has to be said of its text."""
     check_values(text.encode(), MOST_TAKE_VALUES)
     document = decode(text)
     if (
