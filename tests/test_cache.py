@@ -79,8 +79,7 @@ def test_an_entry_is_believed_only_under_its_own_name_and_whole(rig_file):
     arrays["deltas"] = arrays["deltas"] * 2
     np.savez(entry.with_suffix(".changed"), **arrays)
     poison = [theirs.read_bytes(), entry.with_suffix(".changed.npz").read_bytes(), b"", data[:-30], b"PK" + data]
-    for at in rng.integers(0, len(data), 40):
-        poison.append(data[:at] + bytes([data[at] ^ 0xFF]) + data[at + 1 :])
+    poison += [data[:at] + bytes([data[at] ^ 0xFF]) + data[at + 1 :] for at in rng.integers(0, len(data), 40)]
     for content in poison:
         entry.write_bytes(content)
         assert read_rig(rig_file, unit_mm=1.0).fingerprint == whole.fingerprint

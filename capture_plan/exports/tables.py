@@ -57,5 +57,5 @@ def write_rows(path: Path, rows: Iterable[list]) -> Path:
 
 
 def _plain(cell: object) -> object:
-    """A name that a spreadsheet would take for a formula, marked as text; full-width signs and blanks before it count."""
+    """A name that a spreadsheet would take for a formula, marked as text, also behind blanks or in full width."""
     return f"'{cell}" if isinstance(cell, str) and FORMULA.match(unicodedata.normalize("NFKC", cell)) else cell

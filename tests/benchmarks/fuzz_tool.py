@@ -18,7 +18,9 @@ import traceback
 from collections import Counter
 from pathlib import Path
 
-from tests.fuzzing import SEEDS, damage, make_seed, outcome, small_rig
+from tests.fuzz_damage import damage
+from tests.fuzz_seeds import small_rig
+from tests.fuzzing import SEEDS, make_seed, outcome
 
 ROOM = 1 << 30
 SLOW, HANGS = 5.0, 120  # processor seconds; seconds on a clock after which a child is ended
@@ -84,8 +86,9 @@ def main(kind: str, seconds: float, first: int = 0) -> int:
                     if said.startswith("TRACEBACK"):
                         wrong += 1
                         cause = said.replace("\x1e", "\n").strip()
-                        causes[cause.splitlines()[-1][:150] + " | " + "".join(cause.splitlines()[-3:-1])[:150]] += 1
-                        if sum(causes.values()) < 400 and causes.total() == len(causes):
+                        where = " ".join(line.strip() for line in cause.splitlines()[-4:])[:300]
+                        causes[where] += 1
+                        if causes[where] == 1:
                             print(f"--- {kind} {last}\n{cause[-1500:]}", flush=True)
                     counts[
                         "success" if said == "success" else "traceback" if said.startswith("TRACE") else "refused"
@@ -98,7 +101,8 @@ def main(kind: str, seconds: float, first: int = 0) -> int:
     runs = counts.total()
     print(
         f"{kind}: {runs:,} runs, {counts['success']:,} plans, {counts['refused']:,} refused, "
-        f"{counts['traceback']:,} tracebacks, {counts['signal']:,} signals; slowest {slowest[0]:.1f} s (input {slowest[1]})"
+        f"{counts['traceback']:,} tracebacks, {counts['signal']:,} signals; "
+        f"slowest {slowest[0]:.1f} s (input {slowest[1]})"
     )
     for cause, count in causes.most_common():
         print(f"    {count} x {cause}")

@@ -1,8 +1,8 @@
 """What a file may ask of its reader: the limits of every format in one place, held against what a file declares.
 
-Bytes      MOST_BYTES of any file, MOST_TEXT_BYTES of a mesh in text or of a table, LONGEST_LINE of one line of these
-Things     MOST_LINES of a text, MOST_VALUES of a JSON document, MOST_NODES of a tree, MOST_FACES, MOST_SIDES of one,
-           MOST_BLENDSHAPES, MOST_DISPLACEMENTS (1 + k) v
+Bytes      MOST_BYTES of any file, MOST_TEXT_BYTES of a mesh, MOST_TAKE_BYTES of a table, LONGEST_LINE
+Things     MOST_LINES of a mesh, MOST_ROWS of a take, MOST_VALUES of a JSON document,
+           MOST_NODES of a tree, MOST_FACES, MOST_SIDES of one, MOST_BLENDSHAPES, MOST_DISPLACEMENTS (1 + k) v
 Names      LONGEST_NAME signs: recognising a name takes time as the square of its length
 Only plain files are read: a device never ends, and a pipe waits for whoever writes into it.
 """
@@ -15,9 +15,11 @@ from capture_plan.errors import RigError
 from capture_plan.rig.formats.source import Source
 
 MOST_BYTES = 1 << 30
-MOST_TEXT_BYTES = 1 << 27  # an OBJ of a million vertices, or a take of 40 minutes at 60 frames a second
-LONGEST_LINE = 1 << 20  # 10,000 columns of 100 signs
-MOST_LINES = 3_000_000  # positions, normals, texture coordinates and faces of half a million vertices
+MOST_TEXT_BYTES = 1 << 26  # of one mesh: an OBJ of 400,000 vertices
+MOST_TAKE_BYTES = 1 << 27  # 40 minutes of 60 weights at 60 frames a second
+LONGEST_LINE = 1 << 17  # 4,000 columns of 30 signs
+MOST_LINES = 1_500_000  # positions, normals, texture coordinates and faces of 300,000 vertices
+MOST_ROWS = 4_000_000  # of a take, where each weight may have a row of its own
 MOST_VALUES = 4_000_000  # of JSON decoded at once, 60 to 100 bytes each
 MOST_TAKE_VALUES = 10_000_000  # of a take, whose frames are decoded one at a time: 40 minutes of 60 weights
 MOST_COLUMNS = 4_000  # of a take; trackers write up to 700
@@ -49,11 +51,11 @@ def check_plain(source: Source) -> None:
         raise RigError(f"{source.name} is a device or a pipe, expected a file: copy what it holds into a file")
 
 
-def check_lines(data: bytes | str, what: str) -> None:
+def check_lines(data: bytes | str, what: str, most: int = MOST_LINES) -> None:
     """RigError that begins with `what` where a text has too many lines, or one that is too long."""
     end = "\n" if isinstance(data, str) else b"\n"
-    if (count := data.count(end)) > MOST_LINES:  # pyright: ignore[reportArgumentType]
-        raise RigError(f"{what} has {count:,} lines, expected at most {MOST_LINES:,}: export the face alone".lstrip())
+    if (count := data.count(end)) > most:  # pyright: ignore[reportArgumentType]
+        raise RigError(f"{what} has {count:,} lines, expected at most {most:,}: export the face alone".lstrip())
     at = 0
     while len(data) - at > LONGEST_LINE:
         at = data.rfind(end, at, at + LONGEST_LINE) + 1 or len(data) + 1  # pyright: ignore

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from capture_plan.errors import RigError
-from capture_plan.rig.formats.bounds import MOST_NODES, MOST_TEXT_BYTES
+from capture_plan.rig.formats.bounds import MOST_NODES, MOST_TAKE_BYTES
 
 MAGIC = b"Kaydara FBX Binary  \0"
 OLDEST = 7100  # of binary and ASCII alike; before, a mesh was part of its node and objects were linked by name
@@ -224,7 +224,7 @@ def read_ascii(data: bytes) -> Node:
     """The tree of an ASCII file."""
     if b"FBX" not in data[:1024]:
         raise RigError("is not FBX: export it again")
-    if len(data) > MOST_TEXT_BYTES:
+    if len(data) > MOST_TAKE_BYTES:
         raise RigError(f"has {len(data) / 1e6:,.0f} MB of text, more than is read: export it as binary FBX")
     root = Node("", (), parse_nodes(tokens(data), 0))
     versions = root.child("FBXHeaderExtension").child("FBXVersion").values

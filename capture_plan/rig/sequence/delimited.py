@@ -23,7 +23,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from capture_plan.errors import RigError
-from capture_plan.rig.formats.bounds import check_cells, check_lines, check_names
+from capture_plan.rig.formats.bounds import MOST_ROWS, check_cells, check_lines, check_names
 from capture_plan.rig.sequence.around import (
     begins_again,
     in_time,
@@ -65,7 +65,7 @@ def read_csv(path: Path) -> WeightTable:
     text, notes = text_of(path)
     if JSON.match(text):
         return read_json(path)
-    check_lines(text, "")
+    check_lines(text, "", MOST_ROWS)
     lines = lines_of(text, notes)
     del text  # as much memory as the file
     if is_face_cap(lines.texts):

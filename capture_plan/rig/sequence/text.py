@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from capture_plan.errors import RigError
-from capture_plan.rig.formats.bounds import MOST_TEXT_BYTES, content
+from capture_plan.rig.formats.bounds import MOST_TAKE_BYTES, content
 
 MARKS = {
     codecs.BOM_UTF8: "utf-8-sig",
@@ -83,8 +83,8 @@ class TextTable:
 
 
 def text_of(path: Path) -> tuple[str, tuple[str, ...]]:
-    """The file's text, at most `MOST_TEXT_BYTES` of it, and what has to be said of its encoding."""
-    data = unpacked(content(path, MOST_TEXT_BYTES))
+    """The file's text, at most `MOST_TAKE_BYTES` of it, and what has to be said of its encoding."""
+    data = unpacked(content(path, MOST_TAKE_BYTES))
     if data.startswith(b"PK\x03\x04"):
         raise RigError("is a zip archive or a workbook, no text: save the sheet as CSV, or name the archive .zip")
     try:
@@ -115,11 +115,11 @@ def unpacked(data: bytes) -> bytes:
         return data
     try:
         with gzip.open(io.BytesIO(data)) as file:
-            text = file.read(MOST_TEXT_BYTES + 1)
+            text = file.read(MOST_TAKE_BYTES + 1)
     except (OSError, EOFError, zlib.error) as error:
         raise RigError("is no whole gzip file: copy it again, or unpack it") from error
-    if len(text) > MOST_TEXT_BYTES:
-        raise RigError(f"unpacks to more than {MOST_TEXT_BYTES / 1e6:,.0f} MB: cut the take")
+    if len(text) > MOST_TAKE_BYTES:
+        raise RigError(f"unpacks to more than {MOST_TAKE_BYTES / 1e6:,.0f} MB: cut the take")
     return text
 
 

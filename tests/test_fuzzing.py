@@ -1,0 +1,47 @@
+"""A few damaged files of every format through the whole tool; the fuzzer in `benchmarks` takes thousands."""
+
+import random
+import time
+
+import numpy as np
+import pytest
+
+from capture_plan.rig.read import read_raw
+from tests.fuzz_damage import damage
+from tests.fuzz_seeds import small, small_rig
+from tests.fuzzing import SEEDS, make_seed, outcome
+
+INPUTS = range(2)
+SLOW = 5.0  # processor seconds
+AXES = ("usda", "usdc", "usdz", "glb", "gltf", "vrm", "fbx", "fbx_text")  # in other units than millimetres
+
+
+@pytest.mark.parametrize("kind", SEEDS)
+def test_damage_ends_in_a_plan_or_in_one_line(tmp_path, kind):
+    small_rig(tmp_path)
+    for n in INPUTS:
+        folder = tmp_path / str(n)
+        folder.mkdir()
+        small_rig.__wrapped__(folder)
+        path = make_seed(kind, folder)
+        damage(path, kind, random.Random(f"{kind} {n}"))
+        start = time.process_time()
+        outcome(kind, path, n)
+        assert time.process_time() - start < SLOW
+
+
+@pytest.mark.parametrize("kind", [kind for kind, (_, _, through) in SEEDS.items() if through.__name__ == "through_rig"])
+def test_every_format_of_one_head_is_the_same_rig(tmp_path, kind):
+    """Folder and archive, text and binary, GLB and glTF: the same vertices, faces and named movements."""
+    raw, head = read_raw(make_seed(kind, tmp_path)), small()
+    scale = (raw.unit_mm or 1.0) if kind in (*AXES, "target") else 1.0
+    if kind == "target":
+        scale = 1.0  # decimetres for the format, written from the same millimetres
+    close = {"atol": 2e-3 * max(1.0, scale / 10)}
+    np.testing.assert_allclose(raw.neutral * scale, head["vertices"][raw.source_index], **close)
+    np.testing.assert_array_equal(raw.triangles, head["faces"])
+    for name, delta in zip(raw.names, raw.deltas, strict=True):
+        moves = head["deltas"][list(head["names"]).index(name)][raw.source_index] / (100 if kind == "target" else 1)
+        np.testing.assert_allclose(delta * scale, moves, **close)
+    assert set(raw.names) <= set(head["names"])
+    assert len(raw.names) >= 4
