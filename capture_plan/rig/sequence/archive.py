@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float
 
 from capture_plan.errors import RigError
 from capture_plan.rig.formats.bounds import check_cells, check_names, check_plain
-from capture_plan.rig.formats.raw import UNITS_MM
+from capture_plan.rig.formats.raw import FARTHEST, UNITS_MM
 from capture_plan.rig.sequence.axes_of import as_frames
 from capture_plan.rig.sequence.clock import Timing, timing_of
 from capture_plan.rig.sequence.columns import kind_of, unit_of
@@ -163,7 +163,7 @@ def with_face(frames: Float[np.ndarray, "t v 3"]) -> Bool[np.ndarray, " t"]:
     found = []
     for start in range(0, len(frames), CHUNK):
         some = np.asarray(frames[start : start + CHUNK])
-        found.append(np.isfinite(some).all(axis=(1, 2)) & (some != some[:, :1]).any(axis=(1, 2)))
+        found.append((np.abs(some) < FARTHEST).all(axis=(1, 2)) & (some != some[:, :1]).any(axis=(1, 2)))
     return np.concatenate(found)
 
 
