@@ -35,5 +35,7 @@ def read_neutral(path: Path, rig: Rig) -> Float[np.ndarray, "v 3"]:
             "bring the actor's neutral onto the rig's mesh first"
         )
     if not (np.abs(vertices) < FARTHEST).all():
-        raise RigError(f"{path.name} holds coordinates that are NaN, infinite or beyond {FARTHEST:.0e}: clean the mesh and export it again")
+        raise RigError(
+            f"{path.name} holds coordinates that are NaN, infinite or beyond {FARTHEST:.0e}: clean the mesh and export it again"
+        )
     return vertices

@@ -77,7 +77,9 @@ def ply_vertices(path: Path) -> Float[np.ndarray, "v 3"]:
 def finite(vertices: Float[np.ndarray, "v 3"], path: Path) -> Float[np.ndarray, "v 3"]:
     """The vertices of a frame. RigError where one is nowhere."""
     if not (np.abs(vertices) < FARTHEST).all():
-        raise RigError(f"{path.name} holds coordinates that are NaN, infinite or beyond {FARTHEST:.0e}: clean the mesh and export it again")
+        raise RigError(
+            f"{path.name} holds coordinates that are NaN, infinite or beyond {FARTHEST:.0e}: clean the mesh and export it again"
+        )
     return vertices
 
 
