@@ -36,6 +36,6 @@ def read_neutral(path: Path, rig: Rig) -> Float[np.ndarray, "v 3"]:
         )
     if not (np.abs(vertices) < FARTHEST).all():
         raise RigError(
-            f"{path.name} holds coordinates that are NaN, infinite or beyond {FARTHEST:.0e}: clean the mesh and export it again"
+            f"{path.name} holds NaN, infinite or coordinates beyond {FARTHEST:.0e}: clean the mesh and export it"
         )
     return vertices

@@ -78,7 +78,7 @@ def finite(vertices: Float[np.ndarray, "v 3"], path: Path) -> Float[np.ndarray, 
     """The vertices of a frame. RigError where one is nowhere."""
     if not (np.abs(vertices) < FARTHEST).all():
         raise RigError(
-            f"{path.name} holds coordinates that are NaN, infinite or beyond {FARTHEST:.0e}: clean the mesh and export it again"
+            f"{path.name} holds NaN, infinite or coordinates beyond {FARTHEST:.0e}: clean the mesh and export it"
         )
     return vertices
 
