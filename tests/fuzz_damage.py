@@ -10,6 +10,7 @@ import json
 import random
 import re
 import struct
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -214,6 +215,19 @@ def value_of(value: Any, rng: random.Random) -> Any:
     return rng.choice((value, 0, 1, -1, 10**12, 1e300)) if rng.random() < 0.5 else value
 
 
+def members_of(data: bytes, rng: random.Random) -> bytes:
+    """A ZIP archive in which one of the OBJ files is damaged, gone or elsewhere."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(data)) as old, zipfile.ZipFile(out, "w") as new:
+        victim = rng.choice(old.namelist())
+        for name in old.namelist():
+            if name != victim:
+                new.writestr(name, old.read(name))
+            elif rng.random() < 0.8:
+                new.writestr(rng.choice((name, name, name, f"x/{name}", f"../{name}")), text_of(old.read(name), rng))
+    return out.getvalue()
+
+
 Damage = Callable[[bytes, random.Random], bytes]
 STRUCTURED: dict[str, Damage] = {
     **dict.fromkeys((".obj", ".ply", ".csv", ".target", ".usda", ".toml"), text_of),
@@ -233,6 +247,9 @@ def damage(path: Path, kind: str, rng: random.Random) -> None:
     if path.is_dir() and how < 0.1:
         other = rng.choice(files)
         rng.choice((victim.unlink, lambda: victim.write_bytes(b""), lambda: victim.replace(other)))()
+        return
+    if kind == "zip" and how < 0.7:
+        path.write_bytes(members_of(path.read_bytes(), rng))
         return
     data = victim.read_bytes()
     change = STRUCTURED.get(victim.suffix)

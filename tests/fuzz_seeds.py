@@ -46,13 +46,13 @@ def shapes() -> dict[str, np.ndarray]:
     return {"neutral": x} | {name: x + d for name, d in zip(NAMES[:4], small()["deltas"], strict=False)}
 
 
-def obj_folder(path: Path) -> None:
+def obj_folder(path: Path, unit_mm: float = 1.0) -> None:
     """OBJ files."""
     path.mkdir()
     faces = "".join(f"f {a}/1/1 {b}//2 {c}\n" for a, b, c in small()["faces"] + 1)
     for name, x in shapes().items():
         (path / f"{name}.obj").write_text(
-            "o head\n" + "".join("v {:.3f} {:.3f} {:.3f}\n".format(*p) for p in x) + faces
+            "o head\n" + "".join("v {:.5f} {:.5f} {:.5f}\n".format(*p) for p in x / unit_mm) + faces
         )
 
 
@@ -78,15 +78,15 @@ def csv_folder(path: Path) -> None:
 
 
 def target_folder(path: Path) -> None:
-    """MakeHuman's files."""
+    """MakeHuman's files, in decimetres."""
     path.mkdir()
-    obj_folder(path / "all")
+    obj_folder(path / "all", unit_mm=100.0)
     (path / "all" / "neutral.obj").rename(path / "base.obj")
     for file in (path / "all").iterdir():
         file.unlink()
     for name, d in zip(NAMES[:4], small()["deltas"], strict=False):
         rows = [(i, *d[i] / 100) for i in np.flatnonzero(d.any(axis=1))]
-        (path / "all" / f"{name}.target").write_text("".join("{} {:.4f} {:.4f} {:.4f}\n".format(*row) for row in rows))
+        (path / "all" / f"{name}.target").write_text("".join("{} {:.5f} {:.5f} {:.5f}\n".format(*row) for row in rows))
 
 
 def zip_of(path: Path) -> None:
