@@ -65,11 +65,12 @@ def bytes_of(data: bytes, rng: random.Random) -> bytes:
     found = bytearray(data)
     if rng.random() < 0.2:
         return bytes(found[: rng.randrange(len(found) + 1)])
-    for _ in range(rng.randint(1, 30)):
+    for _ in range(rng.choice((1, 1, 2, 5, 30))):
         reach = len(found) if rng.random() < 0.5 else min(len(found), 2000)
         if reach:
             at = rng.randrange(reach)
-            found[at : at + 1] = rng.choice((bytes([rng.randrange(256)]), rng.choice(SPARKS)))
+            spark = rng.choice(SPARKS)
+            found[at : at + (len(spark) or 1)] = bytes([rng.randrange(256)]) if rng.random() < 0.5 else spark
     return bytes(found)
 
 
@@ -81,6 +82,8 @@ def text_of(data: bytes, rng: random.Random) -> bytes:
         lines[i : i + rng.choice((0, 1, 1, 50))] = rng.choice(([], [lines[j]], [lines[i]] * 2, lines[j : j + 50]))
         return b"\n".join(lines)
     words = list(TOKEN.finditer(data, 0, len(data) if rng.random() < 0.7 else 3000))
+    if rng.random() < 0.6:
+        words = [word for word in words if word[0][-1:].isdigit()]
     for word in sorted(rng.sample(words, min(len(words), rng.choice((1, 1, 2, 5, 40)))), key=lambda w: -w.start()):
         number = word[0][-1:].isdigit()
         new = rng.choice(NUMBERS if number == (rng.random() < 0.9) else WORDS).encode()

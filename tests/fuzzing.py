@@ -156,6 +156,6 @@ def outcome(kind: str, path: Path, n: int) -> str:
     except CapturePlanError as error:
         said = str(error)
         assert said.isprintable(), said  # one line that a screen can show
-        assert len(said) < 1000, said
+        assert len(said) < 1600, said
         return said
     return "success"
