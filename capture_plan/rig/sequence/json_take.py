@@ -52,7 +52,7 @@ def read_json(path: Path) -> WeightTable:
 
 def take_in(text: str, notes: tuple[str, ...]) -> WeightTable:
     """The frames of a document; `notes` are what has to be said of its text."""
-    check_values(text.encode(), MOST_TAKE_VALUES)
+    check_values(text, MOST_TAKE_VALUES)
     document = decode(text)
     if (
         isinstance(document, list)
