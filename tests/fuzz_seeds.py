@@ -143,7 +143,7 @@ def usd(path: Path) -> None:
     if inner != path:
         from pxr import UsdUtils
 
-        UsdUtils.CreateNewUsdzPackage(str(inner), str(path))
+        UsdUtils.CreateNewUsdzPackage(str(inner), str(path))  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def weights() -> np.ndarray:
