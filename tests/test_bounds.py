@@ -25,7 +25,7 @@ def test_what_is_no_plain_file_is_refused_and_not_waited_for(tmp_path, read, suf
     os.mkfifo(tmp_path / "pipe")
     for name, target in (("fifo", tmp_path / "pipe"), ("zero", "/dev/zero")):
         (path := tmp_path / f"{name}.{suffix}").symlink_to(target)
-        with pytest.raises(RigError, match="a device or a pipe, expected a file: copy what it holds into a file$"):
+        with pytest.raises(RigError, match=r"a device or a pipe, expected a file: copy what it holds into a file$"):
             read(path)
 
 
