@@ -3,15 +3,20 @@
 Key      SHA-256 over the bytes of whatever went in: text, bytes, and arrays with their type and shape
 File     <user cache>/capture-plan/<shelf>/<key>.npz, the user cache being $XDG_CACHE_HOME where that is set
 
-A shelf holds its newest entries. A broken entry is computed again; deleting the folder is always safe. The folder is
-this user's alone: one of somebody else, or a link, is not used, since what others put there would be believed.
+A shelf holds its newest entries. An entry carries a digest of its name and of what it holds: one that is broken, or
+was made for another question, is computed again, as is a link or a file of somebody else. Deleting the folder is always
+safe. The folder is this user's alone: one of somebody else, or a link, is not used, since what others put there would
+be believed.
 """
 
 import hashlib
 import os
 import stat
+import struct
 import sys
+import tokenize
 import zipfile
+import zlib
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import cache
@@ -25,6 +30,12 @@ from capture_plan.output import whole_file
 Arrays = dict[str, np.ndarray]
 PACKAGE = Path(__file__).parent
 DECIDING = (".py", ".toml", ".json", ".npz")
+SEAL = "seal"  # of an entry: no answer has an array of this name
+NOT_ELSEWHERE = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+DAMAGE = (
+    *(OSError, ValueError, EOFError, KeyError, TypeError, SyntaxError, RuntimeError, MemoryError),
+    *(zipfile.BadZipFile, zlib.error, struct.error, tokenize.TokenError),
+)  # what NumPy and zipfile raise on archives that are none
 
 
 def cache_dir() -> Path:
@@ -80,23 +91,38 @@ def cached(compute: Callable[[], Arrays], shelf: str, name: str, *, entries: int
     if not is_private(folder := cache_dir()):
         return compute()
     path = folder / shelf / f"{name}.npz"
-    with (
-        suppress(OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile),
-        np.load(path, allow_pickle=False) as file,
-    ):
-        answer = {key: file[key] for key in file.files}
-        path.touch()  # the newest entries stay
-        return answer
+    if (found := _entry(path)) is not None:
+        return found
     answer = compute()
     with suppress(OSError, PlanError):  # a cache that cannot be written costs time, not the answer
         _store(path, answer, entries)
     return answer
 
 
+def _entry(path: Path) -> Arrays | None:
+    """What stands at `path`, where it is this user's own whole answer to the question of that name."""
+    with suppress(*DAMAGE):
+        with os.fdopen(os.open(path, os.O_RDONLY | NOT_ELSEWHERE), "rb") as file:
+            about = os.fstat(file.fileno())
+            if not stat.S_ISREG(about.st_mode) or (os.name == "posix" and about.st_uid != os.getuid()):
+                return None
+            with np.load(file, allow_pickle=False) as archive:
+                answer = {key: archive[key] for key in archive.files}
+        if str(answer.pop(SEAL)) == _seal(path.stem, answer):
+            path.touch()  # the newest entries stay
+            return answer
+    return None
+
+
+def _seal(name: str, answer: Arrays) -> str:
+    """A digest of an entry's name and of all that it holds."""
+    return digest([name, *(part for key, values in sorted(answer.items()) for part in (key, values))])
+
+
 def _store(path: Path, answer: Arrays, entries: int) -> None:
     """Write the entry whole or not at all, then drop the oldest beyond `entries`."""
     with whole_file(path, durable=False) as file:
-        np.savez(file, allow_pickle=False, **answer)
+        np.savez(file, allow_pickle=False, **answer, **{SEAL: np.array(_seal(path.stem, answer))})
     kept = sorted(path.parent.glob("*.npz"), key=lambda entry: entry.stat().st_mtime_ns, reverse=True)
     for entry in kept[entries:]:
         entry.unlink(missing_ok=True)

@@ -10,6 +10,9 @@ from typing import Any
 from capture_plan.errors import CapturePlanError
 
 MOST_BYTES = 4_000_000  # a settings, rule, name or camera file has a few thousand
+MOST_COUNTED = 1_000_000  # of anything that a setting counts: solvers have whole numbers of 64 bits
+MOST_NUMBER = 2**31 - 1  # of a vertex
+LONGEST_MM = 1000.0  # of any length on a face
 DEEPEST = 16  # tables within tables; ours have three
 WORD = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
 TOO_DEEP = re.compile(rf"(?<![\w-]){WORD}(?:[ \t]*\.[ \t]*{WORD}){{{DEEPEST}}}|[\[{{](?:\s*[\[{{]){{{DEEPEST}}}")

@@ -1,11 +1,14 @@
 """The three ways a plan can fail, each a line that says what was found, what was expected and what to change."""
 
+LONGEST, END = 1500, 400  # signs of a message, and of its end, where the advice stands
+
 
 class CapturePlanError(Exception):
     """What the command line turns into one line and exit code 2; what a file smuggles in stays harmless to a screen."""
 
     def __init__(self, message: str) -> None:
-        super().__init__(printable(message))
+        fits = len(message) <= LONGEST
+        super().__init__(printable(message if fits else f"{message[: LONGEST - END]} ... {message[-END:]}"))
 
 
 def printable(text: str) -> str:

@@ -67,6 +67,32 @@ def test_a_broken_entry_is_read_again(rig_file):
     assert read_rig(rig_file, unit_mm=1.0).fingerprint == whole.fingerprint
 
 
+def test_an_entry_is_believed_only_under_its_own_name_and_whole(rig_file):
+    """A poisoned shelf: another rig's entry, links, pipes, changed numbers and damage at any byte."""
+    whole = read_rig(rig_file, unit_mm=1.0)
+    (entry,) = entries()
+    other = read_rig(rig_file, unit_mm=2.0)
+    (theirs,) = set(entries()) - {entry}
+    assert other.fingerprint != whole.fingerprint
+    data, rng = entry.read_bytes(), np.random.default_rng(0)
+    arrays = dict(np.load(entry))
+    arrays["deltas"] = arrays["deltas"] * 2
+    np.savez(entry.with_suffix(".changed"), **arrays)
+    poison = [theirs.read_bytes(), entry.with_suffix(".changed.npz").read_bytes(), b"", data[:-30], b"PK" + data]
+    poison += [data[:at] + bytes([data[at] ^ 0xFF]) + data[at + 1 :] for at in rng.integers(0, len(data), 40)]
+    for content in poison:
+        entry.write_bytes(content)
+        assert read_rig(rig_file, unit_mm=1.0).fingerprint == whole.fingerprint
+    entry.unlink()
+    entry.symlink_to(theirs)
+    assert read_rig(rig_file, unit_mm=1.0).fingerprint == whole.fingerprint
+    assert not entry.is_symlink()
+    entry.unlink()
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(entry)
+        assert read_rig(rig_file, unit_mm=1.0).fingerprint == whole.fingerprint
+
+
 def test_what_cannot_be_read_is_not_kept(tmp_path):
     (tmp_path / "no.glb").write_bytes(b"nothing")
     with pytest.raises(RigError):

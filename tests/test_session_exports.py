@@ -8,6 +8,7 @@ import pytest
 import trimesh
 
 from capture_plan.exports import write_expression_meshes, write_slate
+from capture_plan.exports.tables import write_rows
 from capture_plan.expressions.pack import pack
 from capture_plan.expressions.session import session
 from capture_plan.expressions.session_settings import SessionSettings
@@ -54,3 +55,12 @@ def test_expression_i_is_on_frame_i_and_the_weights_agree_in_both_files(meshes):
         assert {name: float(row[name]) for name in RIG.names if float(row[name])} == expression.pose
         assert example["weights"] == expression.pose
         assert example["frame"] == int(row["frame"])
+
+
+def test_no_cell_of_a_table_is_a_formula_and_numbers_stay_numbers(tmp_path):
+    names = ["=cmd()", "+1", "@x", "-a", "\tx", "\rx", "\nx", " =1", "\uff1d1"]
+    write_rows(tmp_path / "t.csv", [["frame", *names, "a-b"], [-1, *[0.5] * len(names), "c=d"]])
+    with (tmp_path / "t.csv").open(newline="", encoding="utf-8") as file:
+        heads, row = csv.reader(file)
+    assert heads == ["frame", *(f"'{name}" for name in names), "a-b"]
+    assert row == ["-1", *["0.5"] * len(names), "c=d"]

@@ -57,7 +57,7 @@ def test_targets_that_do_not_fit_are_refused_in_one_line(tmp_path, text, says):
 
 
 def test_more_than_fits_is_refused_before_it_is_made(tmp_path, monkeypatch):
-    monkeypatch.setattr("capture_plan.rig.formats.raw.MOST_DISPLACEMENTS", 20)
+    monkeypatch.setattr("capture_plan.rig.formats.bounds.MOST_DISPLACEMENTS", 20)
     with pytest.raises(RigError, match="2 blendshapes of 8 vertices are more than fit"):
         read_raw(write(tmp_path / "r", a="1 1 0 0", b="1 1 0 0"))
 

@@ -2,6 +2,8 @@
 
 import csv
 import io
+import re
+import unicodedata
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -9,6 +11,8 @@ from capture_plan.layout.record import Layout
 from capture_plan.output import write_whole
 from capture_plan.plan.files import plan_schema
 from capture_plan.plan.record import Plan
+
+FORMULA = re.compile(r"[\t\r\n]|\s*[=+\-@]")
 
 
 def write_tables(plan: Plan, folder: Path) -> list[Path]:
@@ -53,5 +57,5 @@ def write_rows(path: Path, rows: Iterable[list]) -> Path:
 
 
 def _plain(cell: object) -> object:
-    """A name that a spreadsheet would take for a formula, marked as text."""
-    return f"'{cell}" if isinstance(cell, str) and cell.startswith(tuple("=+-@\t\r")) else cell
+    """A name that a spreadsheet would take for a formula, marked as text, also behind blanks or in full width."""
+    return f"'{cell}" if isinstance(cell, str) and FORMULA.match(unicodedata.normalize("NFKC", cell)) else cell

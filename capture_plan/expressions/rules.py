@@ -16,7 +16,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta, Struct
 
-from capture_plan.documents import read_toml
+from capture_plan.documents import MOST_COUNTED, read_toml
 from capture_plan.errors import RigError
 from capture_plan.rig import Rig
 from capture_plan.rig.names import arkit_name
@@ -38,7 +38,7 @@ class Rules(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     any_side: dict[str, tuple[str, ...]] = {}
     requires: dict[str, tuple[str, ...]] = {}
     hard: tuple[Hard, ...] = ()
-    most_things: Annotated[int, Meta(ge=1)] | None = None
+    most_things: Annotated[int, Meta(ge=1, le=MOST_COUNTED)] | None = None
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -4,6 +4,8 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
+from capture_plan.documents import MOST_COUNTED
+
 Seconds = Annotated[float, Meta(ge=0, le=3600)]
 
 
@@ -22,8 +24,8 @@ class SessionSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     harder_s: Seconds = 10.0
     slate_s: Seconds = 12.0
     retakes: Annotated[float, Meta(ge=0, le=10)] = 0.5
-    relax_every: Annotated[int, Meta(ge=1)] = 6
+    relax_every: Annotated[int, Meta(ge=1, le=MOST_COUNTED)] = 6
     relax_s: Seconds = 45.0
     neutral_s: Seconds = 30.0
     calibration_s: Seconds = 120.0
-    minutes: Annotated[float, Meta(gt=0)] | None = None
+    minutes: Annotated[float, Meta(gt=0, le=MOST_COUNTED)] | None = None

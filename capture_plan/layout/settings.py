@@ -4,11 +4,16 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, Struct, field
 
+from capture_plan.documents import LONGEST_MM, MOST_COUNTED, MOST_NUMBER
 from capture_plan.rig.zones import MARGINS_MM
 
 KEPT_OUT = ("lash line", "wet lip", "nostril rim")  # where no dot holds on anybody
 Share = Annotated[float, Meta(ge=0, le=1)]
-Length = Annotated[float, Meta(ge=0)]
+Length = Annotated[float, Meta(ge=0, le=LONGEST_MM)]
+Count = Annotated[int, Meta(ge=0, le=MOST_COUNTED)]
+Some = Annotated[int, Meta(ge=1, le=MOST_COUNTED)]
+Vertex = Annotated[int, Meta(ge=0, le=MOST_NUMBER)]
+FINEST_MM = 1e-4  # of noise: a tenth of a micrometre, whose square single numbers still tell from 0
 Method = Literal["studio", "adaptive", "trivial", "distance", "cover", "budget", "motion"]
 Known = Literal["ibug68", "ibug51", "mpeg4", "iemocap53", "motionbuilder17", "faceware30"]
 Weights = Literal["lexicographic", "paper", "count"]
@@ -53,18 +58,18 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     alpha: Share = 0.5
     symmetric: bool = True
     spacing_mm: Length = 8.0
-    rounds: Annotated[int, Meta(ge=1)] = 3
-    noise_mm: Annotated[float, Meta(gt=0)] = 0.2
+    rounds: Some = 3
+    noise_mm: Annotated[float, Meta(ge=FINEST_MM, le=LONGEST_MM)] = 0.2
     min_visibility: Share = 0.05
-    budget: Annotated[int, Meta(ge=1)] | None = None
-    number: Annotated[int, Meta(ge=1)] | None = None
-    pins: tuple[Annotated[int, Meta(ge=0)], ...] = ()
-    forbidden: tuple[Annotated[int, Meta(ge=0)], ...] = ()
+    budget: Some | None = None
+    number: Some | None = None
+    pins: tuple[Vertex, ...] = ()
+    forbidden: tuple[Vertex, ...] = ()
     keep_out: dict[str, Length] = field(default_factory=lambda: {name: MARGINS_MM[name] for name in KEPT_OUT})
     relaxed_for: Known | None = None
-    caps: dict[str, Annotated[int, Meta(ge=0)]] = field(default_factory=dict)
-    min_views: Annotated[int, Meta(ge=0)] = 1
-    dot_mm: Annotated[float, Meta(gt=0)] = 3.0
+    caps: dict[str, Count] = field(default_factory=dict)
+    min_views: Count = 1
+    dot_mm: Annotated[float, Meta(gt=0, le=LONGEST_MM)] = 3.0
     head_markers: Annotated[int, Meta(ge=0, le=5)] = 0
 
     def __post_init__(self) -> None:

@@ -17,6 +17,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct, field
 
+from capture_plan.documents import MOST_COUNTED
 from capture_plan.expressions.session_settings import SessionSettings
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.layout.settings import LayoutSettings
@@ -34,7 +35,7 @@ class Settings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     cameras: str | None = None
     target: str | None = None
     sequences: tuple[str, ...] = ()
-    sequence_weights: tuple[Annotated[float, Meta(gt=0)], ...] = ()
+    sequence_weights: tuple[Annotated[float, Meta(ge=1e-6, le=MOST_COUNTED)], ...] = ()
     vertex_weights: str | None = None
 
     def __post_init__(self) -> None:

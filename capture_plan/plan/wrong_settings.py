@@ -33,8 +33,8 @@ def what_is_wrong(error: msgspec.ValidationError, spelled: Callable[[str], str] 
 
 
 def _kind(name: str, sign: str | None, number: str | None) -> str:
-    words = KINDS.get(name, name)
-    return f"{words} {SIGNS[sign]} {float(number or 0):g}" if sign else words
+    words, limit = KINDS.get(name, name), float(number or 0)
+    return f"{words} {SIGNS[sign]} {f'{limit:,.0f}' if limit.is_integer() else f'{limit:g}'}" if sign else words
 
 
 def names_at(where: str) -> list[str]:

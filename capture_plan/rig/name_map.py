@@ -20,6 +20,7 @@ import numpy as np
 
 from capture_plan.documents import read_toml
 from capture_plan.errors import RigError
+from capture_plan.rig.formats.bounds import check_names
 
 TABLES = ("names", "weights")
 FULL = "full"
@@ -58,6 +59,7 @@ def read_name_map(path: str | Path) -> NameMap:
     for name, meaning in names.items():
         if not (isinstance(meaning, str) and meaning.strip()):
             raise RigError(f"{path.name}: '{name}' is {meaning!r}, expected a name in quotes")
+    check_names([*names, *names.values()], path.name)
     columns = document.get("weights", {})
     shares = {column: _shares(path, column, entry) for column, entry in columns.items()}
     return NameMap(dict(names), shares, _full(path, document.get(FULL)))

@@ -7,6 +7,7 @@ from jaxtyping import Float
 
 from capture_plan.errors import RigError
 from capture_plan.rig.formats.obj import is_obj, load, parse_vertices
+from capture_plan.rig.formats.raw import FARTHEST
 from capture_plan.rig.read import read_raw
 from capture_plan.rig.record import Rig
 
@@ -33,6 +34,8 @@ def read_neutral(path: Path, rig: Rig) -> Float[np.ndarray, "v 3"]:
             f"{path.name} has {len(vertices):,} vertices, {rig.name} has {len(rig.neutral):,}: "
             "bring the actor's neutral onto the rig's mesh first"
         )
-    if not np.isfinite(vertices).all():
-        raise RigError(f"{path.name} holds NaN or infinite coordinates: clean the mesh and export it again")
+    if not (np.abs(vertices) < FARTHEST).all():
+        raise RigError(
+            f"{path.name} holds NaN, infinite or coordinates beyond {FARTHEST:.0e}: clean the mesh and export it"
+        )
     return vertices

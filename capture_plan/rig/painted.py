@@ -6,6 +6,7 @@ PLY    the neutral with a colour at every vertex, in the artist's vertex order; 
 Check  the distances of the painted mesh's vertices from their middle are those of the rig, up to a scale
 """
 
+from bisect import bisect_left
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from jaxtyping import Bool, Float
 
 from capture_plan.errors import RigError
 from capture_plan.rig.formats.ply import read_ply, read_vertices
-from capture_plan.rig.read import vertex_ranges
+from capture_plan.rig.read import in_ranges, vertex_ranges
 from capture_plan.rig.record import Rig
 from capture_plan.rig.zones import Zone
 
@@ -41,17 +42,16 @@ def painted_zone(path: str | Path, rig: Rig) -> Zone:
 
 
 def _listed(path: Path, rig: Rig) -> Bool[np.ndarray, " v"]:
-    mask = np.zeros(len(rig.neutral), dtype=bool)
-    for low, high in vertex_ranges(path):
-        inside = (rig.source_index >= low) & (rig.source_index <= high)
-        if not inside.any():
+    ranges, known = vertex_ranges(path), np.sort(rig.source_index)
+    for low, high in ranges:
+        at = bisect_left(known, low)
+        if at == len(known) or known[at] > high:
             named = f"{low}-{high}" if high != low else low
             raise RigError(
                 f"{path.name} names vertex {named}, which {rig.name} does not have: "
                 f"give numbers from its own file, 0 to {rig.source_index.max()}"
             )
-        mask |= inside
-    return mask
+    return in_ranges(rig.source_index, ranges)
 
 
 def _coloured(path: Path, rig: Rig) -> Bool[np.ndarray, " v"]:

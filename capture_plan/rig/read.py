@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from msgspec.structs import replace as replace_struct
 
-from capture_plan.documents import meant
+from capture_plan.documents import meant, read_plain
 from capture_plan.errors import RigError
 from capture_plan.mesh import pieces
 from capture_plan.rig.crop import crop_to_head
@@ -24,6 +24,7 @@ from capture_plan.rig.face.place import face_place
 from capture_plan.rig.face.record import Understood
 from capture_plan.rig.face_skin import FacePlace, upper_neck
 from capture_plan.rig.formats.belongs import what_belongs
+from capture_plan.rig.formats.bounds import check_plain
 from capture_plan.rig.formats.csv_folder import holds_tables, read_csv_folder
 from capture_plan.rig.formats.fbx import read_fbx
 from capture_plan.rig.formats.gltf import read_gltf
@@ -175,6 +176,7 @@ def read_raw(path: Path) -> RawRig:
     try:
         if not path.exists():
             raise RigError(f"{path} does not exist{meant(path)}: give {FORMATS}")
+        check_plain(path)
         if not path.is_dir() and path.stat().st_size == 0:
             raise RigError(f"{path.name} is empty: export it again")
         with np.errstate(all="ignore"):  # what becomes infinite is refused when the rig is whole
@@ -246,24 +248,33 @@ def given_skin(skin: str, raw: RawRig) -> Bool[np.ndarray, " v"]:
 def listed_skin(path: Path, source_index: Int[np.ndarray, " v"], name: str) -> Bool[np.ndarray, " v"]:
     """The vertices of the rig or take `name` whose numbers in the artist's file a text file lists."""
     ranges = vertex_ranges(path)
-    chosen = np.any([(source_index >= low) & (source_index <= high) for low, high in ranges], axis=0)
-    if not np.any(chosen):
+    chosen = in_ranges(source_index, ranges)
+    if not chosen.any():
         raise RigError(f"{path.name} names no vertex of {name}: give vertex numbers counted from 0")
     return chosen
+
+
+def in_ranges(numbers: Int[np.ndarray, " v"], ranges: list[tuple[int, int]]) -> Bool[np.ndarray, " v"]:
+    """Which numbers lie in one of the ranges, both ends counted."""
+    low, high = np.array(ranges, dtype=np.int64).reshape(-1, 2).T
+    order = np.argsort(low, kind="stable")
+    reached = np.maximum.accumulate(high[order])  # the last number of all ranges that begin no later
+    before = np.searchsorted(low[order], numbers, side="right")
+    return (before > 0) & (np.append(reached, -1)[before - 1] >= numbers)
 
 
 def vertex_ranges(path: Path) -> list[tuple[int, int]]:
     """First and last number of every range in a text file; spaces, commas or line ends part them, # comments."""
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_plain(path, RigError, "give vertex numbers such as 0-6705 7002").decode("utf-8")
     except UnicodeDecodeError as error:
         raise RigError(f"{path.name} is not text: give vertex numbers such as 0-6705 7002") from error
     ranges: list[tuple[int, int]] = []
     for word in re.split(r"[\s,;\[\]]+", re.sub(r"#[^\n]*", "", text)):
         if not word:
             continue
-        match = re.fullmatch(r"(\d+)(?:-(\d+))?", word)
+        match = re.fullmatch(r"(\d{1,18})(?:-(\d{1,18}))?", word)
         if not match:
-            raise RigError(f"{path.name}: '{word}' is no vertex number: give numbers such as 0-6705 7002")
+            raise RigError(f"{path.name}: '{word[:40]}' is no vertex number: give numbers such as 0-6705 7002")
         ranges.append((int(match[1]), int(match[2] or match[1])))
     return ranges

@@ -15,6 +15,7 @@ import numpy as np
 
 from capture_plan.cache import Arrays, cached, code_digest, digest
 from capture_plan.rig.face.record import Understood
+from capture_plan.rig.formats.bounds import MOST_BYTES, content
 from capture_plan.rig.formats.source import walk
 from capture_plan.rig.record import Rig
 
@@ -29,7 +30,7 @@ def remembered(read: Callable[[], Rig], path: Path, given: tuple[float | str | N
     skin = given[-1]
     try:
         files = list(_files(path))
-        named = [Path(skin).read_bytes()] if isinstance(skin, str) and Path(skin).is_file() else []
+        named = [content(Path(skin))] if isinstance(skin, str) and Path(skin).is_file() else []
     except OSError:
         return read()
     if not files:
@@ -49,6 +50,8 @@ def _files(path: Path) -> Iterator[tuple[str, bytes]]:
 
 
 def _sha256(path: Path) -> bytes:
+    if not path.is_file() or path.stat().st_size > MOST_BYTES:
+        raise OSError("no file that is read")
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").digest()
 

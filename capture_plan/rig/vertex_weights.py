@@ -4,12 +4,15 @@ Text   one number a line, or separated by spaces or commas, in vertex order (.tx
 NumPy  an array (.npy), or `weights` of an archive (.npz)
 """
 
+import io
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 
 from capture_plan.errors import RigError
+from capture_plan.rig.formats.bounds import MOST_TEXT_BYTES, content
+from capture_plan.rig.formats.npz import load
 from capture_plan.rig.record import Rig
 
 
@@ -39,14 +42,13 @@ def read_vertex_weights(path: Path, rig: Rig) -> Float[np.ndarray, " v"]:
 
 
 def _numbers(path: Path) -> np.ndarray:
-    suffix = path.suffix.lower()
+    suffix, data = path.suffix.lower(), content(path, MOST_TEXT_BYTES)
     if suffix == ".npz":
-        with np.load(path) as archive:
-            found = archive["weights"]
+        found = load(path)["weights"]
     elif suffix == ".npy":
-        found = np.load(path)
+        found = np.load(io.BytesIO(data), allow_pickle=False)
     else:
-        found = np.array(path.read_text(encoding="utf-8-sig").replace(",", " ").split(), dtype=float)
+        found = np.loadtxt(data.decode("utf-8-sig").replace(",", " ").split(), ndmin=1)
     if found.ndim != 1 or found.dtype.kind not in "fiu":
         raise ValueError(found.shape)
     return found

@@ -163,7 +163,7 @@ def read_rows(path: Source) -> tuple[list[str], list[Float[np.ndarray, " n"]]]:
     if lines and not is_row(lines[0]):
         cut = rb"[,;\t]" if re.search(rb"[,;\t]", lines[0]) else rb"\s+"
         titles = [word.decode(errors="replace").strip(' "').lower() for word in re.split(cut, lines.pop(0))]
-    if lines and len(lines[0].split()) == 1 and lines[0].isdigit() and int(lines[0]) == len(lines) - 1:
+    if lines and len(lines[0]) < 12 and lines[0].isdigit() and int(lines[0]) == len(lines) - 1:
         lines.pop(0)  # how many rows follow
     if not lines:
         raise RigError(f"{path.name} has no rows: export it again")

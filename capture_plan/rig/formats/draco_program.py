@@ -4,24 +4,28 @@ The first holds the packed meshes as bytes, arr_0, arr_1, ...; into the second i
 "i/faces", and each attribute under its unique number, "i/n". It knows nothing of the package that starts it.
 """
 
+import os
 import sys
 
 import DracoPy  # pyright: ignore[reportMissingImports]
 import numpy as np
 
-MEMORY_BYTES = 4 * 2**30  # address space, of which the libraries themselves take about 1 GB
-CPU_SECONDS = 100
+MEMORY_BYTES, MOST_MEMORY_BYTES = 3 << 29, 4 << 30  # address space, of which the libraries themselves take 1 GB
+CPU_SECONDS = 5
+MEMORY_EACH, BYTES_IN_A_SECOND = 200, 500_000  # memory for each packed byte; how slowly they may be unpacked
 
 
-def limit() -> None:
-    """Bound this process's memory and time, where the system can."""
+def limit(size: int) -> None:
+    """Bound this process's memory and time by the bytes that it unpacks, where the system can."""
     try:
         import resource  # not on Windows
     except ImportError:
         return
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
-    resource.setrlimit(resource.RLIMIT_CPU, (CPU_SECONDS, CPU_SECONDS))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    seconds = CPU_SECONDS + size // BYTES_IN_A_SECOND
+    memory = min(MEMORY_BYTES + MEMORY_EACH * size, MOST_MEMORY_BYTES)
+    for kind, wanted in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_CPU, seconds), (resource.RLIMIT_CORE, 0)):
+        most = resource.getrlimit(kind)[1]
+        resource.setrlimit(kind, (wanted if most == resource.RLIM_INFINITY else min(wanted, most), most))
 
 
 def unpack(source: str, target: str) -> None:
@@ -36,5 +40,5 @@ def unpack(source: str, target: str) -> None:
 
 
 if __name__ == "__main__":
-    limit()
+    limit(os.path.getsize(sys.argv[1]))
     unpack(sys.argv[1], sys.argv[2])

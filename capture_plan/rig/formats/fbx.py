@@ -20,6 +20,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
+from capture_plan.rig.formats.bounds import check_sides, content
 from capture_plan.rig.formats.fbx_file import Node, read_tree
 from capture_plan.rig.formats.fbx_nodes import axes, geometric_matrix, properties, unit_mm
 from capture_plan.rig.formats.fbx_scene import Scene, connect, is_hidden
@@ -44,9 +45,10 @@ BROKEN = (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowE
 
 def read_fbx(path: Source) -> RawRig:
     """The rig in the file at `path`, its unit and axes as the file says. RigError when it holds none."""
+    data = content(path)
     try:
         with np.errstate(all="ignore"):
-            return read_scene(path.stem, read_tree(path.read_bytes()))
+            return read_scene(path.stem, read_tree(data))
     except RigError as error:
         raise RigError(f"{path.name} {error}".replace(f"{path.name} {path.stem}:", f"{path.name}:")) from error
     except (*BROKEN, zlib.error) as error:
@@ -163,6 +165,7 @@ def polygons(index: Int[np.ndarray, " c"]) -> tuple[np.ndarray, np.ndarray, np.n
     if len(index) and (len(ends) == 0 or ends[-1] != len(index) - 1):
         raise RigError("has a polygon without an end: it was cut off or is damaged: export it again")
     sizes = np.diff(ends, prepend=-1)
+    check_sides("", int(sizes.max(initial=0)))
     kept = sizes >= 3
     corners = np.where(index < 0, ~index, index)
     return corners[np.repeat(kept, sizes)], sizes[kept], kept

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from capture_plan.errors import RigError
+from capture_plan.rig.formats.bounds import MOST_NODES, MOST_TAKE_BYTES
 
 MAGIC = b"Kaydara FBX Binary  \0"
 OLDEST = 7100  # of binary and ASCII alike; before, a mesh was part of its node and objects were linked by name
@@ -131,20 +132,36 @@ def check_depth(depth: int) -> None:
         raise RigError(f"has nodes more than {DEEPEST} levels deep, expected about 8: export it again")
 
 
+@dataclass
+class Tally:
+    """How many nodes and values a file was found to hold."""
+
+    count: int = 0
+
+    def add(self, more: int) -> None:
+        """Count more of them. RigError when they are more than any scene has."""
+        self.count += more
+        if self.count > MOST_NODES:
+            told = f"has more than {MOST_NODES:,} nodes and values"
+            raise RigError(f"{told}: export the head alone, without its animation")
+
+
 def read_binary(data: bytes) -> Node:
     """The tree of a binary file."""
     (version,) = struct.unpack_from("<I", data, 23)
     check_version(version)
     header = struct.Struct("<QQQB" if version >= WIDE else "<IIIB")
-    view, start, sections = memoryview(data), 27, []
+    view, start, sections, tally = memoryview(data), 27, [], Tally()
     while True:
-        node, start = read_record(view, start, len(data), header, 1)
+        node, start = read_record(view, start, len(data), header, 1, tally)
         if node is None:
             return Node("", (), tuple(sections))
         sections.append(node)
 
 
-def read_record(view: memoryview, start: int, limit: int, header: struct.Struct, depth: int) -> tuple[Node | None, int]:
+def read_record(
+    view: memoryview, start: int, limit: int, header: struct.Struct, depth: int, tally: Tally
+) -> tuple[Node | None, int]:
     """The record at `start`, None for the empty one, and where the next begins; none reaches beyond `limit`."""
     check_depth(depth)
     if start + header.size > limit:
@@ -153,6 +170,7 @@ def read_record(view: memoryview, start: int, limit: int, header: struct.Struct,
     inner = start + header.size
     if end == 0:
         return None, inner
+    tally.add(1 + count)
     values = inner + length
     children = values + size
     if not children <= end <= limit:
@@ -163,7 +181,7 @@ def read_record(view: memoryview, start: int, limit: int, header: struct.Struct,
     node_values = tuple(read_values(view[values:children], count))
     nodes, at = [], children
     while at < end:
-        node, at = read_record(view, at, end, header, depth + 1)
+        node, at = read_record(view, at, end, header, depth + 1, tally)
         if node is None:
             break
         nodes.append(node)
@@ -206,6 +224,8 @@ def read_ascii(data: bytes) -> Node:
     """The tree of an ASCII file."""
     if b"FBX" not in data[:1024]:
         raise RigError("is not FBX: export it again")
+    if len(data) > MOST_TAKE_BYTES:
+        raise RigError(f"has {len(data) / 1e6:,.0f} MB of text, more than is read: export it as binary FBX")
     root = Node("", (), parse_nodes(tokens(data), 0))
     versions = root.child("FBXHeaderExtension").child("FBXVersion").values
     check_version(versions[0] if versions and isinstance(versions[0], int) else 0)
@@ -214,8 +234,9 @@ def read_ascii(data: bytes) -> Node:
 
 def tokens(data: bytes) -> Iterator[re.Match[bytes]]:
     """What the text consists of, one after another. RigError where it makes no sense."""
-    at = SPACE.match(data).end()  # pyright: ignore[reportOptionalMemberAccess]
+    at, tally = SPACE.match(data).end(), Tally()  # pyright: ignore[reportOptionalMemberAccess]
     while at < len(data):
+        tally.add(1)
         match = TOKEN.match(data, at)
         if match is None:
             raise RigError(f"cannot be read from byte {at:,} on: it was cut off or is damaged: export it again")

@@ -21,6 +21,7 @@ from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
 from capture_plan.rig.formats import vrm
+from capture_plan.rig.formats.bounds import MOST_BLENDSHAPES, MOST_DISPLACEMENTS
 from capture_plan.rig.formats.gltf_file import AGAIN, Gltf, load, whole
 from capture_plan.rig.formats.gltf_scene import (
     Worlds,
@@ -32,7 +33,7 @@ from capture_plan.rig.formats.gltf_scene import (
 )
 from capture_plan.rig.formats.hidden import SceneMesh, choose
 from capture_plan.rig.formats.naming import LISTED, fitting, left_on, numbered, printable, sentences
-from capture_plan.rig.formats.raw import MOST_DISPLACEMENTS, RawRig, vertex_parts
+from capture_plan.rig.formats.raw import RawRig, vertex_parts
 from capture_plan.rig.formats.source import Source
 from capture_plan.rig.formats.weld import weld_seams
 
@@ -64,7 +65,8 @@ def read_gltf(path: Source) -> RawRig:
             return read_document(path.stem, load(path))
     except RigError as error:
         told = str(error)
-        raise RigError(told if told.startswith(f"{path.stem}:") else f"{path.name} {told}") from error
+        named = told.startswith((f"{path.stem}:", f"{path.name} "))
+        raise RigError(told if named else f"{path.name} {told}") from error
     except DAMAGE as error:
         found = " ".join(f"{type(error).__name__}: {error}".split())[:160]
         raise RigError(f"{path.name} does not follow glTF 2.0 ({found}): {AGAIN} as .glb") from error
@@ -201,7 +203,7 @@ def check_size(gltf: Gltf, nodes: list[int], named: dict[int, tuple[str, ...]]) 
         for primitive in primitives:
             counted = primitive.get("indices", primitive["attributes"]["POSITION"])
             corners += whole(gltf.entry("accessors", counted), "count")
-    if (1 + k) * v > MOST_DISPLACEMENTS or corners > MOST_CORNERS:
+    if (1 + k) * v > MOST_DISPLACEMENTS or k > MOST_BLENDSHAPES or corners > MOST_CORNERS:
         raise RigError(
             f"shows {v:,} vertices in {corners:,} corners with {k:,} blendshapes, more than fit: export the head alone"
         )

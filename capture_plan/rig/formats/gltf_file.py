@@ -19,6 +19,7 @@ import numpy as np
 
 from capture_plan.errors import RigError
 from capture_plan.rig.formats import draco, meshopt
+from capture_plan.rig.formats.bounds import check_values, content
 from capture_plan.rig.formats.source import Source, beside
 
 COMPONENT = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}  # 3.6.2.2
@@ -158,10 +159,11 @@ def packing_of(view: dict[str, Any]) -> dict[str, Any] | None:
 
 def load(path: Source) -> Gltf:
     """Document and buffers of a `.glb` or `.gltf` (4.4)."""
-    data = path.read_bytes()
+    data = content(path)
     chunks = glb_chunks(data) if data[:4] == b"glTF" else {JSON_CHUNK: data}
     if JSON_CHUNK not in chunks:
         raise RigError(f"has no document: {AGAIN} as .glb")
+    check_values(chunks[JSON_CHUNK])
     document = json.loads(bytes(chunks[JSON_CHUNK]))
     refuse_extensions(document)
     buffers = [load_buffer(path, buffer) for buffer in document.get("buffers", [])]
@@ -200,7 +202,7 @@ def load_buffer(path: Source, buffer: dict[str, Any]) -> bytes:
     file = beside(path, name)
     if not name or not file.is_file():
         raise RigError(f"needs the file {uri[:80]!r}, which is not beside it: copy it there, or export one .glb")
-    return file.read_bytes()
+    return content(file)
 
 
 def refuse_extensions(document: dict[str, Any]) -> None:

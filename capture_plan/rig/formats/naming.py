@@ -27,12 +27,12 @@ def sentences(*said: str) -> str:
 
 def numbered(names: Sequence[str]) -> tuple[tuple[str, ...], str]:
     """The names with equal ones told apart ("smile", "smile 2", ...), and the sentence that says so."""
-    taken, found, new = set(names), [], []
+    taken, found, new, next_of = set(names), {}, [], {}
     for name in names:
-        unique, number = name, 2
+        unique, number = name, next_of.get(name, 2)
         while unique in found or (unique != name and unique in taken):
             unique, number = f"{name} {number}", number + 1
-        found.append(unique)
+        found[unique], next_of[name] = None, number
         new += [unique] if unique != name else []
     return tuple(found), f"blendshapes of equal names are told apart by a number: {listed(new)}" if new else ""
 

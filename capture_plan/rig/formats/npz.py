@@ -16,10 +16,11 @@ import zipfile
 import numpy as np
 
 from capture_plan.errors import RigError
+from capture_plan.rig.formats.bounds import check_plain
 from capture_plan.rig.formats.naming import numbered
 from capture_plan.rig.formats.raw import UNITS_MM, RawRig, vertex_parts
 from capture_plan.rig.formats.source import Source
-from capture_plan.rig.formats.zipped import DAMAGE, MOST_BYTES
+from capture_plan.rig.formats.zipped import DAMAGE, LARGE_BYTES, MOST_BYTES, MOST_RATIO
 
 NEEDED = {"vertices": 2, "faces": 2, "deltas": 3, "names": 1}  # dimensions
 KINDS = (
@@ -71,10 +72,13 @@ def read_npz(path: Source) -> RawRig:
 
 def load(path: Source) -> dict[str, np.ndarray]:
     """Every array of the archive. RigError when it is none, was cut off, or holds pickled objects."""
+    check_plain(path)
     try:
         with path.open("rb") as file, zipfile.ZipFile(file) as archive:
-            total = sum(entry.file_size for entry in archive.infolist())
-            if total > MOST_BYTES:
+            total, packed = (
+                sum(getattr(e, size) for e in archive.infolist()) for size in ("file_size", "compress_size")
+            )
+            if total > MOST_BYTES or (total > LARGE_BYTES and total > MOST_RATIO * packed):
                 raise RigError(f"{path.name} would unpack to {total / 1e6:,.0f} MB, which no rig does: save it again")
             return {e.filename.removesuffix(".npy"): read_array(path, archive, e) for e in archive.infolist()}
     except (*DAMAGE, ValueError, OverflowError) as error:

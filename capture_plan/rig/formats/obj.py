@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
+from capture_plan.rig.formats.bounds import MOST_TEXT_BYTES, check_lines, check_sides, content
 from capture_plan.rig.formats.naming import numbered, sentences
 from capture_plan.rig.formats.neutral_file import find_neutral
 from capture_plan.rig.formats.raw import RawRig, fan, vertex_parts
@@ -110,14 +111,16 @@ def natural(path: Source) -> list[str | int]:
 def load(path: Source) -> bytes:
     """The file's text with plain line ends and with continued lines joined."""
     try:
-        data = path.read_bytes()
+        data = content(path, MOST_TEXT_BYTES)
     except OSError as error:
         raise RigError(f"{path.name} cannot be read ({error.strerror}): check the file and its permissions") from error
     if not data.strip():
         raise RigError(f"{path.name} is empty: export it again")
     if b"\r" in data:
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    return data.replace(b"\\\n", b" ")
+    data = data.replace(b"\\\n", b" ")
+    check_lines(data, path.name)
+    return data
 
 
 def parse_vertices(data: bytes, path: Source) -> Float[np.ndarray, "v 3"]:
@@ -182,6 +185,7 @@ def parse_faces(data: bytes, path: Source) -> Faces:
                     f"{path.name}: the face 'f {rest[:60].decode(errors='replace')}' needs three or more vertices, "
                     "counted from 1: the file may be cut off, export it again"
                 )
+            check_sides(path.name, len(polygon))
             corners += [i - 1 if i > 0 else v + i for i in polygon]  # -1 is the last vertex so far
             sizes.append(len(polygon))
             keys.append(tuple(current.values()))

@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_plan.errors import RigError
+from capture_plan.rig.formats.bounds import MOST_FACES, MOST_TEXT_BYTES, check_lines, content
 from capture_plan.rig.formats.neutral_file import find_neutral
 from capture_plan.rig.formats.obj import COMMA, Faces, check_same_faces, natural
 from capture_plan.rig.formats.raw import RawRig
@@ -99,7 +100,7 @@ def read_faces(path: Source) -> Faces:
 def read_ply(path: Source) -> dict[str, Table]:
     """Every element's properties. RigError when the file is none, or was cut off."""
     try:
-        data = path.read_bytes()
+        data = content(path, MOST_TEXT_BYTES)
     except OSError as error:
         raise RigError(f"{path.name} cannot be read ({error.strerror}): check the file and its permissions") from error
     match = END.match(data)
@@ -109,6 +110,7 @@ def read_ply(path: Source) -> dict[str, Table]:
         order, elements = parse_header(match[1].decode("ascii", errors="replace"))
         body = data[match.end() :]
         if order is None:
+            check_lines(body, "")
             return read_text(body, elements)
         return read_binary(body, elements, order)
     except RigError as error:
@@ -160,6 +162,7 @@ def read_text(body: bytes, elements: list[Element]) -> dict[str, Table]:
             starts = at + np.arange(sizes.size).reshape(sizes.shape)
             at += sizes.size
         else:
+            check_faces(element)
             for row in range(element.count):
                 for column, is_list in enumerate(lists):
                     if is_list:
@@ -173,6 +176,13 @@ def read_text(body: bytes, elements: list[Element]) -> dict[str, Table]:
             for i, p in enumerate(element.properties)
         }
     return tables
+
+
+def check_faces(element: Element) -> None:
+    """RigError where there are more lists than are read one by one."""
+    if element.count > MOST_FACES:
+        told = f"{element.count:,} of {element.name[:40]}, of which at most {MOST_FACES:,} are read"
+        raise RigError(f"has {told}: triangulate it, and export it as binary")
 
 
 def whole(number: float) -> int:
@@ -241,6 +251,7 @@ def even_rows(body: bytes, at: int, element: Element, order: str) -> tuple[Table
 
 def uneven_rows(body: bytes, at: int, element: Element, order: str) -> tuple[Table, int]:
     """The same one list at a time, for triangles mixed with quads."""
+    check_faces(element)
     sizes = {p.name: [] for p in element.properties}
     pieces = {p.name: [] for p in element.properties}
     for _ in range(element.count):

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
+from capture_plan.rig.formats.bounds import LONGEST_NAME, check_size
 from capture_plan.rig.formats.naming import listed, numbered, printable, sentences
 from capture_plan.rig.record import check_blendshapes
 
@@ -17,7 +18,6 @@ FARTHEST = 1e9  # units of a file, whose squares single precision still holds
 LONGEST = 1000  # times the size of the neutral: no blendshape moves so far
 BROKEN = "NaN or infinite coordinates, or those of another mesh"
 UNITS_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "dm": 100.0, "in": 25.4, "ft": 304.8}  # the usual ones first
-MOST_DISPLACEMENTS = 64_000_000  # (1 + k) v, 12 bytes each: 800 blendshapes of 80,000 vertices
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +44,7 @@ class RawRig:
     meshes: Int[np.ndarray, " v"] | None = None
 
     def __post_init__(self) -> None:
+        check_size(self.name, len(self.names), len(self.neutral))
         check_blendshapes(self.name, self.neutral, self.triangles, self.deltas, self.names)
         if not self.deltas.any():
             raise RigError(
@@ -71,21 +72,16 @@ def finite(raw: RawRig) -> RawRig:
 
 
 def legible(raw: RawRig) -> RawRig:
-    """The rig with names that can be shown in one line: without signs that a terminal, a table or a page would obey."""
-    names, told = numbered([printable(name) for name in raw.names])
-    parts = tuple(printable(name) for name in raw.part_names)
+    """The rig with names that can be shown in one line: without signs that a terminal, a table or a page would obey,
+    and no longer than a name is."""
+    names, told = numbered([printable(name)[:LONGEST_NAME] for name in raw.names])
+    parts = tuple(printable(name)[:LONGEST_NAME] for name in raw.part_names)
     strange = [name for name, own in zip(names, raw.names, strict=True) if name != own]
     if not strange and parts == raw.part_names and printable(raw.name) == raw.name:
         return raw
-    said = f"names with signs that cannot be shown have blanks in their place: {listed(strange)}" if strange else told
+    said = f"names too long or with signs that cannot be shown were changed: {listed(strange)}" if strange else told
     note = sentences(raw.note, said)
     return replace(raw, name=printable(raw.name), names=names, part_names=parts, note=printable(note))
-
-
-def check_size(name: str, k: int, v: int) -> None:
-    """RigError when the deltas would not fit into memory: for formats whose files are smaller than what they hold."""
-    if (1 + k) * v > MOST_DISPLACEMENTS:
-        raise RigError(f"{name}: {k:,} blendshapes of {v:,} vertices are more than fit: export the head alone")
 
 
 def fan(corners: Int[np.ndarray, " c"], sizes: Int[np.ndarray, " p"]) -> Int[np.ndarray, "f 3"]:

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_plan.errors import RigError
+from capture_plan.rig.formats.bounds import check_sides
 from capture_plan.rig.formats.naming import numbered, sentences
 from capture_plan.rig.formats.obj import Faces
 from capture_plan.rig.formats.raw import RawRig, fan, vertex_parts
@@ -39,6 +40,7 @@ def rig_of_shapes(
     vertices = read_vertices(neutral)
     if len(faces.sizes) == 0:
         raise RigError(f"{neutral.name} has vertices but no faces: export the neutral with its faces")
+    check_sides(neutral.name, int(faces.sizes.max()))
     if faces.sizes.min() < 3 or not 0 <= faces.corners.min() <= faces.corners.max() < len(vertices):
         raise RigError(
             f"{neutral.name} has faces of fewer than three corners or of vertices beyond its {len(vertices):,}: "

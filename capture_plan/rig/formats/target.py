@@ -17,9 +17,10 @@ from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
 from capture_plan.progress import track
+from capture_plan.rig.formats.bounds import check_lines, check_size, content
 from capture_plan.rig.formats.naming import numbered
 from capture_plan.rig.formats.obj import is_obj, load, natural, parse_faces, parse_vertices, with_points
-from capture_plan.rig.formats.raw import RawRig, check_size, fan, vertex_parts
+from capture_plan.rig.formats.raw import RawRig, fan, vertex_parts
 from capture_plan.rig.formats.source import Source, folder_name, is_kind, walk
 
 UNIT_MM = 100.0  # decimetres
@@ -87,7 +88,7 @@ def read_target_folder(folder: Source) -> RawRig:
 def unpacked(path: Source) -> bytes:
     """The file's text. RigError when it was compressed and is damaged, or holds more than any target does."""
     if path.suffix.lower() != ".gz":
-        return path.read_bytes()
+        return content(path, MOST_BYTES)
     try:
         with path.open("rb") as file, gzip.open(file) as text:
             data = text.read(MOST_BYTES + 1)
@@ -102,7 +103,9 @@ def unpacked(path: Source) -> bytes:
 
 def read_target(path: Source, v: int) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, "n 3"]]:
     """Vertices that move, and how."""
-    lines = [line for row in unpacked(path).splitlines() if (line := row.partition(b"#")[0].strip())]
+    text = unpacked(path)
+    check_lines(text, path.name)
+    lines = [line for row in text.splitlines() if (line := row.partition(b"#")[0].strip())]
     if not lines:
         return np.zeros(0, np.int64), np.zeros((0, 3))
     try:

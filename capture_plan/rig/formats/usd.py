@@ -24,6 +24,7 @@ import numpy as np
 from jaxtyping import Int
 
 from capture_plan.errors import RigError
+from capture_plan.rig.formats.bounds import check_plain, check_sides
 from capture_plan.rig.formats.naming import left_on, listed, numbered, sentences
 from capture_plan.rig.formats.raw import RawRig, fan
 from capture_plan.rig.formats.scene import (
@@ -61,6 +62,7 @@ def run(path: Path, what: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         raise RigError("needs the library for USD: install it with pip install 'capture-plan[usd]'")
     environment = {name: text for name, text in os.environ.items() if name != "PXR_AR_DEFAULT_SEARCH_PATH"}
     environment |= {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))} | ONE_THREAD
+    check_plain(path)
     with path.open("rb"):  # an OSError here says why it cannot be read
         pass
     try:
@@ -117,6 +119,7 @@ def read_mesh(mesh: dict[str, Any], arrays: dict[str, np.ndarray], first: int, s
         raise RigError(
             f"has a mesh {title} whose faces need {sizes.sum():,} corners of {len(corners):,}: export it again"
         )
+    check_sides("", int(sizes.max(initial=0)))
     check_corners(corners, len(points))
     labels, part_names = face_parts(mesh, title, arrays, len(sizes))
     kept = sizes >= 3

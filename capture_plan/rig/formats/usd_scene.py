@@ -17,6 +17,8 @@ import json
 import os
 import re
 import sys
+from collections.abc import Callable
+from time import process_time
 from typing import Any
 
 import numpy as np
@@ -25,8 +27,9 @@ from pxr import Sdf, Tf, Usd, UsdGeom, UsdSkel
 # pyright: reportAttributeAccessIssue=false
 # (the library fills its modules when they are loaded)
 
-MEMORY_BYTES = 6 * 2**30  # address space, of which the libraries themselves take about 1 GB
-CPU_SECONDS = 300
+MEMORY_BYTES, MOST_MEMORY_BYTES = 3 << 29, 6 << 30  # address space, of which the libraries themselves take 1 GB
+CPU_SECONDS, MOST_CPU_SECONDS = 4, 300  # after the libraries were loaded
+MEMORY_EACH, BYTES_IN_A_SECOND = 40, 500_000  # memory for each byte of the layers; how slowly they may be read
 MOST_LAYERS = 1000
 MOST_BYTES = 2**30  # of a take, all of it in memory: 3,300 frames of 26,719 vertices in float32
 MOST_FRAMES = 1_000_000  # 4.6 hours at 60 frames a second
@@ -39,19 +42,21 @@ class UnusableError(Exception):
     """What is wrong with the file, in one line without its name."""
 
 
-def limit() -> None:
-    """Bound this process's memory and time, where the system can."""
+def limit(size: int) -> None:
+    """Bound this process's memory and time by the bytes of the layers that it opens, where the system can."""
     try:
         import resource  # not on Windows
     except ImportError:
         return
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
-    resource.setrlimit(resource.RLIMIT_CPU, (CPU_SECONDS, CPU_SECONDS))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    seconds = min(CPU_SECONDS + size // BYTES_IN_A_SECOND, MOST_CPU_SECONDS) + int(process_time())
+    memory = min(MEMORY_BYTES + MEMORY_EACH * size, MOST_MEMORY_BYTES)
+    for kind, wanted in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_CPU, seconds), (resource.RLIMIT_CORE, 0)):
+        most = resource.getrlimit(kind)[1]
+        resource.setrlimit(kind, (wanted if most == resource.RLIM_INFINITY else min(wanted, most), most))
 
 
-def check_layers(path: str) -> None:
-    """UnusableError unless all layers behind the file at `path` may be opened."""
+def check_layers(path: str, seen_bytes: Callable[[int], None] = lambda size: None) -> None:
+    """UnusableError unless all layers behind the file at `path` may be opened; `seen_bytes` is told their size."""
     waiting, seen = [path], set()
     while waiting:
         identifier = waiting.pop()
@@ -69,6 +74,7 @@ def check_layers(path: str) -> None:
             raise UnusableError(f"takes the values of {clips[0]} from other files (value clips): flatten it into one")
         assets = [asset for asset in layer.GetCompositionAssetDependencies() if asset]
         waiting += [allowed(asset, Sdf.ComputeAssetPathRelativeToLayer(layer, asset), path) for asset in assets]
+        seen_bytes(sum(os.path.getsize(file) for file in {one.partition("[")[0] for one in (*seen, *waiting)}))
 
 
 def note_clips(layer: Any, spec: Any, clips: list[str]) -> None:
@@ -348,7 +354,7 @@ def write_archive(path: str, what: str, target: str) -> None:
     """What this program writes to `target` for the file at `path`, read as a "rig" or as a "take"."""
     arrays: dict[str, np.ndarray] = {}
     try:
-        check_layers(path)
+        check_layers(path, limit if __name__ == "__main__" else lambda size: None)
         scene, arrays = read_take(path) if what == "take" else read_stage(path)
     except UnusableError as error:
         scene: dict[str, Any] = {"error": str(error)}
@@ -358,5 +364,5 @@ def write_archive(path: str, what: str, target: str) -> None:
 
 
 if __name__ == "__main__":
-    limit()
+    limit(os.path.getsize(sys.argv[1]))
     write_archive(os.path.realpath(sys.argv[1]), sys.argv[2], sys.argv[3])

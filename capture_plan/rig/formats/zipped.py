@@ -16,6 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from capture_plan.errors import RigError
+from capture_plan.rig.formats.bounds import check_plain
 from capture_plan.rig.formats.source import DEEPEST, MOST_FILES
 
 MOST_BYTES = 2 << 30
@@ -26,6 +27,7 @@ DAMAGE = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, RuntimeError
 @contextmanager
 def open_zip(path: Path) -> Iterator[zipfile.Path]:
     """The root folder of the archive. RigError when it is none, was damaged, or is no honest one."""
+    check_plain(path)
     try:
         with zipfile.ZipFile(path) as archive:
             check_directory(path, archive.infolist())

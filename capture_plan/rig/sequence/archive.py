@@ -16,7 +16,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from capture_plan.errors import RigError
-from capture_plan.rig.formats.raw import UNITS_MM
+from capture_plan.rig.formats.bounds import check_cells, check_names, check_plain
+from capture_plan.rig.formats.raw import FARTHEST, UNITS_MM
 from capture_plan.rig.sequence.axes_of import as_frames
 from capture_plan.rig.sequence.clock import Timing, timing_of
 from capture_plan.rig.sequence.columns import kind_of, unit_of
@@ -38,6 +39,7 @@ DAMAGE = (ValueError, EOFError, OSError, zipfile.BadZipFile, NotImplementedError
 
 def read_archive(path: Path, counts: Collection[int] = ()) -> MeshTake | WeightTable:
     """The take in an NPZ archive: meshes or weights; `counts` may be the vertices. RigError where it is neither."""
+    check_plain(path)
     if not zipfile.is_zipfile(path):
         raise RigError("is not an NPZ archive, or it was cut off: save it again with np.savez")
     arrays = {}
@@ -60,6 +62,7 @@ def read_archive(path: Path, counts: Collection[int] = ()) -> MeshTake | WeightT
 
 def read_array(path: Path, counts: Collection[int] = ()) -> MeshTake:
     """The meshes in one NPY array, read where they are asked for; `counts` may be the vertices. RigError without."""
+    check_plain(path)
     check_size(path.stat().st_size)
     try:
         with warnings.catch_warnings():
@@ -160,7 +163,7 @@ def with_face(frames: Float[np.ndarray, "t v 3"]) -> Bool[np.ndarray, " t"]:
     found = []
     for start in range(0, len(frames), CHUNK):
         some = np.asarray(frames[start : start + CHUNK])
-        found.append(np.isfinite(some).all(axis=(1, 2)) & (some != some[:, :1]).any(axis=(1, 2)))
+        found.append((np.abs(some) < FARTHEST).all(axis=(1, 2)) & (some != some[:, :1]).any(axis=(1, 2)))
     return np.concatenate(found)
 
 
@@ -171,6 +174,8 @@ def from_arrays(arrays: Mapping[str, np.ndarray]) -> WeightTable:
         raise RigError("has 'weights' but no list of text 'names': save both")
     if weights.ndim != 2 or weights.dtype.kind not in "fiu" or weights.shape[1] != len(names) or not weights.size:
         raise RigError(f"has 'weights' of the shape {weights.shape} for {len(names)} names: save them as (t, c)")
+    check_cells(*weights.shape)
+    check_names(map(str, names), "")
     x = weights.astype(np.float64)
     x[~np.isfinite(x)] = np.nan
     columns, timing = tuple(str(name) for name in names), timing_in(arrays, len(x))

@@ -15,8 +15,9 @@ from jaxtyping import Float, Int
 
 CLOCKS = (24, 25, 30, 48, 50, 60, 90, 100, 120, 240)  # frames in a second of timecode
 NTSC = 1000 / 1001
-CODE = re.compile(r"(\d+)[:;](\d+)[:;](\d+)([:;.])(\d+(?:\.\d+)?)")
-STOPWATCH = re.compile(r"(?:(\d+):)?(\d+):(\d+(?:[.,]\d+)?)")  # [h:]m:s.fraction
+DIGITS, FRACTION = r"\d{1,9}", r"\d{1,30}"  # longer ones are no time
+CODE = re.compile(rf"({DIGITS})[:;]({DIGITS})[:;]({DIGITS})([:;.])({DIGITS}(?:\.{FRACTION})?)")
+STOPWATCH = re.compile(rf"(?:({DIGITS}):)?({DIGITS}):({DIGITS}(?:[.,]{FRACTION})?)")  # [h:]m:s.fraction
 DAY_S = 86_400
 
 

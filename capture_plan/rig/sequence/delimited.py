@@ -23,6 +23,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from capture_plan.errors import RigError
+from capture_plan.rig.formats.bounds import MOST_ROWS, check_cells, check_lines, check_names
 from capture_plan.rig.sequence.around import (
     begins_again,
     in_time,
@@ -64,6 +65,7 @@ def read_csv(path: Path) -> WeightTable:
     text, notes = text_of(path)
     if JSON.match(text):
         return read_json(path)
+    check_lines(text, "", MOST_ROWS)
     lines = lines_of(text, notes)
     del text  # as much memory as the file
     if is_face_cap(lines.texts):
@@ -113,6 +115,8 @@ def find_table(lines: Lines) -> TextTable:
     names = [of_path(name.strip().strip('"')) for name in split(lines.texts[first], delimiter)]
     while len(names) > 1 and not names[-1]:
         names.pop()
+    check_cells(len(lines.texts), len(names))
+    check_names(names, "")
     before = "the line before the line of names is" if first == 1 else f"the {first} lines before the line of names are"
     notes = (*lines.notes, f"{before} left out") if first else lines.notes
     refuse_joined(lines.texts, first, delimiter)

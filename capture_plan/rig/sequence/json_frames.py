@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool
 
+from capture_plan.rig.formats.bounds import check_cells, check_names
 from capture_plan.rig.sequence.clock import Timing, timing_of
 from capture_plan.rig.sequence.columns import MANY, kind_of, plain, unit_of, why_not
 from capture_plan.rig.sequence.json_weights import (
@@ -197,6 +198,8 @@ class Recording:
         timing = self.timing(fps, mine)
         kept = np.flatnonzero(mine) if timing.order is None else np.flatnonzero(mine)[timing.order]
         names = tuple(dict.fromkeys(name for order in self.face_orders for name in order))
+        check_cells(len(mine), len(names))
+        check_names(names, "")
         place = {name: c for c, name in enumerate(names)}
         x, given = np.full((len(mine), len(names)), np.nan), np.zeros((len(mine), len(names)), dtype=bool)
         for order, (rows, values) in self.face_orders.items():

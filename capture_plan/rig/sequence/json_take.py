@@ -19,6 +19,7 @@ from typing import Any
 import msgspec
 
 from capture_plan.errors import RigError
+from capture_plan.rig.formats.bounds import MOST_TAKE_VALUES, check_values
 from capture_plan.rig.sequence.columns import kind_of, plain, unit_of, why_not
 from capture_plan.rig.sequence.json_curves import curve_take
 from capture_plan.rig.sequence.json_frames import BESIDE, SHAPE_KEYS, Recording
@@ -43,7 +44,15 @@ UNREADABLE = (msgspec.DecodeError, ValueError, RecursionError)
 
 def read_json(path: Path) -> WeightTable:
     """The frames of a JSON file. RigError where it holds no weights that can be told."""
-    text, notes = text_of(path)
+    try:
+        return take_in(*text_of(path))
+    except RecursionError:
+        raise RigError("nests deeper than any take: export it again") from None
+
+
+def take_in(text: str, notes: tuple[str, ...]) -> WeightTable:
+    """The frames of a document; `notes` are what has to be said of its text."""
+    check_values(text, MOST_TAKE_VALUES)
     document = decode(text)
     if (
         isinstance(document, list)

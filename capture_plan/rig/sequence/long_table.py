@@ -23,6 +23,7 @@ from itertools import count
 import numpy as np
 from jaxtyping import Int
 
+from capture_plan.rig.formats.bounds import check_cells
 from capture_plan.rig.sequence.clock_cells import is_number
 from capture_plan.rig.sequence.columns import kind_of, plain
 from capture_plan.rig.sequence.frames import evenly
@@ -196,6 +197,7 @@ def at_times(notes: tuple[str, ...], body: Body, found: Columns, clock: int) -> 
     frame, first = in_order(joint([body.codes[c] for c in key]))
     names = body.words[found.name]
     place = frame * len(names) + body.codes[found.name]
+    check_cells(len(first), len(names))
     cells = np.full(len(first) * len(names), "", dtype=object)
     cells[place[::-1]] = np.array(body.values, dtype=object)[::-1]  # of several in one place the first stays
     about = [[body.words[c][body.codes[c][t]] for c in shown] for t in first.tolist()]

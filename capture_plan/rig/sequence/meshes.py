@@ -14,7 +14,7 @@ from jaxtyping import Float, Int
 from capture_plan.errors import RigError
 from capture_plan.rig.formats.obj import load, natural, parse_faces, parse_vertices
 from capture_plan.rig.formats.ply import read_faces, read_vertices
-from capture_plan.rig.formats.raw import fan
+from capture_plan.rig.formats.raw import FARTHEST, fan
 from capture_plan.rig.sequence.frames import FileFrames, Frames
 
 NEUTRAL = re.compile(r"neutral|base|basis|rest", re.IGNORECASE)
@@ -76,8 +76,10 @@ def ply_vertices(path: Path) -> Float[np.ndarray, "v 3"]:
 
 def finite(vertices: Float[np.ndarray, "v 3"], path: Path) -> Float[np.ndarray, "v 3"]:
     """The vertices of a frame. RigError where one is nowhere."""
-    if not np.isfinite(vertices).all():
-        raise RigError(f"{path.name} holds NaN or infinite coordinates: clean the mesh and export it again")
+    if not (np.abs(vertices) < FARTHEST).all():
+        raise RigError(
+            f"{path.name} holds NaN, infinite or coordinates beyond {FARTHEST:.0e}: clean the mesh and export it"
+        )
     return vertices
 
 

@@ -162,7 +162,13 @@ def osc_message(text: str, number: int) -> Message | None:
     texts, numbers = arguments(text[match.end() :])
     clock = TAG.search(text[: match.start()]) or CLOCK.search(text[: match.start()])
     time = seconds(clock[0]) if clock else ""
-    if len(numbers) == 2 and not texts and match[0].endswith(FACE_CAP) and WHOLE.fullmatch(numbers[0]):
+    if (
+        len(numbers) == 2
+        and not texts
+        and match[0].endswith(FACE_CAP)
+        and len(numbers[0]) < 6
+        and WHOLE.fullmatch(numbers[0])
+    ):
         at = int(numbers[0])
         return Message(number, time, USUAL[at], numbers[1]) if 0 <= at < len(USUAL) else None
     if len(numbers) != 1 or len(texts) > 1:

@@ -57,6 +57,7 @@ CONVERT = {
     ".c3d": "motion of markers, not of a mesh: export blendshape weights or meshes",
 }
 USUAL_FPS = 30.0
+MOST_WEIGHT = 1e6  # of a full one: what no face does, and what single precision still reckons with
 SAME_HEAD_MM = 0.5  # so near the rig's own neutral, a take shows the same head
 NO_FIT_MM = 25.0  # a person's head on another person's mesh is within 10; a mesh of another vertex order is beyond
 ORIENT_SAMPLE = 12  # frames that stand for blendshapes when unit and axes are looked for
@@ -144,7 +145,12 @@ def drive_rig(path: Path, take: WeightTable, rig: Rig | None, fps: float | None,
     if verdict.full != 1 or take.columns != columns or read_as:
         scale = 1 / verdict.full
         mapping = map_weights(take.columns, rig.names, mine=mine, skipped=take.skipped, scale=scale, read_as=read_as)
-    weights = drive(mapping, take.columns, rig.names, take.weights)
+    with np.errstate(all="ignore"):
+        weights = drive(mapping, take.columns, rig.names, take.weights)
+    if not (usual := np.abs(weights) < MOST_WEIGHT).all():
+        t, k = np.argwhere(~usual)[0]
+        told = f"lets {rig.names[k]} stand at {weights[t, k]:.0e} in frame {t:,}, expected 1 for a full weight"
+        raise RigError(f"{path.name}: it {told}: export the take again, or say what is full in a name map")
     rate = frame_rate(fps, take.fps, notes)
     return Sequence(path.stem, rig.neutral, rig.triangles, PosedFrames(rig, weights), rate, rig, mapping, tuple(notes))
 

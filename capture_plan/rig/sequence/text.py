@@ -18,8 +18,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from capture_plan.errors import RigError
+from capture_plan.rig.formats.bounds import MOST_TAKE_BYTES, content
 
-MOST_BYTES = 1 << 29  # half an hour at 60 frames a second is 90 MB
 MARKS = {
     codecs.BOM_UTF8: "utf-8-sig",
     codecs.BOM_UTF32_LE: "utf-32",
@@ -83,20 +83,18 @@ class TextTable:
 
 
 def text_of(path: Path) -> tuple[str, tuple[str, ...]]:
-    """The file's text, at most `MOST_BYTES` of it, and what has to be said of its encoding."""
-    if path.stat().st_size > MOST_BYTES:
-        raise RigError(f"has {path.stat().st_size / 1e6:,.0f} MB, more than {MOST_BYTES / 1e6:,.0f} MB: cut the take")
-    content = unpacked(path.read_bytes())
-    if content.startswith(b"PK\x03\x04"):
+    """The file's text, at most `MOST_TAKE_BYTES` of it, and what has to be said of its encoding."""
+    data = unpacked(content(path, MOST_TAKE_BYTES))
+    if data.startswith(b"PK\x03\x04"):
         raise RigError("is a zip archive or a workbook, no text: save the sheet as CSV, or name the archive .zip")
     try:
-        return content.decode(encoding_of(content)), ()
+        return data.decode(encoding_of(data)), ()
     except UnicodeDecodeError as error:
-        if 0 in content[:SAMPLE_BYTES]:
+        if 0 in data[:SAMPLE_BYTES]:
             raise RigError("is not text: export the take again") from error
-        page = 932 if is_japanese(content) else 1252
+        page = 932 if is_japanese(data) else 1252
         told = f"it is not UTF-8: its text is read as Windows code page {page}"
-        return content.decode(f"cp{page}", errors="replace"), (f"{told}{', Japanese' if page == 932 else ''}",)
+        return data.decode(f"cp{page}", errors="replace"), (f"{told}{', Japanese' if page == 932 else ''}",)
 
 
 def is_japanese(content: bytes) -> bool:
@@ -111,17 +109,17 @@ def is_japanese(content: bytes) -> bool:
     return sum(0x81 <= sign.encode("cp932")[0] <= 0x9F for sign in signs) > MOSTLY * len(signs)
 
 
-def unpacked(content: bytes) -> bytes:
-    """What a gzip file holds; other contents as they are. RigError where it is damaged or holds too much."""
-    if not content.startswith(b"\x1f\x8b"):
-        return content
+def unpacked(data: bytes) -> bytes:
+    """What a gzip file holds; other datas as they are. RigError where it is damaged or holds too much."""
+    if not data.startswith(b"\x1f\x8b"):
+        return data
     try:
-        with gzip.open(io.BytesIO(content)) as file:
-            text = file.read(MOST_BYTES + 1)
+        with gzip.open(io.BytesIO(data)) as file:
+            text = file.read(MOST_TAKE_BYTES + 1)
     except (OSError, EOFError, zlib.error) as error:
         raise RigError("is no whole gzip file: copy it again, or unpack it") from error
-    if len(text) > MOST_BYTES:
-        raise RigError(f"unpacks to more than {MOST_BYTES / 1e6:,.0f} MB: cut the take")
+    if len(text) > MOST_TAKE_BYTES:
+        raise RigError(f"unpacks to more than {MOST_TAKE_BYTES / 1e6:,.0f} MB: cut the take")
     return text
 
 

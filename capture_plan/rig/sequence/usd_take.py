@@ -19,6 +19,7 @@ from jaxtyping import Float
 
 from capture_plan.errors import RigError
 from capture_plan.rig.formats import usd
+from capture_plan.rig.formats.raw import FARTHEST
 from capture_plan.rig.formats.scene import plain
 from capture_plan.rig.sequence.meshes import MeshTake
 from capture_plan.rig.sequence.weights import WeightTable
@@ -69,7 +70,7 @@ def build(scene: dict[str, Any], arrays: dict[str, np.ndarray]) -> MeshTake | We
         raise RigError("has no mesh with faces: export the face mesh")
     moved = [arrays[one["moving"]] if "moving" in one else arrays[one["points"]][None] for one in scene["meshes"]]
     placed = [PlacedPoints(x, arrays[one["places"]]) for x, one in zip(moved, scene["meshes"], strict=True)]
-    if not all(np.isfinite(one.places).all() for one in placed):
+    if not all((np.abs(x) < FARTHEST).all() for one in placed for x in (one.places, one.points)):
         raise RigError("moves a mesh to where no number is: export it again")
     up, facing = usd.FACING.get(scene["up"], (None, None))
     notes = (note,) if (note := usd.note(scene)) else ()
