@@ -4,7 +4,7 @@ import pytest
 from msgspec.structs import replace
 
 from capture_plan.plan.advice import correction, corrections, say_names, stated
-from capture_plan.plan.again import packing_again, stated
+from capture_plan.plan.again import packing_again, stated_list
 from capture_plan.plan.check import check_plan
 from capture_plan.plan.check_page import as_rows, check_lines
 from capture_plan.plan.claims import CHANGED, Claim, claim
@@ -150,7 +150,7 @@ def test_an_early_order_is_found_out_where_it_is_not_kept_and_where_nothing_is_c
     unsaid = replace(plan, packing=replace(plan.packing, order_proven=False))
     swapped = replace(plan, packing=replace(plan.packing, expressions=(second, first, *rest)))
     proved = [
-        packing_again(one, RIG, stated(one, RIG, apart=plan.packing.colliding)).order_proven
+        packing_again(one, RIG, stated_list(one, RIG, apart=plan.packing.colliding)).order_proven
         for one in (plan, unsaid, swapped)
     ]
     assert proved == [True, True, False]

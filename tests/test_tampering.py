@@ -112,7 +112,7 @@ def broken_by(path, decide):
     if plan.layout.head:
         task = task.beside(np.array([m.vertex for m in plan.layout.head]))
     decided = decide(plan)
-    forged = sealed(again.made_again(decided, report, task, None, again.stated(decided, rig)))
+    forged = sealed(again.made_again(decided, report, task, None, again.stated_list(decided, rig)))
     return [one.what for one in check.claims_of(forged, rig, path.parent) if not one.holds]
 
 
@@ -289,7 +289,7 @@ def test_an_order_that_an_exchange_refutes_is_not_proved(rig, method):
 def lists_of(path):
     """A plan, its list as the problem has it, and the rig."""
     plan, rig = read_plan(path), sample_rig()
-    return plan, again.stated(plan, rig, apart=plan.packing.colliding), rig
+    return plan, again.stated_list(plan, rig, apart=plan.packing.colliding), rig
 
 
 def test_an_early_list_that_was_shaken_is_none_of_the_search(made):
@@ -308,7 +308,7 @@ def test_an_early_list_is_none_of_the_greedy_method(made):
     assert [one.holds for one in list_claims(called, rig, given)] == [False]
     greedy = pack(rig, plan.audit.used, settings, apart=plan.packing.colliding)
     made_so = replace(called, packing=greedy)
-    assert [one.holds for one in list_claims(made_so, rig, again.stated(made_so, rig, apart=greedy.colliding))] == [
+    assert [one.holds for one in list_claims(made_so, rig, again.stated_list(made_so, rig, apart=greedy.colliding))] == [
         True
     ]
 

@@ -44,7 +44,7 @@ class Stated:
     chosen: list[tuple[int, ...]]
 
 
-def stated(plan: Plan, rig: Rig, folder: Path = Path(), apart: Pairs | None = None) -> Stated:
+def stated_list(plan: Plan, rig: Rig, folder: Path = Path(), apart: Pairs | None = None) -> Stated:
     """The problem of a plan's list. `apart` are blendshapes whose surfaces run through each other, found on the rig
     where they are not given."""
     settings, said = plan.settings.expressions, plan.packing

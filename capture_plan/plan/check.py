@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from capture_plan.expressions.certificate import falling, misplaced, packing_claims
 from capture_plan.layout.face import see_face
 from capture_plan.layout.task import task_of
-from capture_plan.plan.again import made_again, stated
+from capture_plan.plan.again import made_again, stated_list
 from capture_plan.plan.again_claims import again_claims, audit_claim, draft_claim, seal_claim
 from capture_plan.plan.apart_claims import apart_claims
 from capture_plan.plan.camera_claims import camera_claims
@@ -66,7 +66,7 @@ def claims_of(plan: Plan, rig: Rig, folder: Path, *, quick: bool = False) -> Ite
         task = task.beside(np.array([m.vertex for m in plan.layout.head]))
     takes = None if quick else read_takes_of(rig, plan.settings, folder, plan.rig.names)
     apart = plan.packing.colliding if quick else None
-    given = stated(plan, rig, folder, apart)
+    given = stated_list(plan, rig, folder, apart)
     again = made_again(plan, report, task, takes, given)
     if quick:
         again = replace(again, layout=replace(again.layout, motion=plan.layout.motion))
