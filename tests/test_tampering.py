@@ -308,9 +308,8 @@ def test_an_early_list_is_none_of_the_greedy_method(made):
     assert [one.holds for one in list_claims(called, rig, given)] == [False]
     greedy = pack(rig, plan.audit.used, settings, apart=plan.packing.colliding)
     made_so = replace(called, packing=greedy)
-    assert [one.holds for one in list_claims(made_so, rig, again.stated_list(made_so, rig, apart=greedy.colliding))] == [
-        True
-    ]
+    (claim,) = list_claims(made_so, rig, again.stated_list(made_so, rig, apart=greedy.colliding))
+    assert claim.holds
 
 
 def test_an_order_that_is_not_that_of_the_take_is_found_out(made):
