@@ -9,6 +9,7 @@ from capture_plan.plan.check import check_plan
 from capture_plan.plan.check_page import as_rows, check_lines
 from capture_plan.plan.claims import CHANGED, Claim, claim
 from capture_plan.plan.record import RigReference
+from capture_plan.plan.settings import Settings
 from capture_plan.plan.unchecked import ASKED, unchecked
 from capture_plan.rig import sample_rig
 from capture_plan.rig.face.sense import Sense
@@ -32,7 +33,7 @@ CLAIMS = (
 
 @pytest.fixture(scope="module")
 def plan():
-    return plan_of(QUICK)
+    return plan_of(Settings(landmarks=QUICK.landmarks))
 
 
 def test_claims_that_fail_stand_below_what_to_correct_which_is_said_once():
