@@ -899,6 +899,6 @@ def main() -> None:
         close_quietly(sys.stdout)
         say([f"capture-plan: {printable(str(error))}; nothing half-written was left"])
     except KeyboardInterrupt:
-        say([" ".join(f"capture-plan: stopped {terminal.how_far()}".split()) + "; nothing half-written was left"])
+        say([f"capture-plan: {terminal.stopped()}; nothing half-written was left"])
         sys.exit(STOPPED)
     sys.exit(2)

@@ -49,13 +49,15 @@ class Terminal:
         with suppress(OSError):
             self._draw(done, total, now) if self.stream.isatty() else self._say(done, total, now)
 
-    def how_far(self) -> str:
-        """What was being done, where it reports that, and the share of it that is done; its line is cleared."""
+    def stopped(self) -> str:
+        """That work was stopped, at which step and how far it had got, where it reports that; its line is cleared."""
         if not self._label:
-            return ""
+            return "stopped"
         with suppress(OSError):
-            self._draw(1, 1, self.now()) if self.stream.isatty() else None
-        return f"after '{self._label}'" if self._share == 1 else f"at '{self._label}', {self._share:.0%} done"
+            if self.stream.isatty():
+                self._draw(1, 1, self.now())
+        step = f"after '{self._label}'" if self._share == 1 else f"at '{self._label}', {self._share:.0%} done"
+        return f"stopped {step}"
 
     def _draw(self, done: int, total: int, now: float) -> None:
         if 0 < done < total and now - self._said < EVERY_S:

@@ -41,14 +41,14 @@ def test_a_line_that_somebody_watches_is_cleared_in_the_end():
 
 def test_it_says_how_far_work_got_that_is_stopped():
     terminal, screen = Terminal(io.StringIO()), Terminal(Screen())
-    assert terminal.how_far() == ""
+    assert terminal.stopped() == "stopped"
     for one in (terminal, screen):
         one("Solving", 0, 8)
         one("Solving", 6, 8)
-        assert one.how_far() == "at 'Solving', 75% done"
+        assert one.stopped() == "stopped at 'Solving', 75% done"
     assert screen.stream.getvalue().split("\r")[-2].strip() == ""
     terminal("Solving", 8, 8)
-    assert terminal.how_far() == "after 'Solving'"
+    assert terminal.stopped() == "stopped after 'Solving'"
 
 
 def test_no_file_gets_the_number_of_a_stream_that_is_closed(tmp_path):
