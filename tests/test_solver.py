@@ -19,6 +19,7 @@ def program(sites, rows):
     model.minimize(cp_model.LinearExpr.sum(f))
     return model
 
+signal.signal(signal.SIGINT, signal.default_int_handler)  # also where a shell lets what runs behind it ignore Ctrl-C
 solve(program(20, 9))
 assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 print("begins", flush=True)
