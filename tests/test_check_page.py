@@ -151,7 +151,7 @@ def test_an_early_order_is_found_out_where_it_is_not_kept_and_where_nothing_is_c
     unsaid = replace(plan, packing=replace(plan.packing, order_proven=False))
     swapped = replace(plan, packing=replace(plan.packing, expressions=(second, first, *rest)))
     proved = [
-        packing_again(one, RIG, stated_list(one, RIG, apart=plan.packing.colliding)).order_proven
+        packing_again(one, stated_list(one, RIG, apart=plan.packing.colliding)).order_proven
         for one in (plan, unsaid, swapped)
     ]
     assert proved == [True, True, False]

@@ -112,7 +112,8 @@ def broken_by(path, decide):
     if plan.layout.head:
         task = task.beside(np.array([m.vertex for m in plan.layout.head]))
     decided = decide(plan)
-    forged = sealed(again.made_again(decided, report, task, None, again.stated_list(decided, rig)))
+    layout = check.follow(task, check.decided_in(decided.layout, task), None)
+    forged = sealed(again.made_again(decided, report, layout, again.stated_list(decided, rig)))
     return [one.what for one in check.claims_of(forged, rig, path.parent) if not one.holds]
 
 
@@ -277,38 +278,37 @@ def test_a_single_cover_at_worse_places_is_none(made):
 def test_an_order_that_an_exchange_refutes_is_not_proved(rig, method):
     used, settings = NAMES, PackingSettings(method=method)
     made = pack(rig, used, settings)
-    turned = [tuple(sorted(used.index(name) for name in one.blendshapes)) for one in made.expressions[::-1]]
-    problem = again.state_problem(rig, used, settings, None, ())
-    stands = [tuple(sorted(used.index(name) for name in one.blendshapes)) for one in made.expressions]
-    proved = replace(made, order_proven=True)
-    assert again.order_stands(rig, problem, settings, None, stands, proved) == (method != "greedy") == made.order_proven
-    assert not again.order_stands(rig, problem, settings, None, turned, proved)
-    assert not again.order_stands(rig, problem, settings, None, stands, replace(proved, kept=3))
+    problem, proved = again.state_problem(rig, used, settings, None, ()), replace(made, order_proven=True)
+    chosen = [tuple(sorted(used.index(name) for name in one.blendshapes)) for one in made.expressions]
+    given, turned = (again.Stated(rig, settings, problem, None, shots) for shots in (chosen, chosen[::-1]))
+    assert again.order_stands(given, proved) == (method != "greedy") == made.order_proven
+    assert not again.order_stands(turned, proved)
+    assert not again.order_stands(given, replace(proved, kept=3))
 
 
 def lists_of(path):
-    """A plan, its list as the problem has it, and the rig."""
-    plan, rig = read_plan(path), sample_rig()
-    return plan, again.stated_list(plan, rig, apart=plan.packing.colliding), rig
+    """A plan, and its list as the problem has it."""
+    plan = read_plan(path)
+    return plan, again.stated_list(plan, sample_rig(), apart=plan.packing.colliding)
 
 
 def test_an_early_list_that_was_shaken_is_none_of_the_search(made):
-    plan, given, rig = lists_of(made["default"])
-    model = early.model_of(rig, given.problem, plan.settings.expressions, None)
+    plan, given = lists_of(made["default"])
+    model = given.model
     parts = given.problem.items_of(given.chosen)
-    assert [one.holds for one in list_claims(plan, rig, given)] == [True]
+    assert [one.holds for one in list_claims(plan, given)] == [True]
     shaken = [model.ordered(early.shaken(model, parts, np.random.default_rng(seed))) for seed in range(6)]
     assert all(early.can_be_lowered(model, one) for one in shaken)
 
 
 def test_an_early_list_is_none_of_the_greedy_method(made):
-    plan, given, rig = lists_of(made["default"])
+    plan, given = lists_of(made["default"])
     settings = replace(plan.settings.expressions, method="greedy")
     called = replace(plan, settings=replace(plan.settings, expressions=settings))
-    assert [one.holds for one in list_claims(called, rig, given)] == [False]
-    greedy = pack(rig, plan.audit.used, settings, apart=plan.packing.colliding)
+    assert [one.holds for one in list_claims(called, given)] == [False]
+    greedy = pack(given.rig, plan.audit.used, settings, apart=plan.packing.colliding)
     made_so = replace(called, packing=greedy)
-    (claim,) = list_claims(made_so, rig, again.stated_list(made_so, rig, apart=greedy.colliding))
+    (claim,) = list_claims(made_so, again.stated_list(made_so, given.rig, apart=greedy.colliding))
     assert claim.holds
 
 
@@ -323,7 +323,7 @@ def test_an_order_that_is_not_that_of_the_take_is_found_out(made):
 
 
 def test_of_a_list_that_a_person_asked_for_nothing_is_claimed_but_that_nobody_checked_it(made):
-    plan, _, rig = lists_of(made["default"])
+    plan, rig = read_plan(made["default"]), sample_rig()
     other = other_plan(plan, rig)
     claims = check.check_plan(other, rig)
     assert all(one.holds for one in claims)

@@ -33,10 +33,11 @@ def met_in(
     for moved in poses:
         some = torn(neutral + moved, moved, within=least, by=spacing_mm - least)
         near = KDTree(neutral[some] + moved[some]).query_pairs(least, output_type="ndarray") if len(some) else some
-        pairs.append(some[near].reshape(-1, 2))
-    u, v = np.unique(np.concatenate(pairs), axis=0).T
-    kept = np.linalg.norm(neutral[u] - neutral[v], axis=1) >= spacing_mm
-    return paired(at[u[kept]], at[v[kept]], len(points))
+        u, v = some[near].reshape(-1, 2).T
+        kept = np.linalg.norm(neutral[u] - neutral[v], axis=1) >= spacing_mm
+        pairs.append(at[np.stack([u[kept], v[kept]], axis=1)])
+    u, v = np.concatenate(pairs).T
+    return paired(u, v, len(points))
 
 
 def torn(

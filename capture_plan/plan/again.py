@@ -5,11 +5,12 @@ that wrote it, so that whatever a plan says otherwise is not true of this rig.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 from msgspec.structs import replace
 
-from capture_plan.expressions.early import proves_order
+from capture_plan.expressions.early import Model, in_best_order, model_of
 from capture_plan.expressions.listing import (
     Proofs,
     Target,
@@ -22,9 +23,7 @@ from capture_plan.expressions.problem import Problem, state_problem
 from capture_plan.expressions.record import Packing
 from capture_plan.expressions.session import session
 from capture_plan.expressions.settings import PackingSettings
-from capture_plan.layout.follow import decided_in, follow
-from capture_plan.layout.shell.takes import Takes
-from capture_plan.layout.task import Task
+from capture_plan.layout.record import Layout
 from capture_plan.plan.collide import collide
 from capture_plan.plan.places import read_rules_of, read_target
 from capture_plan.plan.record import Plan, with_meetings
@@ -39,9 +38,16 @@ class Stated:
     """The list of a plan as its problem has it: `chosen` are the blendshapes of every expression by their number there;
     what the plan performs in none of them stands at its end."""
 
+    rig: Rig
+    settings: PackingSettings
     problem: Problem
     target: Target
     chosen: list[tuple[int, ...]]
+
+    @cached_property
+    def model(self) -> Model:
+        """What error any list of the problem leaves."""
+        return model_of(self.rig, self.problem, self.settings, self.target)
 
 
 def stated_list(plan: Plan, rig: Rig, folder: Path = Path(), apart: Pairs | None = None) -> Stated:
@@ -54,48 +60,40 @@ def stated_list(plan: Plan, rig: Rig, folder: Path = Path(), apart: Pairs | None
     lists = [set(names) for names in (*(one.blendshapes for one in said.expressions), *said.unscanned)]
     lists.append(set(place).difference(*lists))
     chosen = [own for names in lists if (own := tuple(sorted(place[name] for name in names & set(place))))]
-    return Stated(problem, read_target(rig, plan.settings, folder), chosen)
+    return Stated(rig, settings, problem, read_target(rig, plan.settings, folder), chosen)
 
 
-def made_again(plan: Plan, report: Audit, task: Task, takes: Takes | None, given: Stated) -> Plan:
-    """The plan of these decisions. `report` is the rig's audit; `task` that of the settings, without what head markers
-    shut out; `takes` are those that the settings name; `given` is the list."""
-    rig = task.face.rig
-    packing = packing_again(plan, rig, given)
+def made_again(plan: Plan, report: Audit, layout: Layout, given: Stated) -> Plan:
+    """The plan of these decisions: `report` is the rig's audit, `layout` follows from what was decided of landmarks,
+    `given` is the list."""
+    rig, packing = given.rig, packing_again(plan, given)
     again = replace(
         plan,
         rig=replace(plan.rig, name=rig.name, fingerprint=rig.fingerprint, vertices=len(rig.neutral)),
         audit=report,
-        layout=follow(task, decided_in(plan.layout, task), takes),
+        layout=layout,
         packing=packing,
         session=session(rig, plan.audit.used, packing, plan.settings.session, plan.settings.expressions.importance),
     )
     return with_meetings(again, rig)
 
 
-def packing_again(plan: Plan, rig: Rig, given: Stated) -> Packing:
+def packing_again(plan: Plan, given: Stated) -> Packing:
     """The list of the same expressions."""
-    settings, said, problem = plan.settings.expressions, plan.packing, given.problem
+    rig, settings, said, problem = given.rig, given.settings, plan.packing, given.problem
     worth = blendshape_importance(rig, problem.names, settings, given.target)
-    ordered = order_stands(rig, problem, settings, given.target, given.chosen, said)
     clique = tuple(name for name in problem.names if name in said.clique)
-    proofs = Proofs(said.solver_bound, order_proven=ordered, clique=clique)
+    proofs = Proofs(said.solver_bound, order_proven=order_stands(given, said), clique=clique)
     return packing_record(rig, problem, settings, given.chosen, worth, proofs, kept=said.kept)
 
 
-def order_stands(
-    rig: Rig,
-    problem: Problem,
-    settings: PackingSettings,
-    target: Target,
-    chosen: list[tuple[int, ...]],
-    said: Packing,
-) -> bool:
+def order_stands(given: Stated, said: Packing) -> bool:
     """Whether the order of a list is the one that its method promises; where only a solver can say, the plan's word
     that no exchange refutes. Nobody proves an order again when a list is edited, or another is asked for."""
+    settings, problem, parts = given.settings, given.problem, given.problem.items_of(given.chosen)
     if settings.method == "early":
-        return proves_order(rig, problem, settings, target, chosen)
+        return in_best_order(given.model, parts)
     if not said.order_proven or not said.as_made or settings.method not in PROVING:
         return False
-    weigh = item_importance(rig, problem, settings, target)
-    return not order_refuted(problem.instance, weigh, settings.method, problem.items_of(chosen))
+    weigh = item_importance(given.rig, problem, settings, given.target)
+    return not order_refuted(problem.instance, weigh, settings.method, parts)

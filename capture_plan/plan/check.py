@@ -14,6 +14,7 @@ from msgspec.structs import replace
 
 from capture_plan.expressions.certificate import falling, misplaced, packing_claims
 from capture_plan.layout.face import see_face
+from capture_plan.layout.follow import decided_in, follow
 from capture_plan.layout.task import task_of
 from capture_plan.plan.again import made_again, stated_list
 from capture_plan.plan.again_claims import again_claims, audit_claim, draft_claim, seal_claim
@@ -67,7 +68,8 @@ def claims_of(plan: Plan, rig: Rig, folder: Path, *, quick: bool = False) -> Ite
     takes = None if quick else read_takes_of(rig, plan.settings, folder, plan.rig.names)
     apart = plan.packing.colliding if quick else None
     given = stated_list(plan, rig, folder, apart)
-    again = made_again(plan, report, task, takes, given)
+    decided = decided_in(plan.layout, task)
+    again = made_again(plan, report, follow(task, decided, takes), given)
     if quick:
         again = replace(again, layout=replace(again.layout, motion=plan.layout.motion))
     yield from again_claims(plan, again)
@@ -75,10 +77,10 @@ def claims_of(plan: Plan, rig: Rig, folder: Path, *, quick: bool = False) -> Ite
     yield from camera_claims(plan, face)
     yield from bound_claims(plan, task)
     yield from worth_claims(plan, task)
-    yield from refuted_claims(plan, task)
+    yield from refuted_claims(plan, task, decided)
     yield from () if quick else motion_claims(plan, task, takes)
     yield from expression_claims(plan, rig, folder)
-    yield from list_claims(plan, rig, given)
+    yield from list_claims(plan, given)
     yield from reading_claims(plan, rig)
     yield from sentence_claims(plan, rig)
     yield from apart_claims(plan, rig)

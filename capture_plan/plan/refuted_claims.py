@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Int
 
 from capture_plan.layout.exchange import Room, cheaper, prices, ranked
-from capture_plan.layout.follow import SINGLE_COVER, Decided, decided_in, rows_of, single_cover_settings
+from capture_plan.layout.follow import SINGLE_COVER, Decided, rows_of, single_cover_settings
 from capture_plan.layout.gains import gains_at
 from capture_plan.layout.rounds import RESOLUTION
 from capture_plan.layout.search import Search
@@ -28,9 +28,8 @@ NO_ROWS = np.empty((0, 0), dtype=bool)
 AS_GOOD = 1e-6  # share of a loss by which rounding may turn the order of two sites
 
 
-def refuted_claims(plan: Plan, task: Task) -> list[Claim]:
-    """Every claim that a second look may refute."""
-    decided = decided_in(plan.layout, task)
+def refuted_claims(plan: Plan, task: Task, decided: Decided) -> list[Claim]:
+    """Every claim that a second look may refute; `decided` is what the plan's layout says was."""
     known = plan.packing.as_made and decided.method in BY_ERROR
     apart = task.apart_in(plan.packing.poses) if known else task
     claims = [single_cover_claim(plan, task), *promise_claims(plan, task, decided, apart)]

@@ -67,19 +67,20 @@ def _gaze(rig: Rig, k: int) -> Gaze | None:
 
 def _turned_balls(rig: Rig, k: int) -> dict[int, Float[np.ndarray, " 2"]]:
     """Degrees to the subject's left and upwards of the ball that turns most on either side, where one turns."""
-    x0, found = mirror_plane(rig.neutral), {}
-    for ball in _balls(rig):
+    found = {}
+    for ball, side in _balls(rig):
         r = rig.neutral[ball] - rig.neutral[ball].mean(axis=0)
         turn = _turn(r, rig.deltas[k, ball].astype(float))
-        side = 1 if rig.neutral[ball, 0].mean() > x0 else -1
         if np.linalg.norm(turn) >= LEAST_DEGREES and np.linalg.norm(turn) > np.linalg.norm(found.get(side, (0.0, 0.0))):
             found[side] = turn
     return found
 
 
 @lru_cache(maxsize=REMEMBERED)
-def _balls(rig: Rig) -> list[Bool[np.ndarray, " v"]]:
-    return eyeballs(rig)
+def _balls(rig: Rig) -> list[tuple[Bool[np.ndarray, " v"], int]]:
+    """The vertices of every eyeball, and 1 for one on the subject's left, -1 on the right."""
+    x0 = mirror_plane(rig.neutral)
+    return [(ball, 1 if rig.neutral[ball, 0].mean() > x0 else -1) for ball in eyeballs(rig)]
 
 
 def _turn(r: Float[np.ndarray, "v 3"], d: Float[np.ndarray, "v 3"]) -> Float[np.ndarray, " 2"]:
