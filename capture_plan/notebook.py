@@ -97,6 +97,7 @@ def serve(*arguments: str) -> int:
     os.environ.setdefault("MARIMO_OUTPUT_MAX_BYTES", str(OUTPUT_BYTES))
     os.environ.setdefault("MARIMO_SKIP_UPDATE_CHECK", "1")
     sys.argv = ["marimo", *arguments]
+    Guard.stop_path = f"/stop/{secrets.token_urlsafe(24)}"
     uvicorn.Config = Guarded
     try:
         runpy.run_module("marimo", run_name="__main__")

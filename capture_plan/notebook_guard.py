@@ -3,13 +3,16 @@
 A page of any site can open a socket to 127.0.0.1, and a site can give its own name that address (DNS rebinding). So the
 name in `Host` must be one of this server's, `Origin` must be the page that the server itself sent, and what a browser
 fetches for another site is refused; the token, which marimo asks for, keeps out whoever sends neither. Sockets are
-counted: each of them may start a notebook of some 50 MB.
+counted: each of them may start a notebook of some 50 MB. A secret address, which only its pages know, stops what they
+are working out: marimo has no button for it outside its editor.
 """
 
 import ipaddress
 import socket
 from collections.abc import Awaitable, Callable, MutableMapping
 from typing import Any
+
+from capture_plan.progress import stop_work
 
 Scope = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
@@ -29,6 +32,8 @@ HEADERS = (
 class Guard:
     """`app`, an ASGI application served at `host` and `port`, for its own pages alone."""
 
+    stop_path = ""  # where a page asks for the end of the work; nowhere until a session is served
+
     def __init__(self, app: App, host: str, port: int) -> None:
         self.app, self.host, self.port, self.sockets = app, host.strip("[]"), port, 0
 
@@ -44,6 +49,10 @@ class Guard:
                 await self.app(scope, receive, send)
             finally:
                 self.sockets -= 1
+        elif self.stop_path and scope["path"] == self.stop_path:
+            stop_work()
+            await send({"type": "http.response.start", "status": 204, "headers": []})  # the page stays as it is
+            await send({"type": "http.response.body"})
         else:
             await self.app(scope, receive, with_headers(send))
 

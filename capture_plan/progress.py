@@ -3,20 +3,31 @@
 Code that takes long iterates over `track(items, "what it does")`; whoever runs it decides what is shown,
 by `with show_progress(reporter):`. A reporter receives (label, done, total) and must not raise.
 What a reader understood of a file goes the same way: `tell(lines)`, heard by who asked, `with listen(hear):`.
+What runs `with stoppable():` ends in a `StoppedError` soon after another thread called `stop_work()`.
 """
 
+import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import ContextVar
+from threading import Event
 from typing import TypeVar
 
 T = TypeVar("T")
+R = TypeVar("R")
 Reporter = Callable[[str, int, int], None]
 
 Hearer = Callable[[Iterable[str]], None]
 
 _hearer: ContextVar[Hearer | None] = ContextVar("hearer", default=None)
 _reporter: ContextVar[Reporter | None] = ContextVar("reporter", default=None)
+_asked: ContextVar[Event | None] = ContextVar("asked", default=None)
+_at_work: set[Event] = set()  # of every block that can be stopped, in any thread
+
+
+class StoppedError(Exception):
+    """Somebody asked for the end of this work: nothing is wrong, and nothing may go on regardless."""
 
 
 @contextmanager
@@ -29,19 +40,66 @@ def show_progress(reporter: Reporter) -> Iterator[None]:
         _reporter.reset(token)
 
 
+@contextmanager
+def stoppable() -> Iterator[None]:
+    """Let `stop_work` end what runs inside the block."""
+    asked = Event()
+    token = _asked.set(asked)
+    _at_work.add(asked)
+    try:
+        yield
+    finally:
+        _at_work.discard(asked)
+        _asked.reset(token)
+
+
+def stop_work() -> None:
+    """Ask all work of this process that can be stopped to end."""
+    for asked in tuple(_at_work):
+        asked.set()
+
+
+def go_on() -> None:
+    """What long work says now and then.
+
+    Raises:
+        StoppedError: somebody asked for its end.
+    """
+    asked = _asked.get()
+    if asked is not None and asked.is_set():
+        raise StoppedError
+
+
 def track(items: Iterable[T], label: str, *, total: int | None = None) -> Iterator[T]:
-    """Yield `items` in order, reporting (label, done, total) before the first and after each."""
+    """Yield `items` in order, reporting (label, done, total) before the first and after each.
+
+    Raises:
+        StoppedError: somebody asked for the end of the work.
+    """
     reporter = _reporter.get()
     if reporter is None:
-        yield from items
+        for item in items:
+            go_on()
+            yield item
         return
     if total is None:
         items = items if isinstance(items, Sequence) else tuple(items)
         total = len(items)
     reporter(label, 0, total)
     for done, item in enumerate(items, start=1):
+        go_on()
         yield item
         reporter(label, done, total)
+
+
+def track_in_threads(do: Callable[[T], R], items: Sequence[T], label: str) -> Iterator[R]:
+    """`do(item)` of each item in their order, tracked, by a thread for each core: for work that releases the
+    interpreter lock. What was not begun when the work is stopped is dropped."""
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        try:
+            yield from track(pool.map(do, items), label, total=len(items))
+        finally:
+            pool.shutdown(cancel_futures=True)
 
 
 @contextmanager

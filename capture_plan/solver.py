@@ -1,13 +1,16 @@
 """How every integer program is solved: CP-SAT, one worker, seeded, with a limit that knows no clock.
 
 CP-SAT would take Ctrl-C for itself and afterwards leave it to kill the process without a word. So it works in a thread
-of its own, and whoever asked listens meanwhile and stops it.
+of its own, and whoever asked listens meanwhile and stops it: to Ctrl-C, and in a notebook to `stop_work`.
 """
 
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 
 from ortools.sat.python import cp_model
 
+from capture_plan.progress import go_on
+
+LISTENS_S = 0.2  # seconds between two looks at whether somebody asked for the end
 WORK_LIMIT = 20.0  # CP-SAT's deterministic time, about seconds: the same input gives the same answer on any machine
 
 
@@ -28,6 +31,9 @@ def solve(
     with ThreadPoolExecutor(1) as thread:
         solving = thread.submit(solver.solve, model)
         try:
+            while not solving.done():
+                go_on()
+                wait([solving], timeout=LISTENS_S)
             status = solving.result()
         except BaseException:
             solver.stop_search()

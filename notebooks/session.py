@@ -27,6 +27,12 @@ def title(rig):
     return
 
 
+@app.cell(hide_code=True)
+def stop():
+    parts.stop_link()
+    return
+
+
 @app.cell
 def rig_of_the_session():
     rig = parts.chosen_rig()

@@ -5,9 +5,10 @@ import asyncio
 import pytest
 
 from capture_plan.notebook_guard import MOST_SOCKETS, Guard
+from capture_plan.progress import StoppedError, go_on, stoppable
 
 
-def answer(guard, kind="http", **headers):
+def answer(guard, kind="http", path="/", **headers):
     """What a request with these headers is answered: a status, or what happens to a socket."""
     sent = []
 
@@ -18,7 +19,7 @@ def answer(guard, kind="http", **headers):
         sent.append(message)
 
     named = [(name.replace("_", "-").encode(), value.encode()) for name, value in headers.items()]
-    asyncio.run(guard({"type": kind, "headers": named}, receive, send))
+    asyncio.run(guard({"type": kind, "path": path, "headers": named}, receive, send))
     return sent[0].get("status", sent[0]["type"])
 
 
@@ -73,3 +74,21 @@ def test_windows_are_counted_and_free_again_when_they_close():
         assert answer(guard, "websocket", host="localhost:2718") == "websocket.accept"
     guard.sockets = MOST_SOCKETS
     assert answer(guard, "websocket", host="localhost:2718") == "websocket.close"
+
+
+def test_only_the_secret_address_stops_what_is_worked_out_and_the_page_stays(monkeypatch):
+    monkeypatch.setattr(LOCAL, "stop_path", "/stop/secret", raising=False)
+    with stoppable():
+        assert answer(LOCAL, path="/stop/guessed", host="localhost:2718") == 200
+        assert answer(LOCAL, path="/stop/secret", host="rebound.example:2718") == 403
+        go_on()
+        assert answer(LOCAL, path="/stop/secret", host="localhost:2718") == 204
+        with pytest.raises(StoppedError):
+            go_on()
+
+
+def test_nobody_stops_anything_where_no_session_is_served():
+    assert not Guard.stop_path
+    with stoppable():
+        assert answer(LOCAL, path="", host="localhost:2718") == 200
+        go_on()

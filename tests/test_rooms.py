@@ -9,7 +9,8 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "capture_plan"
 FLOORS = (
-    {"errors", "progress", "solver"},
+    {"errors", "progress"},
+    {"solver"},
     {"output", "documents"},
     {"cache"},
     {"mesh"},

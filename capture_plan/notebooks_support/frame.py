@@ -10,8 +10,9 @@ import marimo as mo
 
 from capture_plan.errors import CapturePlanError
 from capture_plan.layout.shell.takes import Takes, takes_of
+from capture_plan.notebook_guard import Guard
 from capture_plan.plan.record import SAMPLE, RigReference
-from capture_plan.progress import Reporter, show_progress
+from capture_plan.progress import Reporter, StoppedError, show_progress, stoppable
 from capture_plan.rig import Rig, read_rig, sample_rig
 from capture_plan.rig.sequence import read_sequence
 
@@ -57,12 +58,21 @@ def wanted(button: Any) -> bool:
     return bool(button.value) or mo.app_meta().mode not in ("run", "edit")
 
 
+def stop_link() -> Any:
+    """Stops what the notebook works out; it shows while bars do. Nothing where marimo has a button for it."""
+    served = Guard.stop_path and mo.app_meta().mode == "run"
+    return mo.Html(f'<a class="stop" href="{Guard.stop_path}">Stop</a>') if served else None
+
+
 @contextmanager
 def working() -> Iterator[None]:
-    """Progress of what runs inside as bars in the cell; an expected error as one sentence, and the notebook waits."""
+    """Progress of what runs inside as bars in the cell; an expected error as one sentence, and the notebook waits.
+    So it does where somebody stopped it."""
     try:
-        with ExitStack() as bars, show_progress(_bars(bars)):
+        with ExitStack() as bars, show_progress(_bars(bars)), stoppable():
             yield
+    except StoppedError:
+        mo.stop(True, mo.callout("Stopped. Turn a knob above, or reload the page, to work this out again."))
     except CapturePlanError as error:
         mo.stop(True, mo.callout(mo.Html(f"<p>{html.escape(str(error))}</p>"), kind="danger"))
 

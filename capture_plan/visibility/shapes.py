@@ -1,15 +1,13 @@
 """The least of something over the shapes of a rig: the neutral, and each blendshape at full weight."""
 
-import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import version
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from capture_plan.cache import cached, digest
-from capture_plan.progress import track
+from capture_plan.progress import track_in_threads
 
 ENTRIES = 200  # about 40 MB for heads of 27,000 vertices
 METHOD = "1"  # raise it when the same arrays would give other numbers
@@ -27,10 +25,10 @@ def least_over_shapes(
     """
     least = share(neutral, at)
     seen = np.flatnonzero(least)
-    with ThreadPoolExecutor(os.cpu_count()) as pool:  # embree releases the interpreter lock
-        shares = pool.map(lambda delta: share(neutral + delta, at[seen]), deltas)
-        for of_shape in track(shares, "Tracing visibility", total=len(deltas)):
-            least[seen] = np.minimum(least[seen], of_shape)
+    for of_shape in track_in_threads(
+        lambda delta: share(neutral + delta, at[seen]), list(deltas), "Tracing visibility"
+    ):
+        least[seen] = np.minimum(least[seen], of_shape)
     return least
 
 

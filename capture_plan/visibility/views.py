@@ -11,9 +11,7 @@ Pixels   the lesser singular value of A: the dot is an ellipse in the image, thi
 Over the shapes the worst counts: fewest cameras that see the dot at once, fewest pixels among the shapes that show it.
 """
 
-import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib.metadata import version
 
@@ -21,7 +19,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from capture_plan.cache import Arrays, cached, digest
-from capture_plan.progress import track
+from capture_plan.progress import track_in_threads
 from capture_plan.visibility.camera import Camera
 from capture_plan.visibility.hemisphere import tangent_frames
 from capture_plan.visibility.occluder import Occluder
@@ -117,10 +115,9 @@ def _worst(
 
     always, pixels = look(neutral)
     at_once = [always.sum(axis=0)]
-    with ThreadPoolExecutor(os.cpu_count()) as pool:  # embree releases the interpreter lock
-        looks = pool.map(lambda delta: look(neutral + delta), deltas)
-        for seen, spans in track(looks, "Looking through the cameras", total=len(deltas)):
-            always &= seen
-            at_once.append(seen.sum(axis=0))
-            pixels = np.minimum(pixels, spans)
+    looks = track_in_threads(lambda delta: look(neutral + delta), list(deltas), "Looking through the cameras")
+    for seen, spans in looks:
+        always &= seen
+        at_once.append(seen.sum(axis=0))
+        pixels = np.minimum(pixels, spans)
     return {"seen": always, "at_once": np.stack(at_once), "pixels": np.where(np.isfinite(pixels), pixels, 0.0)}
