@@ -223,10 +223,8 @@ def _eyes(
     if found.places is not None:
         for loops, within in product(openings, (NEAR_OPENING, OPENING)):
             shapes = [(rig.neutral[loop], loop) for loop in loops if len(loop) >= 6]
-            some = _at(shapes, found.places, within)
-            if within > NEAR_OPENING:
-                some = [one for one in some if around(one[0], found.places)]
-            if pair := _mirrored_pair(some, x0):
+            pair = _mirrored_pair(_at(shapes, found.places, within), x0)
+            if pair and (within == NEAR_OPENING or around([points for points, _ in pair], found.places)):
                 (left, a), (right, b) = pair
                 middles = np.stack([middle_of_box(left), middle_of_box(right)])
                 return before_the_balls(rig_shape(rig), middles), np.sort(np.r_[a, b])

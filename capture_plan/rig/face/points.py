@@ -30,7 +30,7 @@ LEAD = 0.5
 ALONE = 1.8  # trust in what is named for the mouth, or in skin that parts widely: enough without another sign
 BEFORE = 0.05  # pupil distances: the middle of what is named for the mouth lies 0.09 to 0.39 behind its front
 LOPSIDED = 0.2  # rho to the mirror image: 22 avatars 0.03 at most, halves of heads 0.27 to 0.65
-WEAK = 0.9  # trust of all signs of the eyes: sharp motion and two openings, 0.8, are found beside any mouth
+WEAK = 0.85  # trust of all signs of the eyes: sharp motion and two openings, 0.8, are found beside any mouth
 WITHOUT_MOUTH, NO_FACE = 1.5, 4.0  # trust that eyes lose that no mouth fits, or one that is not below them
 BELOW, DEEP = (0.3, 1.9), 0.9  # pupil distances from the eyes down and in depth to the mouth
 
