@@ -101,7 +101,8 @@ def moving_copies(raw: RawRig, moves: Bool[np.ndarray, "k v"]) -> list[Body]:
         mains = [one for one in heads[:i] if is_face(one, faces) and not overlaps(one, (*gone, body))]
         mains = [one for one in mains if not is_plate(one)]
         if not overlaps(body, gone):
-            copies += list(copy_of(body, mains, moves, raw.deltas))[:1]
+            mesh = any(body is one for one in moving)
+            copies += list(copy_of(body, mains, moves, raw.deltas, mesh=mesh))[:1]
     rest = [body for body in every if not overlaps(body, [one for copy in copies for one in (copy.body, copy.face)])]
     found = {id(copy.body): copy.body for copy in copies}
     for copy in copies:
@@ -141,9 +142,12 @@ def density(body: Body) -> float:
 
 
 def copy_of(
-    body: Body, mains: list[Body], moves: Bool[np.ndarray, "k v"], deltas: Float[np.ndarray, "k v 3"]
+    body: Body, mains: list[Body], moves: Bool[np.ndarray, "k v"], deltas: Float[np.ndarray, "k v 3"], *, mesh: bool
 ) -> Iterator[Copy]:
-    """How the body repeats one of the faces before it, where it is plain which is the lesser."""
+    """How the body repeats one of the faces before it, where it is plain which is the lesser.
+
+    A second head is only left out where it is a `mesh` of its own: of a piece of one, the eyes would stay behind.
+    """
     if not body.area > 0:
         return
     own = moves[:, body.at].any(axis=1)
@@ -158,7 +162,7 @@ def copy_of(
             on_it
             or lesser
             or (own & theirs).sum() >= SHARED * own.sum()
-            or moved_alike(copy, deltas[own], deltas[theirs])
+            or (mesh and moved_alike(copy, deltas[own], deltas[theirs]))
         ):
             yield copy
 
