@@ -40,7 +40,11 @@ ExpressionOption = partial(typer.Option, rich_help_panel=EXPRESSIONS)
 SessionOption = partial(typer.Option, rich_help_panel=SESSION)
 ReadingOption = partial(typer.Option, rich_help_panel=READING)
 
-RigPath = Annotated[str, typer.Argument(metavar="RIG", help="Folder of OBJ files, .glb, .gltf, .npz, or 'sample'.")]
+RIG_FORMATS = (
+    "Folder of OBJ, PLY, CSV, TXT or .target files; .glb, .gltf, .vrm, .fbx, .npz, .usd, .usda, .usdc or .usdz file; "
+    "a .zip of one that is not USD; or 'sample'."
+)
+RigPath = Annotated[str, typer.Argument(metavar="RIG", help=RIG_FORMATS)]
 PlanPath = Annotated[Path, typer.Argument(metavar="PLAN", help="A plan.json that `plan` wrote.")]
 OtherRig = Annotated[str | None, typer.Option("--rig", help="Where the rig is now, if it moved.")]
 Force = Annotated[bool, typer.Option("--force", help="Go on where PLAN does not hold: everything says DRAFT.")]
@@ -99,8 +103,8 @@ def options(
     ] = None,
 ) -> None:
     """Plan a facial capture session from a blendshape rig: where to put how few markers, which expressions to scan, and
-    every page the set needs. RIG is a folder of OBJ files, a .glb, .gltf, .vrm, .fbx, .usd or .npz file, or the word
-    'sample'."""
+    every page the set needs. RIG is a folder of OBJ, PLY, CSV, TXT or .target files, a .glb, .gltf, .vrm, .fbx, .npz
+    or .usd file, a .zip, or the word 'sample'."""
 
 
 @app.command()

@@ -6,6 +6,8 @@ import sys
 
 import pytest
 
+from capture_plan.cli import RIG_FORMATS
+from capture_plan.rig.read import FOLDER_READERS, FORMATS, READERS
 from tests.command import run
 
 
@@ -152,6 +154,14 @@ def test_help_names_every_command(tmp_path):
     assert page.returncode == 0
     for command in ("demo", "audit", "plan", "check", "render", "export", "notebook"):
         assert command in page.stdout
+
+
+def test_the_help_of_a_rig_names_every_format_that_is_read():
+    """Where a format is added, both texts name it."""
+    for suffix in (*READERS, *FOLDER_READERS):
+        kind = suffix[1:].upper() if suffix in FOLDER_READERS else suffix
+        assert kind in RIG_FORMATS
+        assert kind in FORMATS or (kind.startswith(".usd") and "USD" in FORMATS)
 
 
 @pytest.mark.parametrize(("arguments", "code"), [(["--help"], 0), (["dance"], 2)])

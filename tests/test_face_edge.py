@@ -7,13 +7,15 @@ import pytest
 
 from capture_plan.mesh import vertex_areas
 from capture_plan.rig import sample_rig
-from capture_plan.rig.anchors import are_ears, before_the_balls
+from capture_plan.rig.anchors import _eyes as eyes_of
+from capture_plan.rig.anchors import are_ears
 from capture_plan.rig.face.candidate import Candidate
 from capture_plan.rig.face.edge import outer_edge
 from capture_plan.rig.face.islands import beside, variety
-from capture_plan.rig.face.of_rig import rig_channels, rig_shape
+from capture_plan.rig.face.of_rig import rig_channels, rig_points, rig_shape
 from capture_plan.rig.face.points import choose
 from capture_plan.rig.face.reading import face_reading
+from capture_plan.rig.lids import against_eyes, before_the_balls
 from capture_plan.rig.read import rig_from_raw
 from tests.face_heads import cut, sample_head
 from tests.test_face_decoys import raw_of, with_more
@@ -143,3 +145,25 @@ def test_lids_drawn_far_round_a_face_have_the_eyeballs_for_their_middles(wider, 
     lids = balls * [wider, 1, 1] + [0, 0, 12]
     np.testing.assert_allclose(before_the_balls(shape, lids)[:, 0], (balls if moved else lids)[:, 0])
     np.testing.assert_allclose(before_the_balls(shape, lids)[:, 2], lids[:, 2])
+
+
+@pytest.mark.parametrize(("low", "high", "lids"), [(0.2, 0.4, False), (-0.15, 0.6, True)])
+def test_a_strip_above_an_eye_is_no_opening_of_its_lids_and_what_goes_around_it_is(low, high, lids):
+    """A coarse brow drawn above an eye ends in a border that is nearer than the lids', which became too few."""
+    rig, found = sample_rig(), rig_points(sample_rig()).eyes
+    p = float(np.linalg.norm(found.places[0] - found.places[1]))
+    drawn = []
+    for place in found.places:
+        off = (rig.neutral - place) / p
+        drawn.append(
+            np.flatnonzero((np.abs(off[:, 0]) < 0.3) & (off[:, 1] > low) & (off[:, 1] < high) & (off[:, 2] > -1))
+        )
+    eyes, border = eyes_of(rig, (drawn, []), 0.0, found)
+    assert bool(len(border)) == lids
+    assert lids or np.linalg.norm(eyes - found.places, axis=1).max() < 0.2 * p
+
+
+@pytest.mark.parametrize(("up", "against"), [(0.0, 0), (15.0, 0), (25.0, 1)])
+def test_eyes_drawn_far_from_where_the_signs_agree_leave_a_doubt(up, against):
+    places = np.array([[30.0, 0, 0], [-30.0, 0, 0]])
+    assert len(against_eyes(places + np.array([0, up, 0]), places)) == against

@@ -216,6 +216,13 @@ def test_two_places_of_equal_trust_leave_a_doubt():
     assert not eyes.sure
 
 
+@pytest.mark.parametrize(("kind", "trust", "sure"), [("rim", 0.3, False), ("tear", 0.7, True)])
+def test_the_two_weakest_signs_of_eyes_are_not_enough(kind, trust, sure):
+    """In a coarse head brows move sharply, and seams beside them leave two openings."""
+    eyes, _ = choose([pair("motion", 0.5, 30, 60), pair(kind, trust, 32, 62)], [spot("tear", 1.8, 0)])
+    assert eyes.sure == sure
+
+
 def test_eyes_below_the_mouth_are_never_sure():
     eyes, mouth = choose([pair("ball", 1.5, 30, -60), pair("rim", 0.3, 30, -60)], [spot("tear", 1.8, 0)])
     assert not eyes.sure

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from capture_plan.mesh import vertex_normals
 from capture_plan.rig.anchors import face_anchors
 from capture_plan.rig.audit import audit
 from capture_plan.rig.profile import chin_agrees, find_chin
@@ -25,6 +26,7 @@ from tests.face_heads import (
     ring,
     sample_head,
     tube,
+    visible_skin,
     whole,
 )
 
@@ -121,6 +123,18 @@ def test_a_drawn_face_is_skin_without_its_irises():
     planned = set(audit(rig).used)
     assert {"blink_L", "blink_R", "brow_up", "aa", "smile"} <= planned
     assert not planned & {"look_left", "look_right"}
+
+
+def test_the_skin_behind_drawn_brows_is_skin_and_they_are_no_part_of_the_lids():
+    """VRoid heads have brows of their own just before the skin: a hole behind them would run into the eye's."""
+    head = sample_head()
+    x, y, z = head.neutral.T
+    behind = visible_skin(head) & (y > 738) & (y < 768) & (np.abs(x) > 14) & (np.abs(x) < 46) & (z > 95)
+    brows = cut(head, behind)
+    before = brows.neutral + 0.7 * vertex_normals(brows.neutral, brows.triangles)
+    rig, plain = as_rig(add(head, (before, brows.triangles), "brows", 3 * brows.deltas)), as_rig(head)
+    assert rig.skin[: len(head.neutral)][behind].all()
+    assert np.linalg.norm(face_anchors(rig).eye_left - face_anchors(plain).eye_left) < 2
 
 
 def test_a_lash_line_that_goes_with_a_lid_is_no_skin():

@@ -25,8 +25,9 @@ from capture_plan.rig.face.of_rig import rig_channels, rig_points, rig_shape
 from capture_plan.rig.face.place import face_place
 from capture_plan.rig.face.points import Found, Points
 from capture_plan.rig.face.record import Sign
-from capture_plan.rig.face.shape import Shape, border_loops, compact
+from capture_plan.rig.face.shape import border_loops, compact, middle_of_box
 from capture_plan.rig.face.votes import names_agree
+from capture_plan.rig.lids import NEAR_OPENING, against_eyes, around, before_the_balls
 from capture_plan.rig.lips import against_mouth
 from capture_plan.rig.profile import chin_agrees, find_chin
 from capture_plan.rig.record import Rig
@@ -40,9 +41,7 @@ REMEMBERED = 8  # rigs of a session; the search for skin casts rays
 ASTRAY = 0.5  # pupil distances between the mouth found and the skin before it
 SMALL_PIECE = 0.05  # of the area of the largest: drawn lids 0.01, a face of three meshes 0.2 and more each
 ASKEW = 0.15  # rho between the mirror planes of the skin and of the head
-NEAR_OPENING, OPENING = 0.2, 0.4  # pupil distances from an eye to the middle of its opening; if none is so near
-WIDER_LIDS = 1.065  # times as far apart as the eyeballs: lids of human scans 1.06 at most, drawn wide 1.07 to 1.10
-ROUND, HALF_A_BALL, BALL_VERTICES = 0.85, 0.4, 12  # height over width, depth over width
+OPENING = 0.4  # pupil distances from an eye to the middle of its opening, if none is as near as NEAR_OPENING
 MOUTH_OPENING = 0.25  # the same from the mouth to its opening
 LIPS_REACH = 0.3  # pupil distances from the mouth to its border: 25 faces 0.25 at most, a muzzle 0.29; hairlines more
 GAPING, WIDE_OPEN = 0.1, 0.9  # pupil distances between the lips of a mouth that stands open; a mask's rim is larger
@@ -63,7 +62,8 @@ class Anchors:
     """Points of the face in millimetres, the subject's own sides; `lids` and `lips` are border vertices of the surface.
 
     `found` names the anchors that geometry gave; the others are human proportions. `chin_sure` says whether the chin
-    was found where faces have it and goes down with the jaw. `against_mouth` is what speaks against the mouth.
+    was found where faces have it and goes down with the jaw. `against_eyes` and `against_mouth` are what speaks
+    against the eyes and the mouth.
     """
 
     midline: float
@@ -80,6 +80,7 @@ class Anchors:
     lips: Int[np.ndarray, " b"]
     found: tuple[str, ...]
     chin_sure: bool = False
+    against_eyes: tuple[Sign, ...] = ()
     against_mouth: tuple[Sign, ...] = ()
 
     @property
@@ -117,7 +118,8 @@ def surface_anchors(rig: Rig, points: Points) -> Anchors:
         x0 = points.x0
     openings = _openings(rig)
     eyes, lids = _eyes(rig, openings, x0, points.eyes)
-    found = ("eyes",) if points.eyes.sure else ()
+    doubt = () if points.eyes.places is None else against_eyes(eyes, points.eyes.places)
+    found = ("eyes",) if points.eyes.sure and not doubt else ()
     unit = float(np.linalg.norm(eyes[0] - eyes[1]))
     mouth, corners, lips = _mouth(rig, openings, eyes.mean(axis=0), unit, x0, points.mouth)
     skin = rig.neutral[rig.skin]
@@ -159,6 +161,7 @@ def surface_anchors(rig: Rig, points: Points) -> Anchors:
         lids=lids,
         lips=lips,
         found=found + how,
+        against_eyes=doubt,
         against_mouth=against,
         chin_sure=found_chin is not None and chin_agrees(chin, eyes.mean(axis=0), mouth, _with_the_jaw(rig, chin)),
     )
@@ -220,13 +223,14 @@ def _eyes(
     if found.places is not None:
         for loops, within in product(openings, (NEAR_OPENING, OPENING)):
             shapes = [(rig.neutral[loop], loop) for loop in loops if len(loop) >= 6]
-            if pair := _mirrored_pair(_at(shapes, found.places, within), x0):
+            pair = _mirrored_pair(_at(shapes, found.places, within), x0)
+            if pair and (within == NEAR_OPENING or around([points for points, _ in pair], found.places)):
                 (left, a), (right, b) = pair
-                middles = np.stack([_middle(left), _middle(right)])
+                middles = np.stack([middle_of_box(left), middle_of_box(right)])
                 return before_the_balls(rig_shape(rig), middles), np.sort(np.r_[a, b])
         shapes = [(rig.neutral[eye], np.flatnonzero(eye)) for eye in eyeballs(rig)]
         if pair := _mirrored_pair(_at(shapes, found.places, OPENING), x0):
-            front = [np.r_[_middle(points)[:2], points[:, 2].max()] for points, _ in pair]
+            front = [np.r_[middle_of_box(points)[:2], points[:, 2].max()] for points, _ in pair]
             return np.stack(front), nothing
         return found.places, nothing
     moving = rig.displacement.max(axis=0)
@@ -237,32 +241,13 @@ def _eyes(
     return np.array([[x0 + side * unit / 2, y, high[2] - 0.5 * unit] for side in (1, -1)]), nothing
 
 
-def before_the_balls(shape: Shape, lids: Float[np.ndarray, "2 3"]) -> Float[np.ndarray, "2 3"]:
-    """Middles of the lid openings, or the places of the eyeballs where these lie clearly nearer to each other: lids
-    that reach far round a face have their middle beside the pupil."""
-    p = float(np.linalg.norm(lids[0] - lids[1]))
-    aside = shape.neutral[:, 0] - lids[:, 0].mean()
-    halves = [shape.neutral[shape.called_eyes & (sign * aside > 0)] for sign in (1, -1)]
-    if min(map(len, halves)) < BALL_VERTICES or not all(_round(half, p) for half in halves):
-        return lids
-    balls = np.stack([np.append(_middle(half)[:2], eye[2]) for half, eye in zip(halves, lids, strict=True)])
-    near = np.linalg.norm(balls - lids, axis=1).max() < NEAR_OPENING * p
-    return balls if near and np.linalg.norm(balls[0] - balls[1]) * WIDER_LIDS < p else lids
-
-
-def _round(eye: Float[np.ndarray, "n 3"], p: float) -> bool:
-    """Whether a part is round as seen from the front, deep, and not wider than an eye."""
-    x, y, z = np.ptp(eye, axis=0)
-    return bool(ROUND < x / max(y, 1e-9) < 1 / ROUND and z > HALF_A_BALL * x and x < p)
-
-
 def _at(shapes: list[Border], places: Float[np.ndarray, "2 3"], within: float) -> list[Border]:
     """The sets of points whose middle lies within so many pupil distances of one of the eyes."""
     p = float(np.linalg.norm(places[0] - places[1]))
     return [
         (points, index)
         for points, index in shapes
-        if np.linalg.norm((_middle(points) - places) * [1, 1, 0.5], axis=1).min() < within * p
+        if np.linalg.norm((middle_of_box(points) - places) * [1, 1, 0.5], axis=1).min() < within * p
     ]
 
 
@@ -271,7 +256,7 @@ def _mirrored_pair(shapes: list[Border], x0: float) -> tuple[Border, Border] | N
     best, size = None, 0.0
     for left in shapes:
         for right in shapes:
-            a, b = _middle(left[0]), _middle(right[0])
+            a, b = middle_of_box(left[0]), middle_of_box(right[0])
             width = min(np.ptp(left[0], axis=0).max(), np.ptp(right[0], axis=0).max())
             apart = a[0] - b[0]
             mirrored = np.linalg.norm(a - (b * [-1, 1, 1] + [2 * x0, 0, 0])) < 0.25 * width
@@ -288,7 +273,7 @@ def _mouth(
     near = [] if place is None else [[(_apart(rig.neutral[loop], place), loop) for loop in some] for some in openings]
     for apart, loop in [one for some in near for one in sorted(some, key=lambda one: one[0])]:
         points = rig.neutral[loop]
-        centre, width = _middle(points), np.ptp(points[:, 0])
+        centre, width = middle_of_box(points), np.ptp(points[:, 0])
         passes = np.linalg.norm((points - place)[:, 1:], axis=1).min() < LIPS_REACH * unit
         across = abs(centre[0] - x0) < 0.15 * unit and 0.1 * unit < width < 2.5 * unit
         if apart < _reach(points, unit) and passes and across:
@@ -328,7 +313,7 @@ def _between_lips(y: Float[np.ndarray, " n"], unit: float) -> float:
 
 def _apart(points: Float[np.ndarray, "n 3"], place: Float[np.ndarray, " 3"]) -> float:
     """From a place to the middle of an opening, across the midline; depth counts half."""
-    return float(np.linalg.norm((_middle(points) - place)[1:] * [1, 0.5]))
+    return float(np.linalg.norm((middle_of_box(points) - place)[1:] * [1, 0.5]))
 
 
 def _tear(rig: Rig, place: Float[np.ndarray, " 3"], unit: float, x0: float) -> float:
@@ -344,10 +329,6 @@ def _tear(rig: Rig, place: Float[np.ndarray, " 3"], unit: float, x0: float) -> f
     if len(edge) == 0 or stretch.max() < 0.05 * unit:
         return float(place[1])
     return float(np.average(middle[:, 1], weights=stretch**2))
-
-
-def _middle(points: Float[np.ndarray, "v 3"]) -> Float[np.ndarray, " 3"]:
-    return (points.min(axis=0) + points.max(axis=0)) / 2
 
 
 def _furthest(

@@ -47,7 +47,7 @@ READERS = {".npz": read_npz, ".glb": read_gltf, ".gltf": read_gltf, ".vrm": read
 READERS |= dict.fromkeys(SUFFIXES, read_usd)
 FOLDER_READERS = {".obj": read_obj_folder, ".ply": read_ply_folder, ".csv": read_csv_folder}
 IN_ARCHIVES = (".npz", ".glb", ".gltf", ".vrm", ".fbx")  # whose readers need no file of the disk
-FORMATS = "a folder of OBJ files, .npz, .glb, .gltf, .vrm, .fbx, .usd, .usdz or a .zip of these"
+FORMATS = "a folder of OBJ, PLY, CSV, TXT or .target files, .npz, .glb, .gltf, .vrm, .fbx, a .zip of these, or USD"
 
 
 def read_rig(

@@ -33,6 +33,7 @@ NOT_SKIN = re.compile(
 WORN = re.compile(
     r"lacrimal|tear|occlusion|lash|blend|hair|fur|glass|hat|cap$|cloth|shirt|suit|tights|helmet", re.IGNORECASE
 )
+DRAWN = re.compile(r"brow|eye.?line", re.IGNORECASE)
 SKIN = re.compile(r"skin|face|head|neck|ear(?!ring)|scalp|lip|body", re.IGNORECASE)
 FACE = re.compile(r"skin|face|head|neck|ear(?!ring)|scalp|lip", re.IGNORECASE)  # a body may be dressed
 HIDDEN, DIM = 0.02, 0.10  # ICT-FaceKit: 99 % of the mouth bag is below the first, lips at rest apart above the second
@@ -75,7 +76,7 @@ def find_skin(
     loose = bool(area[main] < LITTLE * area.max())  # eyes and lips move as pieces of their own on a head that stands
     least, main = area[main], _head_piece(neutral, kept, piece, area, face) if loose else main
 
-    # what is worn over the skin hides nothing that make-up cannot reach
+    # what is worn over the skin or drawn on it hides nothing that make-up cannot reach
     worn = (
         ~moves
         & (np.bincount(piece, called_skin, len(area)) == 0)
@@ -85,8 +86,9 @@ def find_skin(
     over = _named(WORN, neutral, triangles, parts, part_names) | worn[piece]
     seen = np.zeros(len(neutral))
     at = np.unique(kept)
+    drawn = _named(DRAWN, neutral, triangles, parts, part_names)
     uncovered = triangles[~over[triangles].any(axis=1)]
-    seen[at] = hemisphere_visibility(neutral, uncovered, at, rays=64)
+    seen[at] = hemisphere_visibility(neutral, uncovered[~drawn[uncovered].any(axis=1)], at, rays=64)
 
     skin = piece == main
     for i in np.flatnonzero((area >= PIECE_AREA * least) & ~worn):

@@ -4,9 +4,10 @@ Data       a head in the rig's axes (+y up, +z forward, the subject's left +x), 
 Agreement  candidates within NEAR pupil distances are one; their trusts add up, each kind of sign once
 Score      trust of the eyes + trust of the mouth - (log(h / (USUAL p)) / LOOSE)^2 / 2, h from the eyes to the mouth and
            p between the pupils
-Sure       the score leads that of every other place by LEAD, at least two kinds of sign agree, no sign that would be
-           enough alone points to other eyes or another mouth, the mouth lies below the eyes as it does in faces, and
-           what is named for it does not move before it, as a picture of a mouth that hangs before the face does
+Sure       the score leads that of every other place by LEAD, at least two kinds of sign agree and not the weakest
+           alone, no sign that would be enough alone points to other eyes or another mouth, the mouth lies below the
+           eyes as it does in faces, and what is named for it does not move before it, as a picture of a mouth that
+           hangs before the face does
 """
 
 from collections.abc import Iterable
@@ -29,6 +30,7 @@ LEAD = 0.5
 ALONE = 1.8  # trust in what is named for the mouth, or in skin that parts widely: enough without another sign
 BEFORE = 0.05  # pupil distances: the middle of what is named for the mouth lies 0.09 to 0.39 behind its front
 LOPSIDED = 0.2  # rho to the mirror image: 22 avatars 0.03 at most, halves of heads 0.27 to 0.65
+WEAK = 0.85  # trust of all signs of the eyes: sharp motion and two openings, 0.8, are found beside any mouth
 WITHOUT_MOUTH, NO_FACE = 1.5, 4.0  # trust that eyes lose that no mouth fits, or one that is not below them
 BELOW, DEEP = (0.3, 1.9), 0.9  # pupil distances from the eyes down and in depth to the mouth
 
@@ -131,6 +133,7 @@ def _chosen_eyes(
     agreeing = [one for one in eyes if _same(one, eye, pupils(eye))]
     kinds = {one.kind for one in agreeing}
     several = len(kinds - BY_WORD) + bool(kinds & BY_WORD) > 1 or (mouth is not None and bool(kinds & ENOUGH))
+    several = several and _trust(eye, eyes, pupils(eye)) > WEAK
     fits = not mouths if mouth is None else _face_like(eye, mouth)
     rivals = [one for one in eyes if one.trust >= ALONE and not _same(one, eye, pupils(eye))]
     if mouth is not None:  # what lies below it are no eyes, whatever it is called

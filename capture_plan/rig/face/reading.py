@@ -26,7 +26,7 @@ def face_reading(rig: Rig) -> Reading:
     anchors, points, channels = face_anchors(rig), rig_points(rig), rig_channels(rig)
     file = rig.understood or by_hand(rig)
     mouth_sure = points.mouth.sure and not anchors.against_mouth
-    eyes_sure = eyes_hold(points.eyes, anchors.against_mouth)
+    eyes_sure = eyes_hold(points.eyes, anchors.against_mouth) and not anchors.against_eyes
     both = eyes_sure and mouth_sure
     ears = "ears" in anchors.found and both
     found = points.eyes.places is not None
@@ -41,7 +41,7 @@ def face_reading(rig: Rig) -> Reading:
             left=vector(anchors.eye_left) if found else None,
             right=vector(anchors.eye_right) if found else None,
             sure=eyes_sure and file.axes.sure,
-            signs=points.eyes.signs,
+            signs=points.eyes.signs + anchors.against_eyes,
         ),
         mouth=Spot(
             at=None if points.mouth.places is None else vector(_lips(anchors, points)),

@@ -4,8 +4,9 @@ Data       bodies (meshes, or large loose pieces of one); which of them every bl
 Main       of two bodies that repeat each other the one that more blendshapes move; of as many, the finer one; of two
            as fine, the first in the file
 Copy       repeats a main face (`belongs.py`), and it is plain which is the lesser: it lies on the face, it is coarser,
-           it has fewer blendshapes, or the same blendshapes move both. Two equal heads, each with blendshapes of its
-           own, are for a person to choose from (`face/shape.py`); plates drawn over a still head are no faces
+           it has fewer blendshapes, or the same blendshapes move both, or its own move it as the main face is moved.
+           Two heads that move each its own way are for a person to choose from (`face/shape.py`); plates drawn over a
+           still head are no faces
 With it    what stands to a copy beside the face as eyes and teeth do to the face; meshes that are called of the same
            level as a copy on the face, and lie on another mesh
 """
@@ -15,7 +16,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Bool, Float, Int
 
 from capture_plan.rig.flying import flying
 from capture_plan.rig.formats.belongs import (
@@ -39,6 +40,7 @@ AS_MANY = 0.8  # of the blendshapes that move another body
 AS_FINE = 0.7  # of the vertices for an area: a level of detail has half of them; eyes in the same mesh make it denser
 FLAT = 0.15  # of its longest spread; masks of a face have 0.3 or more
 SHARED = 0.5  # of the blendshapes that move a copy move the face too
+SAME_MOVES = 0.02  # of the root mean square displacement
 LEVEL = re.compile(r"lod[ _-]?(\d+)", re.IGNORECASE)
 
 
@@ -99,7 +101,8 @@ def moving_copies(raw: RawRig, moves: Bool[np.ndarray, "k v"]) -> list[Body]:
         mains = [one for one in heads[:i] if is_face(one, faces) and not overlaps(one, (*gone, body))]
         mains = [one for one in mains if not is_plate(one)]
         if not overlaps(body, gone):
-            copies += list(copy_of(body, mains, moves))[:1]
+            mesh = any(body is one for one in moving)
+            copies += list(copy_of(body, mains, moves, raw.deltas, mesh=mesh))[:1]
     rest = [body for body in every if not overlaps(body, [one for copy in copies for one in (copy.body, copy.face)])]
     found = {id(copy.body): copy.body for copy in copies}
     for copy in copies:
@@ -138,8 +141,13 @@ def density(body: Body) -> float:
     return len(body.points) / max(body.area, 1e-12)
 
 
-def copy_of(body: Body, mains: list[Body], moves: Bool[np.ndarray, "k v"]) -> Iterator[Copy]:
-    """How the body repeats one of the faces before it, where it is plain which is the lesser."""
+def copy_of(
+    body: Body, mains: list[Body], moves: Bool[np.ndarray, "k v"], deltas: Float[np.ndarray, "k v 3"], *, mesh: bool
+) -> Iterator[Copy]:
+    """How the body repeats one of the faces before it, where it is plain which is the lesser.
+
+    A second head is only left out where it is a `mesh` of its own: of a piece of one, the eyes would stay behind.
+    """
     if not body.area > 0:
         return
     own = moves[:, body.at].any(axis=1)
@@ -150,8 +158,22 @@ def copy_of(body: Body, mains: list[Body], moves: Bool[np.ndarray, "k v"]) -> It
         theirs = moves[:, face.at].any(axis=1)
         on_it = np.linalg.norm(body.box.mean(axis=0) - face.box.mean(axis=0)) < BESIDE * face.size
         lesser = density(body) < AS_FINE * density(face) or own.sum() < AS_MANY * theirs.sum()
-        if on_it or lesser or (own & theirs).sum() >= SHARED * own.sum():
+        if (
+            on_it
+            or lesser
+            or (own & theirs).sum() >= SHARED * own.sum()
+            or (mesh and moved_alike(copy, deltas[own], deltas[theirs]))
+        ):
             yield copy
+
+
+def moved_alike(copy: Copy, own: Float[np.ndarray, "a v 3"], theirs: Float[np.ndarray, "b v 3"]) -> bool:
+    """Whether the blendshapes of a copy move it as those of the face do, one by one, vertex by vertex."""
+    if len(own) != len(theirs) or len(copy.body.at) != len(copy.face.at):
+        return False
+    moved = theirs[:, copy.face.at]
+    off = own[:, copy.body.at] @ copy.R.T - moved
+    return bool(np.sqrt((off**2).mean()) < SAME_MOVES * np.sqrt((moved**2).mean()))
 
 
 def of_its_level(copy: Copy, rest: list[Body], every: list[Body]) -> Iterator[Body]:

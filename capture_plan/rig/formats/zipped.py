@@ -79,4 +79,4 @@ def find_rig(root: zipfile.Path, is_rig: Callable[[zipfile.Path], bool]) -> zipf
         raise RigError(
             f"{name} holds .target files but not the mesh that they move: zip MakeHuman's base.obj with their folder"
         )
-    raise RigError(f"{name} holds no rig: zip a folder of OBJ files, or a .glb, .vrm, .fbx or .npz")
+    raise RigError(f"{name} holds no rig: zip a folder of OBJ, PLY or CSV files, or a .glb, .gltf, .vrm, .fbx or .npz")
