@@ -111,3 +111,7 @@ def test_the_near_table_holds_every_distance_below_its_radius_and_no_other(ball)
     expected = np.where(whole < 7.0, whole, 0)
     np.testing.assert_allclose(table.toarray(), expected, atol=1e-12)
     assert table.nnz == (whole < 7.0).sum()
+
+
+def test_a_surface_of_no_triangle_has_no_edges():
+    assert surface_graph(np.zeros((3, 3)), np.empty((0, 3), dtype=int)).nnz == 0

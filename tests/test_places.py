@@ -99,3 +99,8 @@ def test_seen_from_and_found_from_undo_each_other(tmp_path, monkeypatch):
 
 def test_settings_without_files_stay_as_they_are(tmp_path):
     assert settings_seen_from(tmp_path, Settings(cameras="frontal")) == Settings(cameras="frontal")
+
+
+def test_a_name_longer_than_any_file_has_is_kept_as_it_stands(tmp_path):
+    assert found_from(tmp_path, "a" * 5000) == "a" * 5000
+    assert seen_from(tmp_path, "a" * 5000) == "a" * 5000

@@ -4,8 +4,10 @@ import pytest
 from msgspec.structs import replace
 
 from capture_plan.errors import PlanError
+from capture_plan.expressions.settings import Edits
 from capture_plan.layout.follow import SINGLE_COVER
 from capture_plan.plan.check import check_plan
+from capture_plan.plan.revise import edited_plan, other_plan
 from capture_plan.rig import sample_rig
 from tests.once import QUICK, plan_of
 
@@ -59,3 +61,12 @@ def test_a_blendshape_that_no_expression_shows_is_found_missing(plan):
     kept = replace(first, blendshapes=first.blendshapes[1:], weights=first.weights[1:])
     failing = [claim for claim in check_plan(with_packing(plan, expressions=(kept, *others)), RIG) if not claim.holds]
     assert any(first.blendshapes[0] in claim.found for claim in failing)
+
+
+@pytest.mark.parametrize(
+    "change", [lambda p: edited_plan(p, RIG, Edits(dropped=("jawOpen",))), lambda p: other_plan(p, RIG)]
+)
+def test_a_plan_for_what_the_rig_does_not_have_is_not_edited_either(plan, change):
+    used = ("nobody", *plan.audit.used[1:])
+    with pytest.raises(PlanError, match="plans for 'nobody', which the rig does not have"):
+        change(replace(plan, audit=replace(plan.audit, used=used)))

@@ -1,8 +1,8 @@
 """The face as landmarks are chosen from it: which skin moves, how well it is seen, where landmarks may stand."""
 
+import os
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -128,7 +128,7 @@ class Face:
             RigError: there is no such zone, or the file is unusable.
         """
         if (name, margin_mm) not in self._zones:
-            if name not in ZONES and Path(name).exists():
+            if name not in ZONES and os.path.exists(name):
                 mask = self.ground.within(painted_zone(name, self.rig).mask, margin_mm)
             else:
                 check_zone(name, margin_mm)

@@ -57,7 +57,8 @@ def surface_graph(vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray,
     pairs, length = np.concatenate([pairs, pairs[:, ::-1]]), np.tile(length, 2)
     keep = np.lexsort((length, pairs[:, 1], pairs[:, 0]))
     pairs, length = pairs[keep], length[keep]
-    first = np.r_[True, (pairs[1:] != pairs[:-1]).any(axis=1)]
+    first = np.ones(len(pairs), dtype=bool)
+    first[1:] = (pairs[1:] != pairs[:-1]).any(axis=1)
     v = len(vertices)
     return csr_array(coo_array((length[first], (pairs[first, 0], pairs[first, 1])), shape=(v, v)))
 

@@ -23,7 +23,7 @@ from capture_plan.visibility import Camera, cameras_for
 
 def seen_from(folder: Path, given: str | None) -> str | None:
     """`given` as a path from `folder`, with forward slashes, where it is a file or folder; else as it is."""
-    if given is None or not Path(given).exists():
+    if given is None or not os.path.exists(given):
         return given
     try:
         return Path(os.path.relpath(Path(given).resolve(), folder.resolve())).as_posix()
@@ -36,7 +36,7 @@ def found_from(folder: Path, kept: str | None) -> str | None:
     if kept is None:
         return kept
     path = Path(os.path.normpath(folder.resolve() / kept))  # also where the folder is yet to be made
-    return str(path) if path.exists() else kept
+    return str(path) if os.path.exists(path) else kept
 
 
 def zones_seen_from(folder: Path, zones: dict[str, float]) -> dict[str, float]:
@@ -54,7 +54,7 @@ def with_zones_found(settings: Settings, folder: Path) -> Settings:
 def names_files(settings: Settings, folder: Path) -> bool:
     """Whether the settings are about files seen from `folder`, recorded takes aside."""
     given = (settings.cameras, settings.target, settings.expressions.rules, *settings.landmarks.keep_out)
-    return any(Path(str(found_from(folder, name))).exists() for name in given if name)
+    return any(os.path.exists(str(found_from(folder, name))) for name in given if name)
 
 
 def read_rules_of(settings: Settings, folder: Path) -> Rules | None:

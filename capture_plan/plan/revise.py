@@ -12,6 +12,7 @@ from capture_plan.expressions.why import why_apart
 from capture_plan.plan.collide import collide
 from capture_plan.plan.places import read_rules_of, read_target
 from capture_plan.plan.record import Plan, sealed, with_meetings
+from capture_plan.plan.structure import check_structure
 from capture_plan.rig import Rig
 
 
@@ -19,8 +20,10 @@ def edited_plan(plan: Plan, rig: Rig, edits: Edits, *, folder: Path = Path()) ->
     """The plan with the shortest list that follows `edits` and moves as few blendshapes as possible.
 
     Raises:
+        PlanError: the plan names what is not there.
         InfeasibleError: no list follows them.
     """
+    check_structure(plan, rig)
     settings = replace(plan.settings.expressions, edits=edits)
     packing = repack(
         rig,
@@ -39,8 +42,10 @@ def other_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> Plan:
     """The plan with another list of as many expressions, nearly as good.
 
     Raises:
+        PlanError: the plan names what is not there.
         InfeasibleError: there is none.
     """
+    check_structure(plan, rig)
     settings = plan.settings.expressions
     packing = another(
         rig,

@@ -24,7 +24,7 @@ def check_structure(plan: Plan, rig: Rig) -> None:
     """PlanError in one line where the plan names a vertex, a triangle, a blendshape or a landmark that is not there, or
     lists of one length have two."""
     check_texts(plan)
-    for fault in (*_numbers(plan.layout, rig), *_names(plan), *_lengths(plan)):
+    for fault in (*_numbers(plan.layout, rig), *_names(plan, rig), *_lengths(plan)):
         raise PlanError(f"the plan of {plan.rig.name} {fault}: make it again with `capture-plan plan`")
 
 
@@ -60,7 +60,7 @@ def _numbers(layout: Layout, rig: Rig) -> Iterator[str]:
     yield from (f"has triangle {m.triangle:,} of {f:,} ({m.name})" for m in layout.markers if not 0 <= m.triangle < f)
 
 
-def _names(plan: Plan) -> Iterator[str]:
+def _names(plan: Plan, rig: Rig) -> Iterator[str]:
     layout, packing = plan.layout, plan.packing
     named = [*layout.certificate.blendshapes, *packing.clique, *packing.left_out]
     named += [name for several in packing.unscanned for name in several]
@@ -68,6 +68,7 @@ def _names(plan: Plan) -> Iterator[str]:
     pairs = (packing.pairs, packing.relaxed, packing.exclusive, packing.drivers, packing.local, packing.colliding)
     named += [name for several in pairs for pair in several for name in pair]
     named += [name for a, b, _ in packing.hard for name in (a, b)]
+    yield from (f"plans for '{name}', which the rig does not have" for name in plan.audit.used if name not in rig.names)
     yield from (f"names '{name}', which is planned for nowhere" for name in named if name not in plan.audit.used)
     marks = [m.name for m in layout.markers]
     yield from (f"has {count} markers called {name}" for name, count in Counter(marks).items() if count > 1)

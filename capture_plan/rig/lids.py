@@ -4,7 +4,7 @@ Letters    p  pupil distance;  e  the places that all signs together take for th
 Around     openings whose middles lie further than NEAR_OPENING p from e are the eyes' only where one of them goes
            around e or passes within BY p: a brow or a lash drawn above is a strip beside it, and a closed eye a slit
 Apart      eyes that were drawn onto lids or eyeballs NEAR p from e and more: one of the two is wrong, so neither is
-           sure; 22 avatars and the sample 0.25 p at most, where they were right
+           sure; eyes that were right lay 0.25 p away at most
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ from capture_plan.rig.face.record import Sign
 from capture_plan.rig.face.shape import Shape, middle_of_box
 
 NEAR_OPENING = 0.2  # pupil distances from an eye to the middle of its opening
-BY = 0.1  # pupil distances; drawn brows of four avatars pass at 0.16 to 0.23
+BY = 0.1  # pupil distances; drawn brows of two avatars pass at 0.16 to 0.23
 WIDER_LIDS = 1.065  # times as far apart as the eyeballs: lids of human scans 1.06 at most, drawn wide 1.07 to 1.10
 ROUND, HALF_A_BALL, BALL_VERTICES = 0.85, 0.4, 12  # height over width, depth over width
 

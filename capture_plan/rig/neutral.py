@@ -1,5 +1,6 @@
 """The actor's neutral face on the rig's mesh, for what depends on how the two differ."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ def read_neutral(path: Path, rig: Rig) -> Float[np.ndarray, "v 3"]:
     Raises:
         RigError: unreadable, another number of vertices, or coordinates that are no numbers.
     """
-    if not path.exists():
+    if not os.path.exists(path):
         raise RigError(f"{path} does not exist: give an OBJ file of the actor's neutral, or a rig")
     if is_obj(path):
         vertices = parse_vertices(load(path), path)

@@ -6,6 +6,7 @@ Formats    a folder of OBJ (`formats/obj.py`), PLY (`ply.py`), CSV or TXT files 
 Result     millimetres, +y up, facing +z, the subject's left +x; the origin and the vertex order stay the file's
 """
 
+import os
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -174,7 +175,7 @@ def left_to_body(
 def read_raw(path: Path) -> RawRig:
     """The rig at `path` as its file has it."""
     try:
-        if not path.exists():
+        if not os.path.exists(path):
             raise RigError(f"{path} does not exist{meant(path)}: give {FORMATS}")
         check_plain(path)
         if not path.is_dir() and path.stat().st_size == 0:
@@ -234,7 +235,7 @@ def is_rig(source: Source) -> bool:
 
 def given_skin(skin: str, raw: RawRig) -> Bool[np.ndarray, " v"]:
     """The skin that a person named: a text file of the artist's vertex numbers, or parts separated by commas."""
-    if Path(skin).is_file():
+    if os.path.isfile(skin):
         return listed_skin(Path(skin), raw.source_index, raw.name)
     names = [name.strip() for name in skin.split(",")]
     for name in names:

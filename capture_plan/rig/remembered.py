@@ -6,6 +6,7 @@ Only rigs that lie in one file or in one folder of their own are kept: `.gltf` a
 """
 
 import hashlib
+import os
 from collections.abc import Callable, Iterator
 from dataclasses import fields
 from pathlib import Path
@@ -30,7 +31,7 @@ def remembered(read: Callable[[], Rig], path: Path, given: tuple[float | str | N
     skin = given[-1]
     try:
         files = list(_files(path))
-        named = [content(Path(skin))] if isinstance(skin, str) and Path(skin).is_file() else []
+        named = [content(Path(skin))] if isinstance(skin, str) and os.path.isfile(skin) else []
     except OSError:
         return read()
     if not files:

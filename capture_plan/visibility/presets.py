@@ -19,6 +19,7 @@ Presets    frontal             one portrait camera 6 W in front (about 1 m), the
 Distances, baseline and fields of view are assumptions: measure your own and write a camera file.
 """
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +43,7 @@ def cameras_for(spec: str, neutral: Float[np.ndarray, "v 3"], skin: Bool[np.ndar
     if spec in PRESETS:
         return placed(spec, neutral[skin])
     path = Path(spec)
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise RigError(f"cameras: '{spec}' is neither a file nor one of {', '.join(PRESETS)}")
     content = read_toml(path, RigError, "give a camera file")
     if "cameras" not in content and is_calibration(content):

@@ -7,6 +7,7 @@ Result    millimetres, +y up, facing +z. Meshes are laid onto the rig's neutral;
           from the frames themselves, as those of a rig are from its blendshapes
 """
 
+import os
 from collections.abc import Collection
 from pathlib import Path
 
@@ -106,7 +107,7 @@ def read_sequence(
 def read_take(path: Path, counts: Collection[int] = ()) -> WeightTable | MeshTake:
     """The take as its file has it; `counts` may be the vertices of its mesh."""
     suffix = (Path(path.stem) if path.suffix.lower() == ".gz" else path).suffix.lower()
-    if not path.exists():
+    if not os.path.exists(path):
         raise RigError(f"{path.name} does not exist: give {FORMATS}")
     if path.is_dir():
         return read_folder(path)

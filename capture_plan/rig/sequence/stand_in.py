@@ -6,6 +6,7 @@ Rig        d_k = X[t_k] - v0 for frames t_k, evenly over the take: enough to tel
 Skin       as a person lists it by vertices of the scan, or found as that of a rig
 """
 
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -68,6 +69,6 @@ def skin_of_scan(file: str, sequence: Sequence) -> Bool[np.ndarray, " v"]:
     Raises:
         RigError: there is no such file, or it names no vertex.
     """
-    if not Path(file).is_file():
+    if not os.path.isfile(file):
         raise RigError(f"skin: '{file}' is no file, and a take has no parts: give a text file of vertex numbers")
     return listed_skin(Path(file), np.arange(len(sequence.neutral)), sequence.name)
