@@ -1,6 +1,7 @@
 """An open notebook answers its own page alone."""
 
 import asyncio
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -19,7 +20,9 @@ def answer(guard, kind="http", path="/", **headers):
         sent.append(message)
 
     named = [(name.replace("_", "-").encode(), value.encode()) for name, value in headers.items()]
-    asyncio.run(guard({"type": kind, "path": path, "headers": named}, receive, send))
+    asked = guard({"type": kind, "path": path, "headers": named}, receive, send)
+    with ThreadPoolExecutor(1) as thread:  # a browser that another test opened has a loop in this one
+        thread.submit(asyncio.run, asked).result()
     return sent[0].get("status", sent[0]["type"])
 
 

@@ -97,7 +97,7 @@ def wish_claims(plan: Plan, task: Task) -> list[Claim]:
             for limit in task.limits
         ),
         claim(
-            f"{task.settings.head_markers} head markers",
+            f"{task.settings.head_markers or 'no'} head markers",
             len(plan.layout.head) == task.settings.head_markers,
             f"{len(plan.layout.head)}, {pose.surface_mm:.2f} mm of error from the head's pose" if pose else "none",
         ),
@@ -162,21 +162,21 @@ def bound_claims(plan: Plan, task: Task) -> list[Claim]:
     bound, said = int(np.ceil(prices.sum() - 1e-9)), layout.certificate.landmarks
     return [
         claim(
-            f"any cover needs at least {said} landmarks (dual prices)",
+            f"to see every blendshape takes at least {said} landmarks",
             (paid <= sites.size[task.open_] + 1e-9).all()
             and (prices >= 0).all()
             and bound == layout.certificate.landmarks,
-            f"prices add up to {prices.sum():.3f}",
+            f"the prices that prove it add up to {prices.sum():.3f}",
         ),
         claim(
-            "the dual prices prove as much as they can: none can be raised alone",
+            "the prices prove as much as they can: none can be raised alone",
             not raised,
             f"{', '.join(raised[:3])} and so on, {len(raised)} in all, can" if raised else "every one is at its limit",
         ),
         claim(
-            "the bound and the layout agree",
+            "the layout has as many landmarks as are proved to be needed, or says what it leaves out",
             said <= len(layout.landmarks) or bool(layout.uncovered),
-            f"{said} of {len(layout.landmarks)} landmarks",
+            f"{len(layout.landmarks)} landmarks",
         ),
     ]
 
@@ -187,9 +187,9 @@ def worth_claims(plan: Plan, task: Task) -> list[Claim]:
     found = task.observation.worth(np.array([m.vertex for m in plan.layout.landmarks]))
     return [
         claim(
-            f"rank {said.rank} of {said.full_rank}",
+            f"{said.rank} of {said.full_rank} mixes of blendshapes are told apart",
             (found.rank, found.full_rank) == (said.rank, said.full_rank),
-            f"{found.rank} of {found.full_rank}",
+            f"rank {found.rank}, {found.full_rank} at most",
         ),
         claim(
             f"upper estimate of the error {said.error_mm:.3f} mm under {said.noise_mm:g} mm of noise",

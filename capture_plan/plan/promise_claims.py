@@ -46,7 +46,7 @@ def studio_claims(plan: Plan, task: Task, decided: Decided) -> list[Claim]:
     without = [tuple(other for other in chosen if other != site) for site in chosen]
     spare = sum(bool(rest) and goal.enough(rest, than=chosen) for rest in without)
     least = f"no landmark can be left out of the default and all of it be as good beside {name}"
-    claims = [claim(least, not spare, f"{spare} of {len(chosen)} places can")]
+    claims = [claim(least, not spare, f"{spare or 'none'} of {len(chosen)} places can")]
     if plan.packing.as_made:
         gain = best_gain(task.apart_in(plan.packing.poses), decided) if goal.error(chosen) > target_mm else 0.0
         more = f"the default reaches the error of {name}, or another landmark is not worth its while"
@@ -91,7 +91,7 @@ def exchange_claim(task: Task, decided: Decided) -> Claim:
         for new in search.instead(gains, search.everywhere, (site,), rest, int(search.size[site]))[:1].tolist():
             other = (*rest, new)
             better += [site] if goal.error(other) < (1 - WORTHWHILE) * error and goal.rank(other) >= rank else []
-    found = f"{len(better)} of {len(chosen)} places have a better one"
+    found = f"{len(better) or 'none'} of {len(chosen)} places have a better one"
     return claim(f"no other place in one's stead lowers the error by {WORTHWHILE:.0%}", not better, found)
 
 
