@@ -90,11 +90,6 @@ def test_notebooks_are_clean_under_marimos_own_check():
     assert all("__generated_with" in path.read_text() for path in NOTEBOOKS)
 
 
-@pytest.mark.parametrize("name", ["compare_layouts", "expressions", "landmarks", "rig", "visibility"])
-def test_a_notebook_runs_alone_on_the_sample(name):
-    assert run(name)["rig"].fingerprint == sample_rig().fingerprint
-
-
 def test_what_packing_is_worth_is_shown_of_a_rig_that_it_is_given():
     whole = sample_rig()
     few = replace(whole, names=whole.names[:12], deltas=whole.deltas[:12])

@@ -155,19 +155,13 @@ def colours_of_the_head(page, number=0):
     return len(np.unique(np.asarray(shot).reshape(-1, 3), axis=0))
 
 
-@pytest.mark.parametrize(("name", "what"), [("rig", "Blendshapes planned"), ("visibility", "Seen well enough")])
+@pytest.mark.parametrize(
+    ("name", "what"), [("rig", "Blendshapes planned"), ("visibility", "Seen well enough"), ("landmarks", "Landmarks")]
+)
 def test_a_notebook_opens_with_its_figures_and_a_head(visit, stages, name, what):
     page = visit(f"{stages}?file={name}.py")
     assert re.match(r"\d", tile(page, what)[0])
     assert colours_of_the_head(page) > MANY_COLOURS
-    assert_no_error(page)
-
-
-def test_a_higher_epsilon_needs_more_landmarks(visit, stages):
-    page = visit(f"{stages}?file=landmarks.py")
-    before = tile(page, "Landmarks")
-    turn(page, "Epsilon", "ArrowRight", 4)
-    assert needed(changed(page, "Landmarks", before)) > needed(before)
     assert_no_error(page)
 
 
