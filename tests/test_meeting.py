@@ -6,6 +6,7 @@ from msgspec.structs import replace
 
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.meeting import GAP_MM, NEUTRAL, meeting_words, meetings
+from capture_plan.layout.naming import name_landmarks
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.spacing import nearest_straight
 from capture_plan.layout.task import task_of
@@ -107,3 +108,13 @@ def test_mirrored_landmarks_have_mirrored_names(plan, face):
         marks[at[pair.vertex]] = replace(pair, **change)
         forged = replace(plan, layout=replace(plan.layout, landmarks=tuple(marks)))
         assert not mirrored_claim(forged, task).holds
+
+
+def test_a_mirrored_pair_that_lies_in_the_middle_is_counted_one_after_the_other(plan, face):
+    task, regions, of = task_of(face, COVER), face.regions, face.mirror
+    v = np.arange(len(of))
+    inner = (regions.side == 0) & (of != v) & (of[of] == v) & (regions.of_vertex == regions.of_vertex[of])
+    first = int(np.flatnonzero(inner & face.markable)[0])
+    landmarks = name_landmarks(face, COVER, np.array([first, of[first]]), [0, 0])
+    assert landmarks[0].label != landmarks[1].label
+    assert mirrored_claim(replace(plan, layout=replace(plan.layout, landmarks=landmarks)), task).holds

@@ -4,6 +4,7 @@ import numpy as np
 
 from capture_plan.layout.follow import most_of
 from capture_plan.layout.head import HEAD_LAYOUTS, SECTORS, head_candidates
+from capture_plan.layout.record import Landmark
 from capture_plan.layout.relaxation import bound_from, shares_of
 from capture_plan.layout.settings import BY_ERROR
 from capture_plan.layout.spacing import nearest_straight, nearest_two
@@ -67,7 +68,7 @@ def method_claim(plan: Plan) -> Claim:
 
 def mirrored_claim(plan: Plan, task: Task) -> Claim:
     """Landmarks that mirror each other are called so: other side; same region and number where places have names and no
-    pair of landmarks lies across a border of regions."""
+    pair of landmarks lies across a border of regions. Two that lie in the middle are counted one after the other."""
     at = {m.vertex: m for m in plan.layout.landmarks}
     pairs = [(m, at[n]) for m in at.values() if (n := int(task.face.mirror[m.vertex])) in at and n != m.vertex]
     other, regions = {"left": "right", "right": "left", "middle": "middle"}, task.face.regions
@@ -76,9 +77,13 @@ def mirrored_claim(plan: Plan, task: Task) -> Claim:
         f"{a.name} {a.label}, {b.name} {b.label}"
         for a, b in pairs
         if a.vertex < b.vertex
-        and (b.side != other[a.side] or (named and (a.region != b.region or b.label != _other_side(a.label))))
+        and (b.side != other[a.side] or (named and (a.region != b.region or not _called_alike(a, b))))
     ]
     return claim("mirrored landmarks have mirrored names", not unlike, "; ".join(unlike) or f"{len(pairs) // 2} pairs")
+
+
+def _called_alike(a: Landmark, b: Landmark) -> bool:
+    return a.side == "middle" or b.label == _other_side(a.label)
 
 
 def _other_side(label: str) -> str:
