@@ -80,7 +80,7 @@ def test_windows_are_counted_and_free_again_when_they_close():
 
 
 def test_only_the_secret_address_stops_what_is_worked_out_and_the_page_stays(monkeypatch):
-    monkeypatch.setattr(LOCAL, "stop_path", "/stop/secret", raising=False)
+    monkeypatch.setattr(LOCAL, "stop_path", "/stop/secret")
     with stoppable():
         assert answer(LOCAL, path="/stop/guessed", host="localhost:2718") == 200
         assert answer(LOCAL, path="/stop/secret", host="rebound.example:2718") == 403

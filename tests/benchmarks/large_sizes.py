@@ -8,6 +8,7 @@ NOTES.md.
 """
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -72,9 +73,9 @@ def take(frames: int) -> dict[str, np.ndarray]:
 
 def ran(command: tuple[str, ...], folder: Path, stop_s: float = 0.0) -> tuple[int, float, float, list[str], float]:
     """Exit code, seconds, peak memory (GB), lines on standard error, seconds from an interrupt to the end."""
-    for made in ("plan.json", "sheets"):
-        if command[0] == "plan" or made == "sheets":
-            subprocess.run(["rm", "-rf", folder / made], check=True)
+    if command[0] == "plan":
+        (folder / "plan.json").unlink(missing_ok=True)
+    shutil.rmtree(folder / "sheets", ignore_errors=True)
     env = os.environ | {"XDG_CACHE_HOME": str(folder / f"cache {time.monotonic()}")}
     start = time.monotonic()
     with (folder / "said").open("w+") as said:
