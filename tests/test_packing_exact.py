@@ -11,7 +11,7 @@ from capture_plan.errors import InfeasibleError
 from capture_plan.expressions import PackingSettings, packing_faults
 from capture_plan.expressions.conflicts import conflict_graph, maximal_sets
 from capture_plan.expressions.instance import FREE, Instance, PlaceError, locked_apart
-from capture_plan.expressions.minimum import fewest_colours, minimum
+from capture_plan.expressions.minimum import fewest_colours, heaviest_first, minimum, shortest
 from capture_plan.expressions.pack import pack
 from capture_plan.expressions.problem import state_problem
 from capture_plan.expressions.revise import repack
@@ -99,6 +99,26 @@ def test_the_shortest_easiest_and_best_ordered_list_is_found(seed):
     assert len(order.expressions) == bound == fewest
     assert sum(instance.cost(e.tolist()) for e in order.expressions) == cost
     assert [weights[e].sum() for e in order.expressions] == pytest.approx(gains, abs=1e-4)
+
+
+@few
+@given(seeds)
+def test_an_order_that_no_work_is_left_for_is_as_short_and_as_easy_and_not_called_proved(seed):
+    instance, weights = random_instance(seed)
+    assume(merged(instance))
+    try:
+        found = shortest(instance)
+    except PlaceError:
+        return
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("capture_plan.expressions.minimum.ORDER_WORK", 0.0)
+        order = heaviest_first(found, lambda packed: weights)
+    assert not order.proven
+    assert len(order.expressions) <= found.bound
+    assert sum(instance.cost(e.tolist()) for e in order.expressions) <= found.budget
+    assert sorted(i for e in order.expressions for i in e.tolist()) == list(range(len(instance)))
+    assert all(fits(instance, e.tolist()) for e in order.expressions)
+    assert all(instance.place[i] in (FREE, n) for n, e in enumerate(order.expressions) for i in e)
 
 
 @few

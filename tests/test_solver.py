@@ -1,9 +1,14 @@
-"""Integer programs end with Ctrl-C, which is heard after them as before."""
+"""Integer programs end with Ctrl-C, which is heard after them as before, and with the work that they share."""
 
 import signal
 import subprocess
 import sys
 import time
+
+import pytest
+from ortools.sat.python import cp_model
+
+from capture_plan.solver import UndecidedError, solve, work_within
 
 HARD = """
 import signal
@@ -38,3 +43,29 @@ def test_a_solve_ends_within_a_second_of_ctrl_c_after_others_that_ended_by_thems
         said, _ = child.communicate(timeout=20)
     assert said == "stopped\n"
     assert child.returncode == 0
+
+
+def pigeons(holes):
+    """One more than fit, which takes a search to find out."""
+    model = cp_model.CpModel()
+    sits = [[model.new_bool_var("") for _ in range(holes)] for _ in range(holes + 1)]
+    for row in sits:
+        model.add_bool_or(row)
+    for hole in range(holes):
+        for one in range(holes + 1):
+            for other in range(one):
+                model.add_bool_or(~sits[one][hole], ~sits[other][hole])
+    return model
+
+
+def test_programs_that_share_their_work_end_together():
+    with work_within(0.15) as shared:
+        for _ in range(20):
+            if shared.left <= 0:
+                break
+            before = shared.left
+            solve(pigeons(7))
+            assert shared.left < before
+        with pytest.raises(UndecidedError):
+            solve(pigeons(7))
+    solve(pigeons(7))

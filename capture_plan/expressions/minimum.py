@@ -10,6 +10,8 @@ Order    Given both: the first expression is the heaviest after which the rest f
              else its kernel, or a clique in it that is too large, is a set that S must hit: a new cut
          A cut never removes an S that works, so the first S that works is the heaviest. Where cuts are many, or cost
          is not 0, one program holds S and the colouring of the rest (whole.py).
+         All of an expression's programs share its part of the work that is left for the order. Where that is used up,
+         the heaviest colour of the last colouring is taken, which is no proved heaviest.
 """
 
 from dataclasses import dataclass
@@ -25,9 +27,10 @@ from capture_plan.expressions.listing import Weigh
 from capture_plan.expressions.sequential import Heaviest, heaviest
 from capture_plan.expressions.whole import heaviest_and_rest, least_cost
 from capture_plan.progress import track
-from capture_plan.solver import UndecidedError
+from capture_plan.solver import UndecidedError, work_within
 
 CUTS = 40  # per expression; real rigs need fewer than 20
+ORDER_WORK = 120.0  # for all expressions together, CP-SAT's deterministic time; ICT-FaceKit needs XX
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,14 +68,17 @@ def heaviest_first(found: Shortest, weigh: Weigh) -> Order:
     """As many expressions, each the heaviest that is possible after those before it."""
     instance, colours, budget, proven = found.instance, found.colours, found.budget, found.easiest
     j, left, expressions = int(colours.max()) + 1, np.ones(len(instance), dtype=bool), []
+    work = ORDER_WORK
     for e in track(range(j), "Ordering expressions"):
         if not left.any():
             break  # without a proof of the number, filling up expressions may save one
-        try:
-            one, colours = _next_expression(instance, weigh(~left), left, e, j - e - 1, budget)
-        except UndecidedError:
-            one = Heaviest(_heaviest_colour(instance, weigh(~left), left, colours, e), proven=False)
-            colours = np.where(np.isin(np.arange(len(colours)), one.items), -1, colours)
+        with work_within(work / (j - e)) as part:
+            try:
+                one, colours = _next_expression(instance, weigh(~left), left, e, j - e - 1, budget)
+            except UndecidedError:
+                one = Heaviest(_heaviest_colour(instance, weigh(~left), left, colours, e), proven=False)
+                colours = np.where(np.isin(np.arange(len(colours)), one.items), -1, colours)
+        work -= work / (j - e) - part.left
         left[one.items] = False
         budget -= instance.cost(one.items.tolist())
         expressions.append(one.items)
