@@ -1,5 +1,5 @@
 # `make demo` and `make test` set everything up first; a second run starts at once.
-.PHONY: demo test check lock
+.PHONY: demo test check tests lock
 
 demo: .venv/ready
 	.venv/bin/capture-plan demo -o out/demo
@@ -11,7 +11,11 @@ CHECKED = $(patsubst %,tests/test_%.py,deformation mesh observe pairs predict re
 	sites skin shell_model shell_motion shell_state visibility zones)
 OTHERS = $(filter-out $(CHECKED),$(wildcard tests/test_*.py tests/benchmarks/test_*.py))
 
-test: .venv/ready check
+# Neither the tests nor the checks of the code keep two cores busy alone.
+test: .venv/ready
+	$(MAKE) -j 2 check tests
+
+tests: .venv/ready
 	$(PYTEST) $(OTHERS)
 	$(PYTEST) --jaxtyping-packages=capture_plan,beartype.beartype $(CHECKED)
 

@@ -293,9 +293,10 @@ def test_a_target_that_differs_at_the_eyes_brings_the_eyes_forward(rig, used, pa
 
 def test_the_number_does_not_depend_on_the_unit_or_the_order_of_blendshapes(rig, used, packing):
     turned = tuple(reversed(used))
-    assert pack(rig, turned, PackingSettings()).objective == packing.objective
+    quick = PackingSettings(method="minimum")
+    assert pack(rig, turned, quick).objective == packing.objective
     large = replace(rig, neutral=10 * rig.neutral, deltas=10 * rig.deltas)
-    assert pack(large, used, PackingSettings()).objective == packing.objective
+    assert pack(large, used, quick).objective == packing.objective
 
 
 def test_a_target_on_another_mesh_is_refused(rig, used):
@@ -368,9 +369,10 @@ def test_without_time_for_a_proof_the_list_holds_and_its_gap_is_told(monkeypatch
 
 def test_several_targets_are_weighed_and_each_must_fit(rig, used, packing):
     wide, long = rig.neutral * [1.3, 1, 1], rig.neutral * [1, 1.3, 1]
-    one, two = (pack(rig, used, PackingSettings(distortion=1.0), target=t) for t in (wide, (wide, long)))
+    asked = PackingSettings(method="minimum", distortion=1.0)
+    one, two = (pack(rig, used, asked, target=t) for t in (wide, (wide, long)))
     assert [e.gain for e in one.expressions] != [e.gain for e in two.expressions]
-    assert one == pack(rig, used, PackingSettings(distortion=1.0), target=(wide, wide))
+    assert one == pack(rig, used, asked, target=(wide, wide))
     with pytest.raises(RigError, match=r"target neutral has 3 vertices"):
         pack(rig, used, PackingSettings(), target=(wide, np.zeros((3, 3))))
 

@@ -69,7 +69,7 @@ def test_without_an_edit_nothing_changes(rig, used, packing):
 
 def test_an_edited_list_is_as_short_as_any_that_follows_the_edits(rig, used, packing):
     for edits in EDITS:
-        fresh = pack(rig, used, PackingSettings(edits=edits))
+        fresh = pack(rig, used, PackingSettings(method="minimum", edits=edits))
         edited = repack(rig, used, PackingSettings(), packing, edits)
         assert edited.objective == edited.solver_bound == fresh.objective
         assert (edited.kept or 0) >= len(used) - len(moved(packing, fresh))

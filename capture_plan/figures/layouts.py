@@ -48,7 +48,7 @@ def layouts_figure(layouts: Sequence[Captioned], *, columns: int = 4) -> Figure:
 def show(figure: Figure, left: float, top: float, width: float, shown: Picture) -> Axes:
     """A picture of a head, `width` inches wide; its axes count pixels."""
     axes = box(figure, left, top, width, width / ASPECT)
-    axes.imshow(shown.rgb, interpolation="lanczos", extent=(0, ASPECT * HEIGHT_PX, HEIGHT_PX, 0))
+    axes.imshow(shown.rgb, interpolation="hanning", extent=(0, ASPECT * HEIGHT_PX, HEIGHT_PX, 0))
     axes.set_axis_off()
     return axes
 

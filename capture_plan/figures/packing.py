@@ -134,7 +134,7 @@ def expressions_figure(sitter: Sitter, expressions: Sequence[Expression], *, col
             posed = pose(sitter.head, sitter.rig.pose(weights))
             axes = box(figure, left, top, width, height)
             shown = picture(posed, FRONT, frame, size_px=SIZE_PX)
-            axes.imshow(shown.rgb, interpolation="lanczos", extent=(0, ASPECT * HEIGHT_PX, HEIGHT_PX, 0))
+            axes.imshow(shown.rgb, interpolation="hanning", extent=(0, ASPECT * HEIGHT_PX, HEIGHT_PX, 0))
             axes.set_axis_off()
             caption(figure, left + width / 2, top + height + 0.02, one.name, size=TITLE_PT, bold=True, centred=True)
             number = len(one.blendshapes)
