@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from capture_plan.mesh.decimate import decimate
 from capture_plan.plan.again_claims import audit_claim
 from capture_plan.plan.check_page import check_lines
 from capture_plan.plan.files import read_plan, rig_of
@@ -23,11 +24,16 @@ def plan():
 
 @pytest.fixture(scope="module")
 def file(rig, tmp_path_factory):
-    """The sample in centimetres, as a file that says nothing of its axes; and its mirror image."""
+    """A coarser sample in centimetres, as a file that says nothing of its axes; and its mirror image."""
     folder = tmp_path_factory.mktemp("rigs")
+    kept, triangles = decimate(rig.neutral, rig.triangles, len(rig.triangles) // 2)
+    x, deltas = rig.neutral[kept] / 10, rig.deltas[:, kept] / 10
     for name, flip in (("head.npz", [1, 1, 1]), ("mirrored.npz", [-1, 1, 1])):
-        arrays = {"faces": rig.triangles[:, :: flip[0]], "names": np.array(rig.names), "units": "cm"}
-        np.savez(folder / name, vertices=rig.neutral * flip / 10, deltas=rig.deltas * flip / 10, **arrays)
+        arrays = {"faces": triangles[:, :: flip[0]], "names": np.array(rig.names), "units": "cm"}
+        np.savez(folder / name, vertices=x * flip, deltas=deltas * flip, **arrays)
+    (folder / "quick.toml").write_text(
+        '[landmarks]\nmethod = "cover"\n[expressions]\nmethod = "greedy"\nposeable = false\n'
+    )
     return folder / "head.npz"
 
 
@@ -62,8 +68,7 @@ PUPILS = "the pupils are 50 to 80 mm apart, or there is a reason why not"
 def test_a_wrong_reading_fails_though_the_plan_was_made_with_it_and_what_to_correct_is_said_once(
     file, given, what, told, says
 ):
-    quick = ("--method", "cover", "--expressions", "greedy", "-o", "plan.json")
-    run("plan", file.name, *given.split(), *quick, cwd=file.parent)
+    run("plan", file.name, *given.split(), "--settings", "quick.toml", "-o", "plan.json", cwd=file.parent)
     plan = read_plan(file.with_name("plan.json"))
     claims = reading_claims(plan, rig_of(plan, file.with_name("plan.json")))
     assert told in next(claim.told for claim in claims if claim.what == what and not claim.holds)
