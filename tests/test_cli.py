@@ -142,8 +142,8 @@ def test_an_export_does_not_write_over_the_plan_that_it_is_made_of(folder):
 
 
 @pytest.mark.parametrize("closed", ["1>&-", "2>&-", "1>&- 2>&-", "2>/dev/full", "1>/dev/full"])
-def test_work_goes_on_where_nobody_reads_and_no_traceback_is_seen(folder, tmp_path, closed):
-    command = f"'{sys.executable}' -c 'from capture_plan.cli import main; main()' check '{folder}/plan.json' --json"
+def test_work_goes_on_where_nobody_reads_and_no_traceback_is_seen(tmp_path, closed):
+    command = f"'{sys.executable}' -c 'from capture_plan.cli import main; main()' audit sample --json"
     done = subprocess.run(["sh", "-c", f"{command} {closed}"], capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == (2 if closed == "1>/dev/full" else 0)
     assert "Traceback" not in done.stderr

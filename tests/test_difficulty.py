@@ -11,7 +11,7 @@ from capture_plan.expressions.settings import PackingSettings
 from capture_plan.rig import sample_rig
 
 RIG = sample_rig()
-PACKING = pack(RIG, RIG.names, PackingSettings())
+PACKING = pack(RIG, RIG.names, PackingSettings(method="minimum"))
 
 
 @pytest.mark.parametrize("expression", PACKING.expressions, ids=lambda e: e.name)

@@ -316,14 +316,13 @@ def test_an_inspection_says_what_the_take_loses_and_what_could_be_had_instead(se
 
 
 WISHES = {
-    "not mirrored": {"symmetric": False},
-    "side by side": {"spacing_mm": 0.0},
-    "far apart": {"spacing_mm": 16.0, "number": 10},
-    "for two cameras": {"min_views": 2},
-    "off the zones": {"keep_out": {"lash line": 6.0, "wet lip": 6.0, "nostril rim": 6.0}},
-    "few on the nose": {"caps": {"nose": 1, "mouth corner": 2}},
-    "of an odd number": {"number": 15},
-    "with a head": {"head_markers": 5},
+    "few on the nose, side by side": {"spacing_mm": 0.0, "caps": {"nose": 1, "mouth corner": 2}},
+    "far apart, for two cameras": {"spacing_mm": 16.0, "number": 10, "min_views": 2},
+    "an odd number off the zones": {
+        "number": 15,
+        "keep_out": {"lash line": 6.0, "wet lip": 6.0, "nostril rim": 6.0},
+    },
+    "not mirrored, with a head": {"symmetric": False, "head_markers": 5},
 }
 
 

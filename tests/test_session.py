@@ -14,7 +14,7 @@ from capture_plan.expressions.settings import PackingSettings
 from capture_plan.rig import sample_rig
 
 RIG = sample_rig()
-PACKING = pack(RIG, RIG.names, PackingSettings())
+PACKING = pack(RIG, RIG.names, PackingSettings(method="minimum"))
 
 
 def made(**changes):

@@ -14,7 +14,7 @@ from capture_plan.sheets.page import PAPERS, Booklet, paper
 from capture_plan.sheets.shot_list import BOTTOM_MM, TOP_MM, draw_shot_list, height, paged
 
 RIG = sample_rig()
-PACKING = pack(RIG, RIG.names, PackingSettings())
+PACKING = pack(RIG, RIG.names, PackingSettings(method="minimum"))
 SESSION = session(RIG, RIG.names, PACKING, SessionSettings())
 
 
