@@ -65,7 +65,7 @@ def transfer_onto(
     x = np.empty(deltas.shape)
     for k, d in enumerate(track(deltas, "Transferring blendshapes")):
         moved = d.astype(float)
-        g = np.einsum("xy,fyz,fza->fax", R, source.gradients(neutral + moved), tangents)
+        g = (R @ source.gradients(neutral + moved) @ tangents).swapaxes(1, 2)
         mapped = moved @ sR.T
         x[k] = surface.integrate(g.reshape(len(g), 6), mapped, surface.loose_means(mapped))
     return x
