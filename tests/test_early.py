@@ -135,7 +135,7 @@ def test_of_two_lists_alike_for_the_mean_person_the_one_that_shows_what_others_s
     sets = np.eye(2, dtype=bool)
     takes = {frozenset({0}): np.array([0.6, 0.2]), frozenset({1}): np.array([0.2, 0.6])}
     model = Model(Instance.free(sets), lambda items: float(takes[items].mean()), 1.0, takes.__getitem__)
-    rival = model.left([frozenset({1}), frozenset({0})])
+    rival = model.left([[frozenset({1}), frozenset({0})]])[0]
     judged = replace(model, to_beat=(rival,))
 
     def value(parts):

@@ -30,6 +30,7 @@ from capture_plan.expressions.instance import FREE, Instance
 from capture_plan.expressions.listing import Target, blendshape_importance, listed
 from capture_plan.expressions.problem import Problem
 from capture_plan.expressions.settings import PackingSettings
+from capture_plan.progress import go_on
 from capture_plan.rig import Rig
 from capture_plan.transfer.expected import expectation, mean_expectation
 from capture_plan.transfer.targets import habit_squares
@@ -66,18 +67,27 @@ class Model:
 
     def ordered(self, parts: Sequence[Items]) -> list[Items]:
         """The expressions by gain, the largest first, those with a locked item at its place."""
-        return in_places(self.instance, sorted(parts, key=lambda items: (-self.gain(items), min(items, default=-1))))
+        return in_places(self.instance, sorted(parts, key=self.rank))
+
+    @cached_property
+    def rank(self) -> Callable[[Items], tuple[float, int]]:
+        """What expressions are ordered by."""
+        return cache(lambda items: (-self.gain(items), min(items, default=-1)))
 
     def value(self, parts: Sequence[Items]) -> float:
         """The model of the best order of these expressions."""
-        logs = self.left(self.ordered(parts))
-        hard = sum(map(self.hard, parts)) if self.instance.costs else 0
-        behind = np.maximum(logs - self.least(len(logs)), 0).max(axis=0)
-        return float((logs.mean(axis=0) + END * logs[-1] + BEHIND * behind).mean() + PRICE * hard)
+        return float(self.values([parts])[0])
 
-    def left(self, parts: Sequence[Items]) -> Float[np.ndarray, "j p"]:
-        """log sqrt(E[J, p]) after each expression of a list, in its order."""
-        taken = np.cumsum([self.taken(items) for items in parts], axis=0)
+    def values(self, lists: Sequence[Sequence[Items]]) -> Float[np.ndarray, " n"]:
+        """The same of several lists of one length."""
+        logs = self.left([self.ordered(parts) for parts in lists])
+        hard = [sum(map(self.hard, parts)) for parts in lists] if self.instance.costs else [0]
+        behind = np.maximum(logs - self.least(logs.shape[1]), 0).max(axis=1)
+        return (logs.mean(axis=1) + END * logs[:, -1] + BEHIND * behind).mean(axis=1) + PRICE * np.array(hard)
+
+    def left(self, lists: Sequence[Sequence[Items]]) -> Float[np.ndarray, "n j p"]:
+        """log sqrt(E[J, p]) after each expression of lists of one length, in their order."""
+        taken = np.cumsum([[self.taken(items) for items in parts] for parts in lists], axis=1)
         return np.log(np.maximum(1 - taken, LEAST)) / 2
 
     @cached_property
@@ -164,11 +174,12 @@ def descend(model: Model, parts: list[Items]) -> list[Items]:
         a, b = pairs[0]
         pairs.append(pairs.pop(0))
         unchanged += 1
-        for tried in neighbours(model, parts, a, b):
-            lower = model.value(tried)
-            if lower < value - GAIN:
-                parts, value, unchanged = tried, lower, 0
-                break
+        go_on()
+        tried = list(neighbours(model, parts, a, b))
+        values = model.values(tried) if tried else np.zeros(0)
+        lower = np.flatnonzero(values < value - GAIN)
+        if len(lower):
+            parts, value, unchanged = tried[lower[0]], values[lower[0]], 0
     return parts
 
 
@@ -185,10 +196,10 @@ def can_be_lowered(model: Model, parts: Sequence[Items]) -> bool:
 
     Behind any of them, a list falls back by no more than it falls behind what it was itself before the move.
     """
-    own, every = replace(model, to_beat=(model.left(model.ordered(parts)),)), list(parts)
+    own, every = replace(model, to_beat=(*model.left([model.ordered(parts)]),)), list(parts)
     most = own.value(every) - SURELY
-    pairs = combinations(range(len(every)), 2)
-    return any(own.value(tried) < most for a, b in pairs for tried in neighbours(own, every, a, b))
+    by_pair = (list(neighbours(own, every, a, b)) for a, b in combinations(range(len(every)), 2))
+    return any((own.values(tried) < most).any() for tried in by_pair if tried)
 
 
 def moves(model: Model, a: Items, b: Items) -> Iterator[tuple[Items, Items]]:

@@ -109,7 +109,7 @@ def early_list(rig: Rig, problem: Problem, settings: PackingSettings, target: Ta
     by_greed, _ = list_expressions(problem, "greedy", weighs[settings.importance])
     model = model_of(rig, problem, settings, target)
     lists.append([frozenset(items.tolist()) for items in by_greed.expressions])
-    model = replace(model, to_beat=tuple(model.left(parts) for parts in lists))
+    model = replace(model, to_beat=tuple(model.left([parts])[0] for parts in lists))
     best = early(model, [parts for parts in lists if len(parts) == fewest])
     expressions = tuple(np.array(sorted(items)) for items in best)
     return Order(expressions, proven=True), found.bound

@@ -14,12 +14,14 @@ movement, as Carrigan et al. 2020 (section 4.3) observe. Half of a field is comm
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float
 
 from capture_plan.mesh.mirror import mirror_plane, reflect
 from capture_plan.rig import Rig
+from capture_plan.rig.anchors import REMEMBERED
 
 Map = Callable[[np.ndarray], np.ndarray]
 STEP = 1e-3  # mm: far above rounding, far below any curve of phi
@@ -111,6 +113,7 @@ def habit_fields(
         yield np.sqrt(0.5) * (common + random_field(points, rng))
 
 
+@lru_cache(maxsize=REMEMBERED)
 def habit_squares(rig: Rig, *, people: int, seed: int) -> Float[np.ndarray, "p k"]:
     """Squared error that the habits of persons add to each blendshape, as a share of its mean over these persons."""
     at = np.flatnonzero(rig.skin)
