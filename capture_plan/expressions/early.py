@@ -14,7 +14,8 @@ Moves      Kempe chain  of two expressions: items that conflict with each other,
            exchange     of one item for one, where nothing is left that conflicts
            Neither adds an expression, so that a number that was proved the fewest stays so.
 Search     The first move that lowers the model is made, until none does; from the list given, from others, and from
-           the best one so far shaken by random chains. Of all these lists the lowest is taken: it is no proved optimum.
+           the best one so far shaken by random chains, while not too many were judged. Of all these lists the lowest
+           is taken: it is no proved optimum.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -30,7 +31,7 @@ from capture_plan.expressions.instance import FREE, Instance
 from capture_plan.expressions.listing import Target, blendshape_importance, listed
 from capture_plan.expressions.problem import Problem
 from capture_plan.expressions.settings import PackingSettings
-from capture_plan.progress import go_on
+from capture_plan.progress import go_on, track
 from capture_plan.rig import Rig
 from capture_plan.transfer.expected import expectation, mean_expectation
 from capture_plan.transfer.targets import habit_squares
@@ -40,6 +41,7 @@ BEHIND = 1.0  # of the scan after which another list is furthest ahead: without,
 PRICE = 0.01  # a point of difficulty is worth one per cent of error
 SHAKES, CHAINS = 4, 12  # random lists that are tried, and the chains that make each
 PEOPLE, SEED = 16, 0  # persons: other seeds, 12 or 24 persons give lists that differ by 2 % at most
+MOST_JUDGED = 200_000  # lists; real rigs need about 10,000
 GAIN = 1e-9  # a move that lowers the model by less is rounding
 SURELY = 1e-6  # another machine may round a move by more than GAIN
 LEAST = 1e-12  # of E_0: no list leaves nothing
@@ -155,19 +157,25 @@ def in_promised_order(
 
 
 def early(model: Model, lists: Sequence[Sequence[Items]]) -> list[Items]:
-    """The lowest list that is found from `lists`, in order; all of these have as few expressions as there can be."""
-    best = min((descend(model, list(parts)) for parts in lists), key=model.value)
-    rng = np.random.default_rng(0)
-    for _ in range(SHAKES):
-        tried = descend(model, shaken(model, best, rng))
+    """The lowest list that is found from `lists`, in order; all of these have as few expressions as there can be.
+
+    The search from the lowest of them comes to its end; others begin while no more than MOST_JUDGED lists were judged.
+    """
+    starts, rng = sorted(lists, key=model.value), np.random.default_rng(0)
+    best, judged = list(starts[0]), 0
+    for n in track(range(len(starts) + SHAKES), "Improving the list"):
+        if judged > MOST_JUDGED:
+            break
+        tried, more = descend(model, list(starts[n]) if n < len(starts) else shaken(model, best, rng))
+        judged += more
         if model.value(tried) < model.value(best) - GAIN:
             best = tried
     return model.ordered(best)
 
 
-def descend(model: Model, parts: list[Items]) -> list[Items]:
-    """The list after every move that lowers the model, the first that does made each time."""
-    value = model.value(parts)
+def descend(model: Model, parts: list[Items]) -> tuple[list[Items], int]:
+    """The list after every move that lowers the model, the first that does made each time; how many were judged."""
+    value, judged = model.value(parts), 0
     pairs = [(a, b) for a in range(len(parts)) for b in range(a)]
     unchanged = 0
     while unchanged < len(pairs):
@@ -177,10 +185,11 @@ def descend(model: Model, parts: list[Items]) -> list[Items]:
         go_on()
         tried = list(neighbours(model, parts, a, b))
         values = model.values(tried) if tried else np.zeros(0)
+        judged += len(tried)
         lower = np.flatnonzero(values < value - GAIN)
         if len(lower):
             parts, value, unchanged = tried[lower[0]], values[lower[0]], 0
-    return parts
+    return parts, judged
 
 
 def neighbours(model: Model, parts: list[Items], a: int, b: int) -> Iterator[list[Items]]:

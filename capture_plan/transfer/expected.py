@@ -12,11 +12,12 @@ Gain    G(S) = sum_t V - L(S)                what the scan of S takes from the s
 Scans that share no blendshape are independent: their gains add up, and the best order of given scans is by gain.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache, cached_property
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy.sparse import coo_array, csr_array
 
 from capture_plan.rig import Rig
@@ -45,29 +46,43 @@ class Expectation:
     @property
     def start(self) -> float:
         """Squared error before the first scan, the sum over blendshapes, mm^2."""
-        return float(self.v.sum())
+        return float(self.worth.sum())
 
     def weighed(self, worth: Float[np.ndarray, " k"]) -> "Expectation":
         """The same places where blendshape k is worth `worth[k]` in all."""
-        total = self.v.sum(axis=1)
-        return Expectation(self.v * (worth / np.where(total > 0, total, 1))[:, None], self.u)
+        return Expectation(self.v * (worth / np.where(self.worth > 0, self.worth, 1))[:, None], self.u)
+
+    @cached_property
+    def worth(self) -> Float[np.ndarray, " k"]:
+        """Squared error of each blendshape before the first scan, mm^2."""
+        return self.v.sum(axis=1)
+
+    @cached_property
+    def moved(self) -> Bool[np.ndarray, "k t"]:
+        """Where any error of a blendshape is expected."""
+        return self.v > 0
 
     def gain(self, scanned: Iterable[int]) -> float:
         """G(S) of one scan of these blendshapes, mm^2."""
-        return float(self.gain_of_each(list(scanned)).sum())
+        return float(self.gain_of_each(tuple(scanned)).sum())
 
-    def gain_of_each(self, chosen: Sequence[int]) -> Float[np.ndarray, " s"]:
-        """What each of these blendshapes adds to G(S), mm^2: in proportion to its own v, and negative where less of it
+    @cached_property
+    def gain_of_each(self) -> Callable[[tuple[int, ...]], Float[np.ndarray, " s"]]:
+        """What each of some blendshapes adds to G(S), mm^2: in proportion to its own v, and negative where less of it
         is told than the others take."""
-        v, u = self.v[chosen], self.u[chosen]
+        return cache(self._gain_of_each)
+
+    def _gain_of_each(self, chosen: tuple[int, ...]) -> Float[np.ndarray, " s"]:
+        at = np.ix_(chosen, np.flatnonzero(self.moved[list(chosen)].any(axis=0)))
+        v, u = self.v[at], self.u[at]
         s = u / (u.sum(axis=0) + BETA)
         # V - L with L = sum_k (1 - s)^2 v + s^2 (V - v) = V + sum_k s^2 V - 2 s v
         return 2 * np.einsum("kt,kt->k", s, v) - v @ np.square(s).sum(axis=0)
 
     def taken(self, persons: Float[np.ndarray, "p k"], scanned: Iterable[int]) -> Float[np.ndarray, " p"]:
         """The share of each person's squared error that a scan takes, where blendshape k has `persons[p, k]` v[k]."""
-        chosen = list(scanned)
-        return persons[:, chosen] @ self.gain_of_each(chosen) / (persons @ self.v.sum(axis=1))
+        chosen = tuple(scanned)
+        return persons[:, chosen] @ self.gain_of_each(chosen) / (persons @ self.worth)
 
 
 def expectation(rig: Rig, target: Float[np.ndarray, "n 3"] | None = None) -> Expectation:
