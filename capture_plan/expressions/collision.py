@@ -12,7 +12,6 @@ Left and right partners are one movement; a corrective is taken together with wh
 
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import combinations
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -22,6 +21,7 @@ from scipy.spatial import KDTree
 from capture_plan.expressions.groups import grouped, said_as_one
 from capture_plan.expressions.surfaces import Surface, touching
 from capture_plan.mesh import vertex_normals
+from capture_plan.progress import track
 from capture_plan.rig import Rig
 from capture_plan.rig.anchors import REMEMBERED
 from capture_plan.rig.findings import correctives
@@ -58,15 +58,18 @@ def colliding_pairs(
 
     Partners in `together` are judged together, as they are performed; the first of each stands for both. Blendshapes
     with one phrase in common, as both lips rolled in, are one movement that people make: there only the sum is wrong.
+    A movement of TOUCH_MM / 2 brings a point and a surface at most TOUCH_MM closer to each other: it is not tried.
     """
     scene = _scene(rig)
     second = {b for _, b in together}
     partner = dict(together)
     items = [(name, partner[name]) if name in partner else (name,) for name in used if name not in second]
     poses = [scene.performed(dict.fromkeys(item, 1.0)) for item in items]
+    far = np.array([scene.farthest_mm(pose) for pose in poses]).reshape(len(poses), -1) > TOUCH_MM / 2
     return tuple(
         (items[i][0], items[j][0])
-        for i, j in combinations(range(len(items)), 2)
+        for i in track(range(len(items)), "Trying pairs of movements")
+        for j in (i + 1 + np.flatnonzero((far[i] & far[i + 1 :]).any(axis=1))).tolist()
         if not said_as_one(rig, items[i] + items[j]) and scene.found(poses[i] | poses[j], [poses[i], poses[j]])
     )
 
@@ -111,6 +114,17 @@ class Scene:
     number: dict[str, int]
     drivers: dict[str, tuple[str, ...]]
     known: dict[tuple[int, tuple[tuple[str, float], ...]], Float[np.ndarray, " n"]]
+
+    def farthest_mm(self, pose: Pose) -> list[float]:
+        """How far the points and the surface of each test move at most."""
+        return [
+            float(
+                np.linalg.norm(sum(w * self.rig.deltas[self.number[name], at] for name, w in pose.items()), axis=1).max(
+                    initial=0
+                )
+            )
+            for at in (np.concatenate([test.points, test.surface.vertices]) for test in self.tests)
+        ]
 
     def performed(self, pose: Pose) -> Pose:
         """A pose with what its correctives correct."""

@@ -12,7 +12,8 @@ from scipy.sparse.csgraph import connected_components
 def triangle_cross(vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]) -> Float[np.ndarray, "f 3"]:
     """(b - a) x (c - a): along the normal of a counter-clockwise triangle, twice its area long."""
     a, b, c = (vertices[triangles[:, corner]] for corner in range(3))
-    return np.cross(b - a, c - a)
+    (x, y, z), (u, v, w) = (b - a).T, (c - a).T
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=1)  # np.cross takes twice as long
 
 
 def triangle_areas(vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]) -> Float[np.ndarray, " f"]:
