@@ -60,6 +60,17 @@ def test_edits_are_followed(rig, used, packing, edits, method):
     assert packing_faults(rig, used, edited, 0.3) == ()
 
 
+@pytest.mark.parametrize("method", ["minimum", "former"])
+def test_what_is_kept_apart_is_not_held_for_a_corrective_either(rig, used, packing, method):
+    edits = Edits(apart=(("jawOpen", "noseSneerLeft"), ("jawOpen", "eyeBlinkLeft")))
+    settings = PackingSettings(method="minimum", edits=edits)
+    edited = repack(rig, used, settings, packing, edits) if method == "former" else pack(rig, used, settings)
+    for a, b in edits.apart:
+        assert not any({a, b} <= {*e.blendshapes, *e.drivers} for e in edited.expressions)
+    assert ("mouthClose", "jawOpen") in edited.drivers
+    assert packing_faults(rig, used, edited, 0.3) == ()
+
+
 def test_without_an_edit_nothing_changes(rig, used, packing):
     again = repack(rig, used, PackingSettings(), packing, Edits())
     assert place_of(again) == place_of(packing)
@@ -94,6 +105,7 @@ def test_keeping_two_apart_moves_only_one_of_them_and_its_partner(rig, used, pac
         (Edits(locked={"jawOpen": 90}), "'jawOpen' is locked to E90, the list ends with"),
         (Edits(locked={"nobody": 1}), "'nobody', which is no blendshape in use"),
         (Edits(dropped=("jawOpen",), locked={"jawOpen": 1}), "'jawOpen' is dropped and another edit"),
+        (Edits(apart=(("mouthClose", "jawOpen"),)), "'mouthClose' is performed on 'jawOpen', and"),
         (Edits(together=(("jawOpen", "browInnerUp"),), apart=(("jawOpen", "browInnerUp"),)), "asked to be apart"),
         (
             Edits(locked={"jawOpen": 1, "browInnerUp": 2}, together=(("jawOpen", "browInnerUp"),)),

@@ -45,6 +45,12 @@ BROKEN = [
     (lambda p: with_layout(p, certificate=replace(p.layout.certificate, weights=())), "numbers in the certificate"),
     (lambda p: with_packing(p, clique=("nobody",)), "names 'nobody'"),
     (lambda p: with_packing(p, unscanned=(("nobody",),)), "names 'nobody'"),
+    (
+        lambda p: with_packing(
+            p, expressions=(replace(p.packing.expressions[0], blendshapes=(), weights=()), *p.packing.expressions[1:])
+        ),
+        "has an expression E01 without blendshapes",
+    ),
     (lambda p: replace(p, versions={}), "tells the versions of nothing"),
 ]
 

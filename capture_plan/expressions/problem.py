@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool
+from msgspec.structs import replace as change
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.expressions.active import active_sets, performed_sets
@@ -110,6 +111,7 @@ def state_problem(
     check_edits(used, edits)
     names = tuple(name for name in used if name not in edits.dropped)
     drivers = tuple(pair for pair in driven(rig, used, rules) if pair[0] in names) if settings.poseable else ()
+    edits = change(edits, apart=apart_with_bases(edits.apart, drivers))
     shown = performed_sets(rig, used, settings.mu, drivers)
     active = shown[[used.index(name) for name in names]]
     exclusive = _among(names, never_together(rig, used, rules)) if settings.poseable else ()
@@ -127,6 +129,21 @@ def state_problem(
     kept_apart = (*exclusive, *colliding, *edits.apart)
     instance = _instance(names, active, items, kept_apart, hard, edits, linked, most)
     return Problem(names, active, items, instance, pairs, local, relaxed, exclusive, colliding, drivers, most, edits)
+
+
+def apart_with_bases(apart: Pairs, drivers: Pairs) -> Pairs:
+    """What is asked to be apart, and what is performed on either of the two: it would bring it along.
+
+    Raises InfeasibleError where one of the two is performed on the other, or something on both.
+    """
+    shows = {name: (name, *(of for of, base in drivers if base == name)) for pair in apart for name in pair}
+    for a, b in apart:
+        for name in (name for name in shows[a] if name in shows[b]):
+            bases = " and ".join(f"'{base}'" for base in (a, b) if base != name)
+            raise InfeasibleError(
+                f"'{name}' is performed on {bases}, and '{a}' and '{b}' are asked to be apart: take the edit back"
+            )
+    return tuple(dict.fromkeys((one, other) for a, b in apart for one in shows[a] for other in shows[b]))
 
 
 def _unsaid(parting: Pairs, exclusive: Pairs, pairs: Pairs) -> Pairs:

@@ -85,6 +85,9 @@ def _lengths(plan: Plan) -> Iterator[str]:
     lists += [("error bound", len(bound.vertices), len(bound.shares))] if bound else []
     lists += [(f"expression {e.name}", len(e.blendshapes), len(e.weights)) for e in plan.packing.expressions]
     yield from (f"has {a} entries and {b} numbers in the {what}" for what, a, b in lists if a != b)
+    yield from (
+        f"has an expression {e.name} without blendshapes" for e in plan.packing.expressions if not e.blendshapes
+    )
     if not layout.landmarks:
         yield "has no landmark"
     if SINGLE_COVER not in layout.references or not layout.references[SINGLE_COVER].vertices:
