@@ -1,6 +1,7 @@
 """A plan in a few sentences, for the terminal, the title page and the first screen of a notebook."""
 
 from capture_plan.expressions.record import Packing
+from capture_plan.expressions.session import spare_words
 from capture_plan.expressions.settings import MEASURED_BY
 from capture_plan.layout.face import SIXTY_EIGHT
 from capture_plan.layout.follow import EVEN, target_of
@@ -19,6 +20,7 @@ from capture_plan.visibility import FEWEST_PIXELS
 def summary(plan: Plan) -> tuple[str, ...]:
     """What a supervisor wants to know first, one sentence a line; every number with its unit."""
     layout, packing, audit = plan.layout, plan.packing, plan.audit
+    took = f"The session takes about {plan.session.minutes:.0f} minutes."
     lines = [
         f"{plan.rig.name}: {len(audit.used)} of {audit.blendshapes} blendshapes planned for, "
         f"{audit.skin_vertices:,} skin vertices.",
@@ -41,7 +43,7 @@ def summary(plan: Plan) -> tuple[str, ...]:
         ),
         f"{expression_words(packing)}; the first 5 cover {first_share(plan, 5):.0%} of the "
         f"{MEASURED_BY[plan.settings.expressions.importance]}.",
-        f"The session takes about {plan.session.minutes:.0f} minutes. {plan.session.stop}".strip(),
+        " ".join(filter(None, [took, spare_words(plan.session), plan.session.stop])),
     ]
     lines += [f"{heading}, planned apart: {names}." for heading, names, _ in apart_lines(audit.apart)]
     if packing.left_out:

@@ -49,7 +49,7 @@ def contents(plan: Plan, shot_list: Session) -> dict[str, Any]:
         "regions": {region: glyph(look) for region, look in region_looks(layout.markers).items()},
         "marker_intro": marker_intro(layout.markers),
         "uncovered": layout.uncovered,
-        "stop": stop_line(plan),
+        "stop": shot_list.stop,
         "session_intro": session_intro(shot_list),
         "chart": chart(plan),
         "unscanned": packing.left_out,
@@ -184,16 +184,6 @@ def marker_rows(landmarks: tuple[Landmark, ...]) -> list[dict[str, Any]]:
         }
         for landmark in landmarks
     ]
-
-
-def stop_line(plan: Plan) -> str:
-    """After which expression a session may stop; empty where only the last one would do."""
-    expressions = plan.packing.expressions
-    for number, expression in enumerate(expressions, start=1):
-        if expression.covered >= ENOUGH and number < len(expressions):
-            share = f"{percent(expression.covered)} of the {MEASURED_BY[plan.settings.expressions.importance]}"
-            return f"stop after {expression.name}, {number} of {len(expressions)}: {share} is covered."
-    return ""
 
 
 def chart(plan: Plan) -> dict[str, Any]:
