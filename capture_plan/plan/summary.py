@@ -155,8 +155,14 @@ def near_words(plan: Plan) -> list[str]:
 
 
 def motion_words(plan: Plan) -> list[str]:
-    """What a recorded take loses by the landmarks, and what it says nothing of."""
-    return fit_words(plan.layout.motion) if plan.layout.motion else []
+    """What a recorded take was used for, what it loses by the landmarks, and what it says nothing of."""
+    if not plan.layout.motion:
+        return []
+    if plan.layout.method == "motion":
+        use = "The take chose the landmarks: they are those found to lose least of it."
+    else:
+        use = "The take did not choose the landmarks (--method motion does): what they lose of it is measured."
+    return [use, *fit_words(plan.layout.motion)]
 
 
 def take_summary(layout: Layout, rig: Rig) -> tuple[str, ...]:
