@@ -8,6 +8,7 @@ from capture_plan.layout.follow import EVEN, target_of
 from capture_plan.layout.meeting import meeting_words
 from capture_plan.layout.record import Layout, MotionFit, Prediction, Worth
 from capture_plan.layout.studio import WORTHWHILE
+from capture_plan.plan.budget_words import bound_words, budget_words, unspent_words
 from capture_plan.plan.predicted import at_noise, error_words, prediction_words
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
@@ -26,6 +27,7 @@ def summary(plan: Plan) -> tuple[str, ...]:
         f"{audit.skin_vertices:,} skin vertices.",
         *uncovered_words(plan),
         f"{worth_words(layout.worth, layout.predictions)}{budget_words(plan)}.",
+        *unspent_words(plan),
         *prediction_words(layout.predictions),
         *target_words(plan),
         *unidentified_words(plan),
@@ -64,24 +66,6 @@ def uncovered_words(plan: Plan) -> list[str]:
             "dots. Capture these by another means, or make the zones smaller (--keep-out)."
         ]
     return [f"The budget does not pay for a landmark on every blendshape; without one: {names}."]
-
-
-def budget_words(plan: Plan) -> str:
-    """', for a budget of 34', where landmarks were chosen for one."""
-    settings = plan.settings.landmarks
-    return f", for a budget of {settings.budget or settings.number}" if plan.layout.method == "budget" else ""
-
-
-def bound_words(plan: Plan) -> list[str]:
-    """How far from the best a budget can be."""
-    layout = plan.layout
-    if layout.error_bound is None or not layout.error_bound.error_mm:
-        return []
-    least = layout.error_bound.error_mm
-    return [
-        f"Proved: no layout of {len(layout.landmarks)} landmarks has an upper estimate below {least:.3f} mm; "
-        f"this one is {layout.worth.error_mm / least - 1:.1%} above that."
-    ]
 
 
 def target_words(plan: Plan) -> list[str]:
