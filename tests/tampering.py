@@ -44,7 +44,7 @@ FREE = {
     r"packing\.solver_bound": "the solver's word, said to be unchecked",
     r"packing\.kept": "what a person did: the list that stood there before is not in the plan",
     r"layout\.programs(\.#\.bound)?": "under a budget the fewest landmarks are the solver's word, said to be unchecked",
-    r"layout\.error_bound\..*": "a share of a thousandth, or at another vertex, proves the same",
+    r"layout\.(error|target)_bound\..*": "a share of a thousandth, or at another vertex, proves the same",
     r"settings\..*": "a wish that the plan keeps as well as the one it was made for",
     r"rig\.(up|facing|unit_mm|skin)": "a correction to what was found anyway",
 }

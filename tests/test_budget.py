@@ -5,6 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 from msgspec.structs import replace
+from scipy.sparse import csr_array
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.budget import keepable, replan, spend_budget
@@ -15,7 +16,9 @@ from capture_plan.layout.limits import Limit
 from capture_plan.layout.search import Search
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites
+from capture_plan.layout.spacing import Spacing
 from capture_plan.layout.worth import Observation, error_against_budget
+from capture_plan.plan.budget_words import unspent_words
 from capture_plan.plan.check import check_plan
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.settings import Settings
@@ -124,6 +127,16 @@ def test_every_exchange_lowers_the_error_and_greedy_is_never_better(seed):
     assert search.score(swapped)[2] <= search.score(greedy)[2] * SLACK
     chosen = spend_budget(observation, sites, search.covers, NO_COVER, budget=9, spacing=None)
     assert error(observation, sites, chosen) <= error(observation, sites, greedy) * SLACK
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_budget_is_left_short_only_where_no_site_is_open(seed):
+    observation, sites = problem(seed, s=20, singles=6)
+    near = np.triu(np.random.default_rng(seed).uniform(size=(40, 40)) < 0.08, 1)
+    spacing = Spacing(csr_array((near | near.T).astype(float)), sites, 2.0)
+    chosen = spend_budget(observation, sites, np.zeros((0, 20), bool), NO_COVER, budget=20, spacing=spacing)
+    search = Search(observation, sites, np.zeros((0, 20), bool), spacing, 20)
+    assert not len(search.next(tuple(chosen.tolist())))
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -337,6 +350,17 @@ def with_budget(plan, **changes):
     return replace(plan, settings=replace(plan.settings, landmarks=landmarks))
 
 
+def test_a_budget_that_is_not_spent_says_why(plan):
+    assert unspent_words(plan) == []
+    (left,) = unspent_words(with_budget(plan, budget=20))
+    assert left == (
+        "15 of the 20 are used: beside these no further dot, with its mirror image, keeps 8 mm from the others and all "
+        "wishes."
+    )
+    (one,) = unspent_words(with_budget(plan, budget=16))
+    assert "15 of the 16 are used: the one that is left buys no pair" in one
+
+
 def test_a_plan_within_a_budget_holds_and_its_summary_sets_it_beside_68_points(plan):
     assert [claim for claim in check_plan(plan, sample_rig()) if not claim.holds] == []
     text = "\n".join(summary(plan))
@@ -347,6 +371,7 @@ def test_a_plan_within_a_budget_holds_and_its_summary_sets_it_beside_68_points(p
     assert (
         f"no layout of fewer than {plan.layout.target_landmarks} landmarks has the upper estimate of 68 points" in text
     )
+    assert plan.layout.target_landmarks == plan_of().layout.target_landmarks  # of the face, whatever the budget
     assert f"{plan.layout.curve_mm[6]:.2f} mm with the first 7" in text
     assert not any("chose markers" in line for line in proofs(plan))
 

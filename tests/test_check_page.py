@@ -8,6 +8,7 @@ from capture_plan.plan.again import packing_again, stated_list
 from capture_plan.plan.check import check_plan
 from capture_plan.plan.check_page import as_rows, check_lines
 from capture_plan.plan.claims import CHANGED, Claim, claim
+from capture_plan.plan.differences import differences
 from capture_plan.plan.record import RigReference
 from capture_plan.plan.settings import Settings
 from capture_plan.plan.unchecked import ASKED, unchecked
@@ -47,6 +48,14 @@ def test_claims_that_fail_stand_below_what_to_correct_which_is_said_once():
         "  FAILS  e: 5",
         "1 of 5 claims hold; --all lists each.",
     ]
+
+
+def test_what_differs_is_called_as_people_know_it(plan):
+    mark, shot, item = plan.layout.landmarks[1], plan.packing.expressions[2], plan.session.items[4]
+    said = [replace(mark, label="elsewhere"), replace(shot, sentence="Smile."), replace(item, sentence="Smile.")]
+    paths = [next(differences([one], [true])).path for one, true in zip(said, (mark, shot, item), strict=True)]
+    assert paths == ["[M02].label", "[E03].sentence", f"[slate {item.slate}].sentence"]
+    assert next(differences([1, 2], [1, 3], "order")).path == "order[1]"
 
 
 def test_every_claim_has_its_line_in_the_order_of_the_check_where_all_are_asked():

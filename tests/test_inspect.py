@@ -6,9 +6,10 @@ import pytest
 
 from capture_plan.cli import inspect
 from capture_plan.layout.face import see_face
+from capture_plan.layout.observe import Separator
 from capture_plan.plan.files import write_plan
 from capture_plan.plan.inspect import Inspection, inspect_plan
-from capture_plan.plan.inspect_page import inspection_text, short_text
+from capture_plan.plan.inspect_page import inspection_text, separator_words, short_text
 from capture_plan.rig import sample_rig
 from tests.once import plan_of
 
@@ -71,6 +72,13 @@ def test_the_command_prints_a_page_for_people_and_json_for_programs(plan, found,
     assert said.err.startswith(short_text(found))
     assert said.out == ""
     assert len(said.err.splitlines()) <= 15
+
+
+def test_one_more_dot_is_said_with_its_region_and_from_where_its_place_is_measured(found):
+    more = Separator(("a", "b"), 5.0, 0, (-45.0, 737.0, 126.0), 0, 9.0, 21.0)
+    words = separator_words(more, "right cheek", found)
+    assert f"on the right cheek, 9 mm from {found.markers[0].name}" in words
+    assert "(-45, 737, 126) mm from the rig's origin, x to the subject's left, y up, z to the front" in words
 
 
 def test_an_inspection_of_a_draft_begins_with_what_does_not_hold(found):

@@ -24,7 +24,7 @@ from capture_plan.plan.inspect_page import inspection_text
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.motion_claims import direct_error
 from capture_plan.plan.settings import Settings
-from capture_plan.plan.summary import summary
+from capture_plan.plan.summary import motion_words, summary
 from capture_plan.rig.regions import REGIONS
 from capture_plan.rig.sequence import Sequence, read_sequence
 from capture_plan.rig.sequence.frames import PosedFrames, StoredFrames
@@ -195,6 +195,14 @@ def test_a_plan_and_an_evaluation_state_the_same_error_of_the_same_vertices(sess
     (markers,) = METHODS[OURS](take, take.motion, 9)
     fit = fit_of(takes_of(rig, [take.sequence]), face.used, take.at[markers], ordered=False)
     assert score(take, face, OURS, [markers]).rmse_mm == pytest.approx(fit.rmse_mm, abs=1e-5)
+
+
+def test_a_plan_says_whether_the_take_chose_its_landmarks(session):
+    plan = read_plan(session)
+    measured = replace(plan, layout=replace(plan.layout, method="studio"))
+    assert motion_words(plan)[0].startswith("The take chose the landmarks")
+    assert motion_words(measured)[0].startswith("The take did not choose the landmarks (--method motion does)")
+    assert motion_words(plan)[1:] == motion_words(measured)[1:]
 
 
 def test_a_marker_where_nothing_moves_tells_nothing(rig, used, take):

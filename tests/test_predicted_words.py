@@ -19,7 +19,9 @@ def test_every_error_is_said_with_the_solve_that_it_is_of():
         assert noise in sentence
         assert "weights solved between 0 and 1" in sentence
     assert "anna 0.900 ± 0.002 mm, 9 of 10 frames 0.70 to 1.20 mm" in noisy
-    assert "upper estimate is for weights of any size" in upper
+    assert "upper estimate is of the mean error" in upper
+    assert "weights of any size" in upper
+    assert "single frames can lie above it" in upper
 
 
 def test_what_the_rig_cannot_show_of_a_take_is_said_once_and_only_where_there_is_any():

@@ -8,7 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from capture_plan.layout.limits import Limit
-from capture_plan.layout.relaxation import best_shares, bound_from, error_bound, fewest_for, relax, shares_of
+from capture_plan.layout.relaxation import (
+    best_shares,
+    bound_from,
+    error_bound,
+    fewest_for,
+    relax,
+    shares_of,
+    target_bound,
+)
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.worth import Observation
 
@@ -136,3 +144,15 @@ def test_the_fewest_that_reach_a_target_are_stated_closely_and_none_where_all_si
     assert fewest_for(observation, sites, lam, target_mm=0.999 * everything) is None
     shut = tuple(one(site, most=0) for site in range(S - 1))
     assert fewest_for(observation, sites, lam, target_mm=1.001 * everything, limits=shut) is None
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_fewest_that_reach_a_target_do_not_depend_on_the_budget_of_the_first_certificate(seed):
+    observation, sites = problem(seed, singles=S)
+    target, numbers = least_error(observation, sites, 4), set()
+    for budget in range(1, S + 1):
+        found = target_bound(observation, sites, error_bound(observation, sites, budget=budget), target_mm=target)
+        numbers.add(fewest := fewest_for(observation, sites, shares_of(sites, found), target_mm=target))
+        assert found.error_mm == bound_from(observation, sites, shares_of(sites, found), budget=fewest)
+    assert len(numbers) == 1
+    assert max(numbers) <= 4

@@ -21,7 +21,7 @@ from capture_plan.plan.files import plan_bytes
 from capture_plan.plan.record import Plan, RigReference, sealed
 from capture_plan.plan.settings import Settings
 from capture_plan.report import viewer_html, write_html
-from capture_plan.report.contents import chart, compare, stop_line, tiles
+from capture_plan.report.contents import chart, compare, tiles
 from capture_plan.report.head import material, packed_head
 from capture_plan.report.page import page_html, script_json
 from capture_plan.report.proofs import minimum_proof, packing_proof, proofs
@@ -213,13 +213,6 @@ def with_covered(plan, *covered):
     template = plan.packing.expressions[0]
     expressions = tuple(msgspec.structs.replace(template, covered=share) for share in covered)
     return msgspec.structs.replace(plan, packing=msgspec.structs.replace(plan.packing, expressions=expressions))
-
-
-def test_one_may_stop_at_the_first_expression_that_covers_four_fifths(plan):
-    assert stop_line(with_covered(plan, 0.5, 0.79, 0.8, 1.0)) == (
-        "stop after E01, 3 of 4: 80 % of the expected squared error is covered."
-    )
-    assert stop_line(with_covered(plan, 0.5, 1.0)) == ""
 
 
 def test_the_bars_of_the_chart_grow_with_what_is_covered(plan):

@@ -7,6 +7,7 @@ from scipy.sparse import csr_array
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.limits import Limit
+from capture_plan.layout.meeting import NO_POSES
 from capture_plan.layout.room import fitting
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites
@@ -41,7 +42,7 @@ def test_without_a_spacing_all_fit_and_caps_are_kept():
 
 
 def test_a_budget_beyond_the_room_is_refused_with_how_many_fit(face):
-    task = task_of(face, LayoutSettings(method="budget", budget=5000))
+    task = task_of(face, LayoutSettings(method="budget", budget=5000)).apart_in(NO_POSES)
     room = int(task.sites.size[fitting(task.sites, task.spacing, task.limits)].sum())
     for method in ("budget", "motion"):
         with pytest.raises(InfeasibleError, match=f"no room was found for 5,000 landmarks on this face: {room} fit"):

@@ -8,7 +8,7 @@ from msgspec import structs
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.expressions.pack import pack
-from capture_plan.expressions.session import ENOUGH, Session, session
+from capture_plan.expressions.session import ENOUGH, LAST, Session, session, spare_words, stop_below
 from capture_plan.expressions.session_settings import SessionSettings
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.rig import sample_rig
@@ -86,7 +86,20 @@ def test_a_session_may_stop_once_enough_is_covered():
     before = [item for item in shown(of) if item.minutes < at.minutes]
     assert at.covered >= ENOUGH > before[-1].covered
     assert f"{at.covered:.0%}" in of.stop
+    assert stop_below(of) == of.stop_after
     assert made(minutes=12).stop_after == shown(made(minutes=12), fitting=True)[-1].name
+
+
+def test_what_does_not_fit_is_named_and_nobody_stops_before_the_last_neutral():
+    cut = made(minutes=12)
+    fit, every = shown(cut, fitting=True), shown(cut)
+    assert spare_words(cut).startswith(
+        f"{every[len(fit)].name} to {every[-1].name}, {len(every) - len(fit)} of {len(every)} expressions, do not fit "
+        "into 12 minutes"
+    )
+    assert stop_below(cut) == LAST
+    assert f"stop after {fit[-1].name} and take the last neutral, {LAST}" in cut.stop
+    assert spare_words(made()) == ""
 
 
 def test_too_little_time_is_refused_with_what_it_takes():

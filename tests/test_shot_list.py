@@ -5,10 +5,10 @@ import pytest
 from msgspec import structs
 
 from capture_plan.expressions.pack import pack
-from capture_plan.expressions.session import session
+from capture_plan.expressions.session import LAST, session, spare_words
 from capture_plan.expressions.session_settings import SessionSettings
 from capture_plan.expressions.settings import PackingSettings
-from capture_plan.report.shots import level_boxes, shot_rows
+from capture_plan.report.shots import level_boxes, session_intro, shot_rows
 from capture_plan.rig import sample_rig
 from capture_plan.sheets.page import PAPERS, Booklet, paper
 from capture_plan.sheets.shot_list import BOTTOM_MM, TOP_MM, draw_shot_list, height, paged
@@ -38,6 +38,18 @@ def test_the_page_says_what_the_actor_is_told_and_where_to_stop():
         assert item.sentence in text
     assert SESSION.stop in text
     assert text.index(SESSION.stop_after) < text.index(SESSION.stop)
+
+
+def test_sheet_and_screen_name_what_does_not_fit_and_let_the_last_neutral_come_first():
+    cut = session(RIG, RIG.names, PACKING, SessionSettings(minutes=12))
+    book = Booklet(paper("a4"), "shots")
+    book.add_page("shots")
+    draw_shot_list(book, cut, paged(book, cut)[0])
+    text = " ".join(pypdfium2.PdfDocument(book.bytes())[0].get_textpage().get_text_range().split())
+    assert spare_words(cut) in text
+    assert text.index("A last neutral") < text.index(cut.stop)
+    assert spare_words(cut) in session_intro(cut)
+    assert [row["name"] for row in shot_rows(cut) if row["stop"]] == [LAST]
 
 
 def test_the_screen_shows_the_same_rows_and_one_stop_line():

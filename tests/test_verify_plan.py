@@ -241,6 +241,10 @@ def more_needed_for_the_target(plan):
     plan["layout"]["target_landmarks"] += 1
 
 
+def weaker_proof_of_the_target(plan):
+    plan["layout"]["target_bound"]["shares"] = [0.0] * len(plan["layout"]["target_bound"]["shares"])
+
+
 def target_out_of_reach(plan):
     plan["layout"]["target_landmarks"] = None
 
@@ -323,6 +327,7 @@ LIES = [
         more_needed_for_the_target,
         "proved: no layout of fewer than 28 landmarks has an upper estimate of 0.184 mm",
     ),
+    ("budget", weaker_proof_of_the_target, "proved: no layout of fewer than"),
     ("default", target_out_of_reach, "no number of landmarks here has an upper estimate of 0.184 mm"),
     ("default", made_up_importance, "importance of the expressions"),
     ("default", hidden_finding, "the audit is that of the rig"),

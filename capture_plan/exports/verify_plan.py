@@ -272,7 +272,7 @@ def check_worth(face):
 
 def check_error_bound(face):
     """No layout of the budget has less, f(mu) >= f(lam) + g (lam - mu) being true of a convex f at any shares."""
-    layout, said, sigma, k = face.layout, face.layout["error_bound"], face.want["noise_mm"], len(face.used)
+    layout, said = face.layout, face.layout["error_bound"]
     M = face.want["budget"] or face.want["number"] or len(layout["landmarks"])
     yield "the layout keeps its budget", len(layout["landmarks"]) <= M, f"{len(layout['landmarks'])} of {M}"
     asked, within = face.want["method"], face.want["budget"] and layout["method"] == "budget"
@@ -281,8 +281,34 @@ def check_error_bound(face):
         yield "a bound of the error is stated where the method looks for the least", said is None, layout["method"]
         return
     M = M if layout["method"] == "budget" else len(layout["landmarks"])
+    bound = least_by(face, said)(M)
+    holds = alike(said["error_mm"], bound) and bound <= layout["worth"]["error_mm"] + SAME
+    what = f"proved: no layout of {M} landmarks has an upper estimate below {said['error_mm']:.3f} mm"
+    yield what, holds, f"the shares prove {bound:.4f} mm"
+    target = min(layout["references"][name]["error_mm"] for name in TARGETS if name in layout["references"])
+    fewest, everywhere = layout["target_landmarks"], face.error(np.unique(face.sites[face.open]))
+    said = layout["target_bound"]
+    if fewest is None or said is None:
+        yield (
+            f"no number of landmarks here has an upper estimate of {target:.3f} mm",
+            fewest is None and said is None and everywhere > target,
+            f"{everywhere:.4f} mm at all",
+        )
+        return
+    least = least_by(face, said)
+    holds = alike(said["error_mm"], least(fewest)) and everywhere <= target
+    holds = holds and least(fewest) <= target + SAME and (fewest == 1 or least(fewest - 1) > target)
+    what = f"proved: no layout of fewer than {fewest} landmarks has an upper estimate of {target:.3f} mm or less"
+    yield what, holds, f"one fewer: {least(fewest - 1):.4f} mm" if fewest > 1 else "no fewer"
+
+
+def least_by(face, said):
+    """What the shares of a certificate prove of any number M of landmarks, mm; NaN where one is negative."""
+    sigma, k = face.want["noise_mm"], len(face.used)
     share, A = dict(zip(said["vertices"], said["shares"], strict=True)), face.deltas.transpose(1, 2, 0)
     lam = np.array([share.get(v, 0.0) for v in face.sites[:, 0].tolist()])
+    if (lam < 0).any():
+        return lambda M: np.nan
     # f = trace(G C) with C = (sum_s lam_s A_s' A_s / sigma^2 + I / tau^2)^-1, g_s = trace(A_s C G C A_s') / sigma^2
     H = np.eye(k) / PRIOR_SD**2
     for s in np.flatnonzero(lam):
@@ -301,22 +327,7 @@ def check_error_bound(face):
         unseen = PRIOR_SD**2 * np.clip(w[::-1][3 * M :], 0, None).sum()  # M landmarks answer to 3 M mixes
         return float(np.sqrt(max((face.G * C).sum() + g @ lam - g[held].sum() - g[free] @ mu, unseen, 0)))
 
-    bound = least(M)
-    holds = (lam >= 0).all() and alike(said["error_mm"], bound) and bound <= layout["worth"]["error_mm"] + SAME
-    what = f"proved: no layout of {M} landmarks has an upper estimate below {said['error_mm']:.3f} mm"
-    yield what, holds, f"the shares prove {bound:.4f} mm"
-    target = min(layout["references"][name]["error_mm"] for name in TARGETS if name in layout["references"])
-    fewest, everywhere = layout["target_landmarks"], face.error(np.unique(face.sites[face.open]))
-    if fewest is None:
-        yield (
-            f"no number of landmarks here has an upper estimate of {target:.3f} mm",
-            everywhere > target,
-            f"{everywhere:.4f} mm at all",
-        )
-        return
-    holds = everywhere <= target and least(fewest) <= target + SAME and (fewest == 1 or least(fewest - 1) > target)
-    what = f"proved: no layout of fewer than {fewest} landmarks has an upper estimate of {target:.3f} mm or less"
-    yield what, holds, f"one fewer: {least(fewest - 1):.4f} mm" if fewest > 1 else "no fewer"
+    return least
 
 
 def check_head_pose(face):

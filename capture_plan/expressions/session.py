@@ -5,7 +5,8 @@ Order    calibration; neutral, teeth, neutral turned left and right; expressions
          the middle and at the end, since faces tire and markers shift
 Time     of an expression   (hold + slate)(1 + retakes) + explain + harder (level - 1)
 Budget   as many expressions as end, with the last neutral, within the minutes there are; the others follow it as spare
-Stop     the first expression after which ENOUGH of the importance is covered, else the last that fits
+Stop     the first expression after which ENOUGH of the importance is covered, else the last that fits; the last
+         neutral is taken in any case
 """
 
 from typing import Literal
@@ -26,6 +27,7 @@ TURN_DEGREES = 30  # as far as both eyes are still seen
 CALIBRATION = "Colour chart, then the calibration board, at the height of the face: the actor can rest."
 TEETH = "Bite lightly on your back teeth and draw your lips apart until the front teeth show."
 PAUSE = "Pause: shake the face loose, drink, check that no marker has shifted."
+LAST = "N3"  # the last neutral
 REST = "Relax your whole face: eyes open, looking straight ahead, jaw and lips loosely closed."
 
 Kind = Literal["calibration", "neutral", "teeth", "turned", "expression", "pause"]
@@ -90,7 +92,33 @@ def session(
         minutes=planned[-1].minutes,
         fitting=fitting,
         stop_after=stop.name if stop else "",
-        stop=f"If time runs out, stop after {stop.name}: {share} is covered, {at:.0f} minutes in." if stop else "",
+        stop=f"If time runs out, stop after {stop.name} and take the last neutral, {LAST}: {share} is covered, "
+        f"{at:.0f} minutes in."
+        if stop
+        else "",
+    )
+
+
+def stop_below(of: Session) -> str:
+    """The item below which a list says where to stop: the expression, or the last neutral where that follows at once;
+    empty where nothing is said."""
+    names = [item.name for item in of.items]
+    if not of.stop_after:
+        return ""
+    return LAST if names[names.index(of.stop_after) + 1] == LAST else of.stop_after
+
+
+def spare_words(of: Session) -> str:
+    """'E05 to E18, 14 of 18 expressions, do not fit into 10 minutes: spare, if time is left.'; empty where all fit."""
+    shown = [item for item in of.items if item.kind == "expression"]
+    spare = [item.name for item in shown if not item.fits]
+    if not spare:
+        return ""
+    named = spare[0] if len(spare) == 1 else f"{spare[0]} to {spare[-1]}"
+    fit = "does not fit" if len(spare) == 1 else "do not fit"
+    return (
+        f"{named}, {len(spare)} of {len(shown)} expressions, {fit} into {of.settings.minutes:g} minutes: "
+        "spare, if time is left."
     )
 
 
@@ -117,7 +145,7 @@ def _framed(expressions: list[Item], settings: SessionSettings) -> list[Item]:
         elif count and count % settings.relax_every == 0 and abs(count - middle) > 1:
             items.append(_pause(settings))
         items.append(expression)
-    return [*items, _frame("neutral", "N3", f"A last neutral. {REST}", settings.neutral_s, settings)]
+    return [*items, _frame("neutral", LAST, f"A last neutral. {REST}", settings.neutral_s, settings)]
 
 
 def _opening(settings: SessionSettings) -> list[Item]:

@@ -58,6 +58,8 @@ def replan(search: Search, former: Choice) -> Int[np.ndarray, " m"]:
     no trades of pairs for singles: a person waits for it.
     """
     end = search.swap_all(search.fill(keepable(search, former)))
+    while (filled := search.fill(end)) != end:  # swaps may have made room
+        end = search.swap_all(filled)
     return np.array(search.in_order(end), dtype=int)
 
 

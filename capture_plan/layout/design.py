@@ -28,7 +28,7 @@ from capture_plan.layout.meeting import NO_POSES, Poses
 from capture_plan.layout.methods import Chosen, choose
 from capture_plan.layout.multicover import best_cover
 from capture_plan.layout.record import Bound, ErrorBound, Layout
-from capture_plan.layout.relaxation import error_bound
+from capture_plan.layout.relaxation import error_bound, target_bound
 from capture_plan.layout.room import must_fit
 from capture_plan.layout.settings import BY_ERROR, LayoutSettings, Method
 from capture_plan.layout.shell.takes import Takes
@@ -61,10 +61,12 @@ def design_layout(
     if settings.head_markers:
         head = choose_head_markers(face, settings, task.sites, task.limits, task.reachable)
         task = task.beside(head)
-    must_fit(task)
+    apart = task.apart_in(poses)
+    must_fit(apart)
     known = points_of(face) | {SINGLE_COVER: papers_cover(face, settings)}
     _, target_mm = target_of({name: task.observation.worth(at) for name, at in known.items()})
-    method, rounds, added = chosen_apart(task, poses, target_mm, former, takes)
+    method, rounds, added = chosen_apart(task, apart, target_mm, former, takes)
+    bound = bound_of(task, method, int(task.sites.size[added].sum()), former)
     decided = Decided(
         method=method,
         programs=tuple(Solved(cover.chosen, cover.bound) for cover in rounds),
@@ -72,22 +74,23 @@ def design_layout(
         head=head,
         known=known,
         certificate=certify(task),
-        error_bound=bound_of(task, method, int(task.sites.size[added].sum()), former),
+        error_bound=bound,
+        target_bound=target_bound_of(task, bound, target_mm, former),
     )
     return follow(task, decided, takes)
 
 
 def chosen_apart(
     task: Task,
-    poses: Poses,
+    apart: Task,
     target_mm: float,
     former: Layout | None,
     takes: Takes | None,
 ) -> Chosen:
-    """`choose` among layouts of which no two dots meet when the face moves; among all where none of those keeps all
+    """`choose` among layouts `apart`, of which no two dots meet when the face moves; among all where none keeps all
     wishes: a plan tells which dots meet (`meeting`), and is better made than refused."""
     try:
-        return choose(task.apart_in(poses), target_mm, former, takes)
+        return choose(apart, target_mm, former, takes)
     except InfeasibleError:
         return choose(task, target_mm, former, takes)
 
@@ -99,6 +102,14 @@ def bound_of(task: Task, method: Method, landmarks: int, former: Layout | None) 
     budget = most_of(task.settings, method, landmarks)
     near = former.error_bound if former else None
     return error_bound(task.observation, task.sites, budget=budget, limits=task.limits, former=near)
+
+
+def target_bound_of(task: Task, bound: ErrorBound | None, target_mm: float, former: Layout | None) -> ErrorBound | None:
+    """The certificate of how few landmarks could reach the target under the wishes, whatever the budget."""
+    if bound is None:
+        return None
+    start = (former.target_bound if former else None) or bound
+    return target_bound(task.observation, task.sites, start, target_mm=target_mm, limits=task.limits)
 
 
 def papers_cover(face: Face, settings: LayoutSettings) -> Int[np.ndarray, " m"]:

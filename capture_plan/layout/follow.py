@@ -34,6 +34,7 @@ from capture_plan.rig import Rig
 SINGLE_COVER = "single set cover"
 EVEN = "dots spread evenly"
 TARGETS = (SIXTY_EIGHT, EVEN)
+NO_SHARES = ErrorBound(0.0, (), ())
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +51,7 @@ class Decided:
 
     `programs` choose the landmarks, or all stand in `further`, from the most telling to the first to be spared, where
     the method chooses them as one set. `head` and `known`, other layouts by name, are vertices.
-    `certificate` and `error_bound` are as in `Layout`.
+    `certificate`, `error_bound` and `target_bound` are as in `Layout`.
     """
 
     method: Method
@@ -60,6 +61,7 @@ class Decided:
     known: dict[str, Int[np.ndarray, " _"]]
     certificate: Bound
     error_bound: ErrorBound | None
+    target_bound: ErrorBound | None
 
     @property
     def rounds(self) -> tuple[Solved, ...]:
@@ -97,7 +99,8 @@ def follow(task: Task, decided: Decided, takes: Takes | None = None) -> Layout:
         order=tuple(name_at[vertex] for vertex in told.tolist()),
         curve_mm=tuple(np.round(error_against_budget(observation, told), 4).tolist()),
         error_bound=decided.error_bound,
-        target_landmarks=target_landmarks(task, decided.error_bound, target_of(references)[1]),
+        target_landmarks=target_landmarks(task, decided, target_of(references)[1]),
+        target_bound=decided.target_bound,
         motion=motion_fit(face, takes, order, told, decided.known) if takes else None,
         predictions=predictions(observation, order, given),
     )
@@ -133,6 +136,7 @@ def decided_in(layout: Layout, task: Task) -> Decided:
         known=points_of(task.face) | known,
         certificate=in_order(layout.certificate, task.face.used),
         error_bound=layout.error_bound,
+        target_bound=layout.target_bound,
     )
 
 
@@ -163,11 +167,12 @@ def target_of(references: Mapping[str, Worth]) -> tuple[str, float]:
     return min(((name, references[name].error_mm) for name in TARGETS if name in references), key=itemgetter(1))
 
 
-def target_landmarks(task: Task, bound: ErrorBound | None, target_mm: float) -> int | None:
-    """`Layout.target_landmarks`; None where there is no certificate either."""
-    if bound is None:
+def target_landmarks(task: Task, decided: Decided, target_mm: float) -> int | None:
+    """`Layout.target_landmarks`; None too where the method states no bounds. Without a certificate all that no shares
+    prove is left."""
+    if decided.error_bound is None:
         return None
-    shares = shares_of(task.sites, bound)
+    shares = shares_of(task.sites, decided.target_bound or NO_SHARES)
     return fewest_for(task.observation, task.sites, shares, target_mm=target_mm, limits=task.limits)
 
 

@@ -182,10 +182,11 @@ class Layout(Struct, frozen=True, forbid_unknown_fields=True):
     landmarks from the most telling to the first to be spared, and `curve_mm` is the upper estimate with the first
     1, 2, ... of them, millimetres. `uncovered` are blendshapes that no landmark stands for. `head` are the markers that
     the head's own motion is taken from, `head_pose` what they are worth, where any were asked for. `error_bound` is the
-    least upper estimate that any layout of the budget, or of as many landmarks, could have; by the same certificate no
-    layout of fewer than `target_landmarks` has as low a one as the better of 68 points and dots spread evenly, None
-    where no number of landmarks on these sites has. `references` are other
-    layouts of the same face under the same noise, by name: the paper's single cover, 68 points, dots spread evenly.
+    least upper estimate that any layout of the budget, or of as many landmarks, could have; no
+    layout of fewer than `target_landmarks`, whatever the budget, has as low a one as the better of 68 points and dots
+    spread evenly, by the certificate `target_bound`; both None where no number of landmarks on these sites has.
+    `references` are other layouts of the same face under the same noise, by name: the paper's single cover, 68 points,
+    dots spread evenly.
     `motion` is what a recorded take loses by this layout, where one is known. `predictions` are the errors to expect of
     weights solved between 0 and 1, for made-up performances and for every take.
     """
@@ -203,6 +204,7 @@ class Layout(Struct, frozen=True, forbid_unknown_fields=True):
     curve_mm: tuple[float, ...] = ()
     error_bound: ErrorBound | None = None
     target_landmarks: int | None = None
+    target_bound: ErrorBound | None = None
     motion: MotionFit | None = None
     predictions: tuple[Prediction, ...] = ()
 

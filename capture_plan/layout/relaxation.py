@@ -8,7 +8,8 @@ Bound      f is convex, so that for any lam >= 0 and every layout mu
                f(mu) >= f(lam) + sum_s g[s] (lam[s] - mu[s]),   g[s] = trace(A_s C G C A_s^T) / sigma^2 = -df/dlam[s];
            least over mu: pinned sites, then sites in the order of g[s] / n[s] up to M, the last one in part
 
-Number     the same shares bound every other M too: the least that can reach a target is the first whose bound does
+Number     the same shares bound every other M too: the least that can reach a target is the first whose bound does. A
+           bound is a tangent, closest at its own M: shares of that number prove more, until they prove no more (Newton)
 
 Rank       M landmarks answer to 3 M mixes at most: error^2 >= tau^2 (sum of the eigenvalues of G beyond the first 3 M)
 
@@ -22,6 +23,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from msgspec.structs import replace as replace_fields
 
 from capture_plan.layout.gains import site_rows, times
 from capture_plan.layout.limits import Limit
@@ -104,6 +106,24 @@ def error_bound(
         vertices=tuple(sites.vertices[at, 0].tolist()),
         shares=tuple(lam[at].tolist()),
     )
+
+
+def target_bound(
+    observation: Observation, sites: Sites, start: ErrorBound, *, target_mm: float, limits: tuple[Limit, ...] = ()
+) -> ErrorBound | None:
+    """The certificate of the number below which no layout has an upper estimate of `target_mm` or less, and the bound
+    of that number, from another certificate on; None where no number of landmarks has as low a one."""
+    proved, best, found = 0, start, start
+    while True:
+        shares = shares_of(sites, found)
+        number = fewest_for(observation, sites, shares, target_mm=target_mm, limits=limits)
+        if number is None:
+            return None
+        if number <= proved:
+            least = bound_from(observation, sites, shares_of(sites, best), budget=proved, limits=limits)
+            return replace_fields(best, error_mm=least)
+        proved, best = number, found
+        found = error_bound(observation, sites, budget=number, limits=limits, former=found)
 
 
 def best_shares(relaxed: Relaxed, lam: Float[np.ndarray, " s"]) -> Float[np.ndarray, " s"]:

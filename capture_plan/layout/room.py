@@ -35,7 +35,8 @@ def fitting(sites: Sites, spacing: Spacing | None, limits: tuple[Limit, ...] = (
 
 
 def must_fit(task: Task) -> None:
-    """Refuses a number of landmarks that a person asked for where fewer fit.
+    """Refuses a number of landmarks that a person asked for where fewer are found to fit, chosen for nothing but room;
+    chosen for what they tell, fewer may.
 
     Raises:
         InfeasibleError: fewer were found to fit on the face at once.
@@ -49,6 +50,7 @@ def must_fit(task: Task) -> None:
     if asked > found:
         apart = f", {settings.spacing_mm:g} mm apart," if settings.spacing_mm else ""
         raise InfeasibleError(
-            f"no room was found for {asked:,} landmarks on this face: {found:,} fit{apart} "
-            f"outside the zones without dots: ask for {found:,} or fewer, or lower spacing_mm"
+            f"no room was found for {asked:,} landmarks on this face: {found:,} fit{apart} outside the zones without "
+            f"dots where nothing but room counts, fewer where they are chosen for what they tell: ask for {found:,} or "
+            "fewer, or lower spacing_mm"
         )

@@ -133,8 +133,8 @@ class Search:
         return tuple(order[::-1])
 
     def descend(self, chosen: Choice) -> Choice:
-        """Exchanges from `chosen` on, each of which lowers the score, until none does."""
-        while (swapped := self.swap_all(chosen)) and (chosen := self.trade(swapped)) != swapped:
+        """Exchanges from `chosen` on, each of which lowers the score, until none does and no site is open."""
+        while (swapped := self.swap_all(chosen)) and (chosen := self.fill(self.trade(swapped))) != swapped:
             continue
         return chosen
 

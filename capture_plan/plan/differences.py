@@ -1,4 +1,4 @@
-"""Where two records of one kind differ, each place by its path: `layout.landmarks[3].label`."""
+"""Where two records of one kind differ, each place by its path: `layout.landmarks[M04].label`."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,7 +11,8 @@ NEAR, SHARE = 1.5e-4, 1e-6  # one unit in the last of four decimals may differ b
 
 @dataclass(frozen=True)
 class Difference:
-    """A place, what is said there and what was found; a value that one side does not have is `ABSENT`."""
+    """A place, what is said there and what was found; a value that one side does not have is `ABSENT`. In the path dots
+    and expressions go by their names and what is shot by its slate, as people know them, all else by its number."""
 
     path: str
     said: Any
@@ -37,9 +38,16 @@ def _differences(said: Any, found: Any, path: str) -> Iterator[Difference]:
     elif isinstance(said, list | tuple) and isinstance(found, list | tuple):
         for n in range(max(len(said), len(found))):
             one, other = (side[n] if n < len(side) else ABSENT for side in (said, found))
-            yield from _differences(one, other, f"{path}[{n}]")
+            yield from _differences(one, other, f"{path}[{_called(other) or _called(one) or n}]")
     elif not _same(said, found):
         yield Difference(path, said, found)
+
+
+def _called(entry: Any) -> str:
+    """'slate 006' or 'M13'; empty for what has no name."""
+    if not isinstance(entry, dict):
+        return ""
+    return f"slate {entry['slate']}" if entry.get("slate") else str(entry.get("name", ""))
 
 
 def _same(said: Any, found: Any) -> bool:

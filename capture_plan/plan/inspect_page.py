@@ -138,13 +138,15 @@ def sight_lines(found: Inspection) -> list[str]:
 
 
 def separator_words(one: Separator, label: str, found: Inspection) -> str:
-    """'12 degrees; one more dot on the left cheek, 9 mm from M14 at (36, 29, 95) mm, makes it 21'."""
+    """'12 degrees; one more dot on the left cheek, 9 mm from M14, makes it 21: at (36, 29, 95) mm from the rig's
+    origin, x to the subject's left, y up, z to the front'."""
     if one.angle_then_degrees - one.angle_degrees < WORTH_DEG:
         return f"{one.angle_degrees:.0f} degrees; no place for one more dot opens it by {WORTH_DEG:g} degrees"
     where = ", ".join(f"{x:.0f}" for x in one.position)
     return (
         f"{one.angle_degrees:.0f} degrees; one more dot on the {label}, {one.nearest_mm:.0f} mm from "
-        f"{found.markers[one.nearest].name} at ({where}) mm, makes it {one.angle_then_degrees:.0f}"
+        f"{found.markers[one.nearest].name}, makes it {one.angle_then_degrees:.0f}: at ({where}) mm from the rig's "
+        "origin, x to the subject's left, y up, z to the front"
     )
 
 

@@ -153,7 +153,25 @@ def error_claims(plan: Plan, task: Task) -> list[Claim]:
                 f"the shares prove {proved:.3f} mm, this layout has {layout.worth.error_mm:.3f} mm",
             )
         )
-    return claims
+    return [*claims, *target_claims(plan, task)]
+
+
+def target_claims(plan: Plan, task: Task) -> list[Claim]:
+    """The shares of its own certificate prove the bound of the number that any layout needs to equal the others; that
+    number itself is compared with what follows from the certificate (`follow.target_landmarks`)."""
+    fewest, said = plan.layout.target_landmarks, plan.layout.target_bound
+    if fewest is None or said is None:
+        holds = fewest is None and said is None
+        return [claim("the number that others' error takes has its certificate", holds, f"{fewest or 'no'} landmarks")]
+    shares = shares_of(task.sites, said)
+    proved = bound_from(task.observation, task.sites, shares, budget=fewest, limits=task.limits)
+    return [
+        claim(
+            f"no layout of {fewest} landmarks has an upper estimate below {said.error_mm:.3f} mm, whatever the budget",
+            (shares >= 0).all() and abs(proved - said.error_mm) < TOLERANCE,
+            f"the shares prove {proved:.3f} mm",
+        )
+    ]
 
 
 def bound_claims(plan: Plan, task: Task) -> list[Claim]:

@@ -1,7 +1,8 @@
 """What error a plan predicts, in words, each time with the solve that it is of.
 
 Predicted error   of weights solved between 0 and 1, as takes are solved: simulated for performances (`layout.predict`)
-Upper estimate    of weights of any size and sign, by formula (`Observation.error`): search, budgets and bounds use it
+Upper estimate    of weights of any size and sign, by formula (`Observation.error`): search, budgets and bounds use it.
+                  Both are means (root mean square) over all frames
 """
 
 from math import ceil
@@ -11,6 +12,10 @@ from capture_plan.layout.record import Prediction, Worth
 
 SOLVE = "weights solved between 0 and 1"
 ANY_WEIGHTS = "weights of any size"
+UPPER = (
+    f"The upper estimate is of the mean error (root mean square) over all frames, for {ANY_WEIGHTS}: search, budgets "
+    "and bounds speak of it; single frames can lie above it."
+)
 FRAMES_WITHIN = f"{10 * (MOST - LEAST):.0f} of 10 frames"
 FINEST = 0.001  # millimetres; what is nearer to the truth is not said
 
@@ -43,7 +48,7 @@ def prediction_words(predictions: tuple[Prediction, ...]) -> list[str]:
         for noise in noises
     ]
     if predictions:
-        told.append(f"The upper estimate is for {ANY_WEIGHTS}: search, budgets and bounds speak of it.")
+        told.append(UPPER)
     return [*told, *beyond_words(predictions)]
 
 

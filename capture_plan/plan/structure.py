@@ -10,7 +10,7 @@ import msgspec
 
 from capture_plan.errors import PlanError
 from capture_plan.layout.follow import SINGLE_COVER
-from capture_plan.layout.record import Layout
+from capture_plan.layout.record import ErrorBound, Layout
 from capture_plan.layout.settings import ORDERED
 from capture_plan.plan.record import DECIDING, Plan
 from capture_plan.rig import Rig
@@ -53,11 +53,16 @@ def _texts(value: Any, place: str) -> Iterator[tuple[str, str]]:
 
 def _numbers(layout: Layout, rig: Rig) -> Iterator[str]:
     v, f = len(rig.neutral), len(rig.triangles)
-    bound = layout.error_bound.vertices if layout.error_bound else ()
-    others = [*(one.vertices for one in layout.programs), *(one.vertices for one in layout.references.values()), bound]
-    vertices = [*(m.vertex for m in layout.markers), *(vertex for several in others for vertex in several)]
+    others = [*layout.programs, *layout.references.values(), *bounds_of(layout).values()]
+    vertices = [*(m.vertex for m in layout.markers), *(vertex for one in others for vertex in one.vertices)]
     yield from (f"has vertex {n:,} of {v:,}" for n in vertices if not 0 <= n < v)
     yield from (f"has triangle {m.triangle:,} of {f:,} ({m.name})" for m in layout.markers if not 0 <= m.triangle < f)
+
+
+def bounds_of(layout: Layout) -> dict[str, ErrorBound]:
+    """The certificates by shares that a layout has, by what they prove."""
+    both = {"error bound": layout.error_bound, "bound of the target": layout.target_bound}
+    return {name: bound for name, bound in both.items() if bound}
 
 
 def _names(plan: Plan, rig: Rig) -> Iterator[str]:
@@ -80,9 +85,8 @@ def _names(plan: Plan, rig: Rig) -> Iterator[str]:
 
 def _lengths(plan: Plan) -> Iterator[str]:
     layout = plan.layout
-    bound = layout.error_bound
     lists = [("certificate", len(layout.certificate.blendshapes), len(layout.certificate.weights))]
-    lists += [("error bound", len(bound.vertices), len(bound.shares))] if bound else []
+    lists += [(name, len(bound.vertices), len(bound.shares)) for name, bound in bounds_of(layout).items()]
     lists += [(f"expression {e.name}", len(e.blendshapes), len(e.weights)) for e in plan.packing.expressions]
     yield from (f"has {a} entries and {b} numbers in the {what}" for what, a, b in lists if a != b)
     yield from (

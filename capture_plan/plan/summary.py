@@ -1,12 +1,14 @@
 """A plan in a few sentences, for the terminal, the title page and the first screen of a notebook."""
 
 from capture_plan.expressions.record import Packing
+from capture_plan.expressions.session import spare_words
 from capture_plan.expressions.settings import MEASURED_BY
 from capture_plan.layout.face import SIXTY_EIGHT
 from capture_plan.layout.follow import EVEN, target_of
 from capture_plan.layout.meeting import meeting_words
 from capture_plan.layout.record import Layout, MotionFit, Prediction, Worth
 from capture_plan.layout.studio import WORTHWHILE
+from capture_plan.plan.budget_words import bound_words, budget_words, unspent_words
 from capture_plan.plan.predicted import at_noise, error_words, prediction_words
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
@@ -19,11 +21,13 @@ from capture_plan.visibility import FEWEST_PIXELS
 def summary(plan: Plan) -> tuple[str, ...]:
     """What a supervisor wants to know first, one sentence a line; every number with its unit."""
     layout, packing, audit = plan.layout, plan.packing, plan.audit
+    took = f"The session takes about {plan.session.minutes:.0f} minutes."
     lines = [
         f"{plan.rig.name}: {len(audit.used)} of {audit.blendshapes} blendshapes planned for, "
         f"{audit.skin_vertices:,} skin vertices.",
         *uncovered_words(plan),
         f"{worth_words(layout.worth, layout.predictions)}{budget_words(plan)}.",
+        *unspent_words(plan),
         *prediction_words(layout.predictions),
         *target_words(plan),
         *unidentified_words(plan),
@@ -41,7 +45,7 @@ def summary(plan: Plan) -> tuple[str, ...]:
         ),
         f"{expression_words(packing)}; the first 5 cover {first_share(plan, 5):.0%} of the "
         f"{MEASURED_BY[plan.settings.expressions.importance]}.",
-        f"The session takes about {plan.session.minutes:.0f} minutes. {plan.session.stop}".strip(),
+        " ".join(filter(None, [took, spare_words(plan.session), plan.session.stop])),
     ]
     lines += [f"{heading}, planned apart: {names}." for heading, names, _ in apart_lines(audit.apart)]
     if packing.left_out:
@@ -62,24 +66,6 @@ def uncovered_words(plan: Plan) -> list[str]:
             "dots. Capture these by another means, or make the zones smaller (--keep-out)."
         ]
     return [f"The budget does not pay for a landmark on every blendshape; without one: {names}."]
-
-
-def budget_words(plan: Plan) -> str:
-    """', for a budget of 34', where landmarks were chosen for one."""
-    settings = plan.settings.landmarks
-    return f", for a budget of {settings.budget or settings.number}" if plan.layout.method == "budget" else ""
-
-
-def bound_words(plan: Plan) -> list[str]:
-    """How far from the best a budget can be."""
-    layout = plan.layout
-    if layout.error_bound is None or not layout.error_bound.error_mm:
-        return []
-    least = layout.error_bound.error_mm
-    return [
-        f"Proved: no layout of {len(layout.landmarks)} landmarks has an upper estimate below {least:.3f} mm; "
-        f"this one is {layout.worth.error_mm / least - 1:.1%} above that."
-    ]
 
 
 def target_words(plan: Plan) -> list[str]:
@@ -153,8 +139,14 @@ def near_words(plan: Plan) -> list[str]:
 
 
 def motion_words(plan: Plan) -> list[str]:
-    """What a recorded take loses by the landmarks, and what it says nothing of."""
-    return fit_words(plan.layout.motion) if plan.layout.motion else []
+    """What a recorded take was used for, what it loses by the landmarks, and what it says nothing of."""
+    if not plan.layout.motion:
+        return []
+    if plan.layout.method == "motion":
+        use = "The take chose the landmarks: they are those found to lose least of it."
+    else:
+        use = "The take did not choose the landmarks (--method motion does): what they lose of it is measured."
+    return [use, *fit_words(plan.layout.motion)]
 
 
 def take_summary(layout: Layout, rig: Rig) -> tuple[str, ...]:

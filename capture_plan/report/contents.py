@@ -8,7 +8,16 @@ from typing import Any, NamedTuple
 from capture_plan.expressions.session import ENOUGH, Session
 from capture_plan.expressions.settings import MEASURED_BY
 from capture_plan.layout.record import Landmark, MotionFit, Prediction, View, Worth
-from capture_plan.plan.predicted import ANY_WEIGHTS, FRAMES_WITHIN, SOLVE, at_noise, beyond_words, known_to, within
+from capture_plan.plan.predicted import (
+    ANY_WEIGHTS,
+    FRAMES_WITHIN,
+    SOLVE,
+    UPPER,
+    at_noise,
+    beyond_words,
+    known_to,
+    within,
+)
 from capture_plan.plan.record import Plan
 from capture_plan.plan.summary import fit_words, unidentified_words
 from capture_plan.report.proofs import minimum_proof, packing_proof, proofs
@@ -49,15 +58,15 @@ def contents(plan: Plan, shot_list: Session) -> dict[str, Any]:
         "regions": {region: glyph(look) for region, look in region_looks(layout.markers).items()},
         "marker_intro": marker_intro(layout.markers),
         "uncovered": layout.uncovered,
-        "stop": stop_line(plan),
+        "stop": shot_list.stop,
         "session_intro": session_intro(shot_list),
         "chart": chart(plan),
         "unscanned": packing.left_out,
         "relaxed": [" and ".join(pair) for pair in packing.relaxed],
         "worth_intro": f"What the markers tell about the face when each is measured with noise of "
         f"{layout.worth.noise_mm:g} mm: how many mixes of blendshapes can be told apart, and how far the solved skin "
-        f"would be off (root mean square). The predicted error is of {SOLVE}{performance_words(layout.predictions)}; "
-        f"the upper estimate is for {ANY_WEIGHTS}: search, budgets and bounds speak of it. Shorter bars are better.",
+        f"would be off (root mean square). The predicted error is of {SOLVE}{performance_words(layout.predictions)}. "
+        f"{UPPER} Shorter bars are better.",
         "predicted": [predicted_row(one) for one in layout.predictions],
         "frames_within": FRAMES_WITHIN,
         "predicted_intro": f"Error of the skin (root mean square) of {SOLVE}, by a seeded simulation of each "
@@ -111,7 +120,9 @@ def error_tile(worth: Worth, predictions: tuple[Prediction, ...]) -> Tile:
     for one in at_noise(predictions, worth.noise_mm):
         note = f"of the skin, root mean square, {noise}: {SOLVE}, {one.performance}; {FRAMES_WITHIN} {within(one)}"
         return Tile("Predicted error", f"{one.error_mm:.2f}", "mm", note)
-    return Tile("Upper estimate", f"{worth.error_mm:.2f}", "mm", f"of the error of the skin, {ANY_WEIGHTS}, {noise}")
+    return Tile(
+        "Upper estimate", f"{worth.error_mm:.2f}", "mm", f"of the mean error of the skin, {ANY_WEIGHTS}, {noise}"
+    )
 
 
 def performance_words(predictions: tuple[Prediction, ...]) -> str:
@@ -184,16 +195,6 @@ def marker_rows(landmarks: tuple[Landmark, ...]) -> list[dict[str, Any]]:
         }
         for landmark in landmarks
     ]
-
-
-def stop_line(plan: Plan) -> str:
-    """After which expression a session may stop; empty where only the last one would do."""
-    expressions = plan.packing.expressions
-    for number, expression in enumerate(expressions, start=1):
-        if expression.covered >= ENOUGH and number < len(expressions):
-            share = f"{percent(expression.covered)} of the {MEASURED_BY[plan.settings.expressions.importance]}"
-            return f"stop after {expression.name}, {number} of {len(expressions)}: {share} is covered."
-    return ""
 
 
 def chart(plan: Plan) -> dict[str, Any]:

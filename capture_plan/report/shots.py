@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from capture_plan.expressions.session import Item, Session
+from capture_plan.expressions.session import Item, Session, spare_words, stop_below
 from capture_plan.report.words import percent
 
 LEVELS = 5
@@ -50,7 +50,7 @@ def shot_rows(of: Session) -> list[dict[str, Any]]:
             "covered": percent(item.covered) if item.kind == "expression" else "",
             "framing": item.kind != "expression",
             "spare": not item.fits,
-            "stop": of.stop if of.stop_after and item.name == of.stop_after else "",
+            "stop": of.stop if of.stop_after and item.name == stop_below(of) else "",
         }
         for item in of.items
     ]
@@ -59,8 +59,8 @@ def shot_rows(of: Session) -> list[dict[str, Any]]:
 def session_intro(of: Session) -> str:
     """How long it takes and on what that rests."""
     settings = of.settings
+    takes = f"About {of.minutes:.0f} minutes with neutrals, teeth and pauses. {spare_words(of)}".strip()
     return (
-        f"About {of.minutes:.0f} minutes with neutrals, teeth and pauses. All times are assumptions of ours: "
-        f"{settings.hold_s:g} s of hold, {settings.retakes:g} retakes per expression, a pause every "
-        f"{settings.relax_every} expressions. Measure your first session and change them."
+        f"{takes} All times are assumptions of ours: {settings.hold_s:g} s of hold, {settings.retakes:g} retakes per "
+        f"expression, a pause every {settings.relax_every} expressions. Measure your first session and change them."
     )

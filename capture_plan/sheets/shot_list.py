@@ -3,7 +3,7 @@
 Lengths are page millimetres from the top left corner, y down.
 """
 
-from capture_plan.expressions.session import Item, Session
+from capture_plan.expressions.session import Item, Session, spare_words, stop_below
 from capture_plan.sheets.furniture import head_line
 from capture_plan.sheets.page import MARGIN_MM, Booklet
 from capture_plan.sheets.style import ACCENT, FAINT, INK, SOFT, WASH, Number
@@ -35,7 +35,7 @@ def paged(book: Booklet, of: Session) -> list[list[Item]]:
 def height(item: Item, of: Session) -> float:
     """Of a row with what is drawn below it."""
     tall = TALL_MM if item.kind == "expression" else FLAT_MM
-    return tall + (STOP_MM if of.stop_after and item.name == of.stop_after else 0.0)
+    return tall + (STOP_MM if of.stop_after and item.name == stop_below(of) else 0.0)
 
 
 def draw_shot_list(
@@ -43,7 +43,8 @@ def draw_shot_list(
 ) -> None:
     """A page of the table; below the last item what is planned apart (its heading, names and what to do), and which
     dots come `near` each other."""
-    head_line(book, "SHOT LIST", (summary(of),))
+    spare = spare_words(of)
+    head_line(book, "SHOT LIST", (summary(of), spare) if spare else (summary(of),))
     left, right = MARGIN_MM, book.paper.width - MARGIN_MM
     y = TOP_MM - 4
     heads = {"slate": "slate", "name": "name", "words": "what the actor is told", "hard": "difficulty"}
@@ -57,7 +58,7 @@ def draw_shot_list(
     for item in items:
         _row(book, item, y, ticks)
         below = y + (TALL_MM if item.kind == "expression" else FLAT_MM)
-        if of.stop_after and item.name == of.stop_after:
+        if of.stop_after and item.name == stop_below(of):
             _stop(book, of.stop, below)
         y += height(item, of)
     note = "Clock: minutes from the start, all times are our assumptions. Difficulty 1 to 5. Sides are the actor's own."
