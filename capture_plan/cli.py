@@ -296,11 +296,11 @@ def plan(
     names: Names = None,
 ) -> None:
     """Plan a session for RIG: landmarks and expressions, with what was proved and what error to expect."""
-    from capture_plan.output import refuse_place
-    from capture_plan.plan.files import read_settings, refer_to, settings_seen_from
+    from capture_plan.output import refuse_place, replace_whole
+    from capture_plan.plan.files import plan_bytes, read_settings, refer_to, settings_seen_from
     from capture_plan.plan.make import make_plan
     from capture_plan.plan.named import NamedDots
-    from capture_plan.plan.replacing import inputs_of, refuse_to_replace, replace_plan
+    from capture_plan.plan.replacing import inputs_of, refuse_to_replace
     from capture_plan.plan.settings import Settings
     from capture_plan.plan.summary import summary
     from capture_plan.progress import listen
@@ -329,7 +329,7 @@ def plan(
     heard: list[str] = []
     with listen(lambda lines: say(kept(lines, heard))):
         made = make_plan(found, settled, reference=reference, folder=output.parent)
-    said = replace_plan(made, output)
+    said = replace_whole(output, plan_bytes(made))
     say([*unheard(summary(made), heard), *said])
     say_written([output])
     say([f"Next: capture-plan check {output}, then capture-plan render {output} for the pages."])
@@ -344,11 +344,13 @@ def settings(
     """Give a settings file with every key, what it means, its unit and what is decided without it."""
     from importlib.resources import files
 
+    from capture_plan.output import replace_whole
+
     text = files("capture_plan.plan").joinpath("data", "settings.toml").read_text(encoding="utf-8")
     if output is None:
         print(text, end="")
         return
-    say(replace_file(output, text.encode()))
+    say(replace_whole(output, text.encode()))
     say_written([output])
     say([f"Next: change what you like and plan with --settings {output}."])
 
@@ -442,10 +444,11 @@ def edit(
 ) -> None:
     """Change the expressions of PLAN as an artist asks, with the least change to what was agreed."""
     from capture_plan.expressions.settings import Edits
-    from capture_plan.output import refuse_place
+    from capture_plan.output import refuse_place, replace_whole
+    from capture_plan.plan.files import plan_bytes
     from capture_plan.plan.gate import as_far_as_it_goes
     from capture_plan.plan.places import found_from
-    from capture_plan.plan.replacing import inputs_of_plan, refuse_to_replace, replace_plan
+    from capture_plan.plan.replacing import inputs_of_plan, refuse_to_replace
     from capture_plan.plan.revise import edited_plan, other_plan, why_not_together
     from capture_plan.plan.summary import expression_lines
 
@@ -469,7 +472,7 @@ def edit(
     )
     with as_far_as_it_goes(made):
         changed = other_plan(made, found, folder=folder) if another else edited_plan(made, found, edits, folder=folder)
-    said = replace_plan(changed, output)
+    said = replace_whole(output, plan_bytes(changed))
     say([*expression_lines(changed, made), *said])
     say_written([output])
     say([f"Next: capture-plan render {output} for the pages."])
@@ -489,7 +492,7 @@ def inspect(
     there, how far it may sit from its place and what stands in for it."""
     import msgspec
 
-    from capture_plan.output import refuse_place
+    from capture_plan.output import refuse_place, replace_whole
     from capture_plan.plan.gate import as_far_as_it_goes
     from capture_plan.plan.inspect import inspect_plan
     from capture_plan.plan.inspect_page import inspection_text, short_text
@@ -505,7 +508,7 @@ def inspect(
     elif output is None:
         say([short_text(found)])
     else:
-        say([*replace_file(output, f"{inspection_text(found)}\n".encode()), short_text(found)])
+        say([*replace_whole(output, f"{inspection_text(found)}\n".encode()), short_text(found)])
         say_written([output])
     if output is None and not json:
         say([f"Next: capture-plan inspect {plan} -o inspection.txt says all of it, marker by marker."])
@@ -721,23 +724,15 @@ def open_rig(path: str, **corrections: Any) -> "Rig":
 
 def write_audit(report: "Audit", rig: "Rig", path: Path, text: str) -> None:
     """The audit as a page with pictures where the suffix asks for one, else as this text; says the verdict."""
+    from capture_plan.output import replace_whole
     from capture_plan.rig.audit_page import verdict
     from capture_plan.sheets.audit_sheet import KINDS, audit_bytes
 
     kind = path.suffix.lower()
     content = audit_bytes(report, rig, kind) if kind in KINDS else text.encode()
-    say(replace_file(path, content))
+    say(replace_whole(path, content))
     say([f"Shoot with it? {verdict(report)}"])
     say_written([path])
-
-
-def replace_file(path: Path, content: bytes) -> list[str]:
-    """Write a file, keeping another one that stands there; returns what to say of that."""
-    from capture_plan.output import keep_old, write_whole
-
-    old = keep_old(path, unless=content)
-    write_whole(path, content)
-    return [f"kept the file that stood there as {old}"] if old else []
 
 
 def open_take(path: Path, rig: "Rig", names: str | None) -> "Sequence":

@@ -11,7 +11,7 @@ from functools import partial
 import pytest
 
 from capture_plan.errors import PlanError
-from capture_plan.output import keep_old, refuse_place, write_whole, written_together
+from capture_plan.output import refuse_place, replace_whole, write_whole, written_together
 from capture_plan.output.leavings import OURS, sweep
 from capture_plan.output.together import MEMORY
 from tests.faults import FailingDisk, tree
@@ -30,9 +30,13 @@ def write_one(folder, generation):
     write_whole(folder / "deep" / "plan.json", f"plan {generation}".encode() * 99)
 
 
+def replace_one(folder, generation):
+    replace_whole(folder / "deep" / "plan.json", f"plan {generation}".encode() * 99)
+
+
 @pytest.mark.parametrize("error", ERRORS, ids=lambda error: type(error).__name__)
 @pytest.mark.parametrize("ever", [False, True], ids=["once", "from_then_on"])
-@pytest.mark.parametrize("write", [write_one, write_set])
+@pytest.mark.parametrize("write", [write_one, write_set, replace_one])
 @pytest.mark.parametrize("stood", [False, True], ids=["new", "replaced"])
 def test_whatever_call_fails_there_are_the_old_files_or_the_new_ones(tmp_path, monkeypatch, write, stood, ever, error):
     monkeypatch.setattr(os, "fsync", lambda handle: None)
@@ -42,6 +46,7 @@ def test_whatever_call_fails_there_are_the_old_files_or_the_new_ones(tmp_path, m
         write(after, 1)
     before = tree(after)
     write(after, 2)
+    kept = before | {name: text for name, text in tree(after).items() if "~" in name}
     disk, n = FailingDisk(), 1
     while disk.calls >= n - 1:
         folder = tmp_path / str(n)
@@ -54,7 +59,7 @@ def test_whatever_call_fails_there_are_the_old_files_or_the_new_ones(tmp_path, m
                 write(folder, 2)
         for each in (folder, folder / "deep"):
             sweep(each)  # as whoever writes there next
-        assert tree(folder) in (before, tree(after))
+        assert tree(folder) in (before, kept, tree(after))
         assert not [path for path in folder.rglob("*") if path.name.startswith(OURS)]
         n += 1
     assert n > 8
@@ -123,6 +128,9 @@ def test_what_somebody_changed_is_kept_beside(tmp_path):
     write_set(tmp_path, 2)
     assert (tmp_path / "book.pdf~").read_bytes() == b"notes in it"
     assert (tmp_path / "book.pdf").read_bytes() == b"book 2" * 99
+    (tmp_path / "book.pdf").write_bytes(b"other notes")
+    write_set(tmp_path, 3)
+    assert [(tmp_path / f"book.pdf{kept}").read_bytes() for kept in ("~2", "~")] == [b"notes in it", b"other notes"]
     assert not (tmp_path / "pages" / "0.png~").exists()
 
 
@@ -174,11 +182,27 @@ def test_no_link_is_written_through(tmp_path):
 
 def test_what_is_replaced_is_kept_unless_it_is_the_same(tmp_path):
     path = tmp_path / "plan.json"
-    assert keep_old(path) is None
-    path.write_bytes(b"one")
-    assert keep_old(path, unless=b"one") is None
-    assert keep_old(path, unless=b"two") == tmp_path / "plan.json~"
-    assert (tmp_path / "plan.json~").read_bytes() == b"one"
+    assert [replace_whole(path, text) for text in (b"one", b"one")] == [[], []]
+    for text in (b"two", b"three", b"one", b"four"):
+        said = replace_whole(path, text)
+    assert tree(tmp_path) == {
+        "plan.json": b"four",
+        "plan.json~": b"one",
+        "plan.json~2": b"one",
+        "plan.json~3": b"two",
+        "plan.json~4": b"three",
+    }
+    assert said == [f"kept {path}~ as {path}~4", f"kept {path} as {path}~"]
+
+
+def test_of_two_who_replace_one_file_nobody_loses_what_was_there(tmp_path):
+    def replace(writer):
+        for n in range(20):
+            replace_whole(tmp_path / "plan.json", f"{writer} {n}".encode())
+
+    for child in [forked(partial(replace, writer)) for writer in "ab"]:
+        assert os.waitpid(child, 0)[1] == 0
+    assert set(tree(tmp_path).values()) == {f"{writer} {n}".encode() for writer in "ab" for n in range(20)}
 
 
 def test_places_that_may_not_be_written_are_refused(tmp_path):

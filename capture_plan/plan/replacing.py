@@ -4,8 +4,8 @@ from pathlib import Path
 
 from capture_plan.errors import PlanError
 from capture_plan.expressions.settings import Edits
-from capture_plan.output import keep_old, same
-from capture_plan.plan.files import plan_bytes, read_plan, write_plan
+from capture_plan.output import same
+from capture_plan.plan.files import read_plan
 from capture_plan.plan.places import found_from
 from capture_plan.plan.record import SAMPLE, Plan, seal_of
 from capture_plan.plan.settings import Settings
@@ -45,17 +45,6 @@ def is_from(plan: Plan, folder: Path, source: str) -> bool:
     if SAMPLE in (source, plan.rig.path):
         return source == plan.rig.path
     return same(Path(str(found_from(folder, plan.rig.path))), Path(source))
-
-
-def replace_plan(plan: Plan, path: Path) -> list[str]:
-    """Write the plan; what stood there is kept. Returns what to say of it.
-
-    Raises:
-        PlanError: the place cannot be written.
-    """
-    old = keep_old(path, unless=plan_bytes(plan))
-    write_plan(plan, path)
-    return [f"kept the file that stood there as {old}"] if old else []
 
 
 def inputs_of(settings: Settings, folder: Path = Path()) -> list[str]:
