@@ -11,7 +11,7 @@ from functools import partial
 import pytest
 
 from capture_plan.errors import PlanError
-from capture_plan.output import refuse_place, replace_whole, write_whole, written_together
+from capture_plan.output import refuse_folder, refuse_place, refuse_plan, replace_whole, write_whole, written_together
 from capture_plan.output.leavings import OURS, sweep
 from capture_plan.output.together import MEMORY
 from tests.faults import FailingDisk, tree
@@ -218,5 +218,34 @@ def test_places_that_may_not_be_written_are_refused(tmp_path):
         with pytest.raises(PlanError, match=reason):
             refuse_place(place, inputs=[rig])
     with pytest.raises(PlanError, match="is a file"):
-        refuse_place(rig, folder=True)
+        refuse_folder(rig, ())
     refuse_place(tmp_path / "new" / "plan.json", inputs=[rig])
+
+
+def test_a_set_that_would_write_over_or_take_away_what_is_read_is_refused(tmp_path):
+    rig, frame, mine = (tmp_path / name for name in ("out/expressions", "out/pages/take/1.obj", "out/hero.glb"))
+    for place in (rig / "neutral.obj", frame, mine):
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_bytes(b"")
+    (tmp_path / "link").symlink_to(frame.parent)
+    names = ("plan.json", "expressions", "pages")
+    for read in (rig, rig / "neutral.obj", frame, frame.parent, tmp_path / "link", tmp_path / "out"):
+        with pytest.raises(PlanError, match="is what is read"):
+            refuse_folder(tmp_path / "out", names, inputs=[read])
+    refuse_folder(tmp_path / "out", names, inputs=[mine, "frontal", tmp_path, None])
+    for name in ("neutral.obj", "audit.txt"):
+        with pytest.raises(PlanError, match="is read"):
+            refuse_place(rig / name, inputs=[rig])
+    refuse_place(rig / "plan.json", inputs=[rig])
+
+
+def test_a_plan_is_replaced_by_plans_alone_and_by_a_set_that_wrote_it(tmp_path):
+    text = b'{"format": 0, "rig": {}, "settings": {}, "layout": {}, "packing": {}}'
+    (tmp_path / "plan.json").write_bytes(text)
+    for refuse in (refuse_place, refuse_plan):
+        with pytest.raises(PlanError, match="holds a plan"):
+            refuse(tmp_path / "plan.json")
+    refuse_place(tmp_path / "plan.json", over_plan=True)
+    with written_together(tmp_path / "set") as new:
+        write_whole(new / "plan.json", text)
+    refuse_plan(tmp_path / "set" / "plan.json")

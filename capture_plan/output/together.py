@@ -16,7 +16,7 @@ from pathlib import Path
 
 from capture_plan.errors import PlanError
 from capture_plan.output.leavings import MOVES, NEW, OLD, alone_in, is_being_made, new_folder, put_back, release
-from capture_plan.output.places import IS_A_LINK
+from capture_plan.output.places import IS_A_LINK, holds_plan
 from capture_plan.output.whole import flush, flush_folder, folder_of, in_one_line, keeping, write_whole
 from capture_plan.progress import tell
 
@@ -128,6 +128,16 @@ def refuse_links(folder: Path, inside: Path, names: list[Path]) -> None:
     for name in (inside, *inside.parents, *names):
         if (folder / name).is_symlink():
             raise PlanError(f"{folder / name} {IS_A_LINK}: remove it")
+
+
+def refuse_plan(path: Path) -> None:
+    """Refuse to put a file of a set in the place of a plan that none has written there.
+
+    Raises:
+        PlanError: there is such a plan.
+    """
+    if holds_plan(path) and path.name not in ours(path.parent):
+        raise PlanError(f"{path} holds a plan, which only `plan` and `edit` replace: choose another place with -o")
 
 
 def unchanged(path: Path, what: str) -> bool:
