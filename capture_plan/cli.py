@@ -324,10 +324,10 @@ def plan(
     refuse_place(output, inputs=[rig, settings, skin, names, *inputs_of(chosen)], over_plan=True)
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     dots.must_be_of(found)
-    if not replace:
-        refuse_to_replace(output, found, rig)
-    reference = refer_to(found, rig, output, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     settled = settings_seen_from(output.parent, chosen)
+    if not replace:
+        refuse_to_replace(output, found, rig, settled)
+    reference = refer_to(found, rig, output, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     heard: list[str] = []
     with listen(lambda lines: say(kept(lines, heard))):
         made = make_plan(found, settled, reference=reference, folder=output.parent)
@@ -446,6 +446,8 @@ def edit(
     force: Force = False,
 ) -> None:
     """Change the expressions of PLAN as an artist asks, with the least change to what was agreed."""
+    from msgspec.structs import replace as replaced
+
     from capture_plan.errors import PlanError
     from capture_plan.expressions.settings import Edits
     from capture_plan.output import refuse_place, replace_whole
@@ -453,7 +455,7 @@ def edit(
     from capture_plan.plan.gate import as_far_as_it_goes
     from capture_plan.plan.places import found_from
     from capture_plan.plan.replacing import refuse_to_replace
-    from capture_plan.plan.revise import edited_plan, other_plan, why_not_together
+    from capture_plan.plan.revise import edited_plan, other_plan, renumbered_words, why_not_together
     from capture_plan.plan.summary import expression_lines
 
     if why is None and not (lock or together or apart or drop or another):
@@ -477,11 +479,12 @@ def edit(
     if edits == before and not another:
         raise PlanError(f"{plan} follows these edits already: nothing was written")
     if not (here or replace):
-        refuse_to_replace(output, found, str(found_from(folder, made.rig.path)))
+        source, asked = str(found_from(folder, made.rig.path)), replaced(made.settings.expressions, edits=edits)
+        refuse_to_replace(output, found, source, replaced(made.settings, expressions=asked))
     with as_far_as_it_goes(made):
         changed = other_plan(made, found, folder=folder) if another else edited_plan(made, found, edits, folder=folder)
     said = replace_whole(output, plan_bytes(changed))
-    say([*expression_lines(changed, made), *said])
+    say([*expression_lines(changed, made), *renumbered_words(made.packing, changed.packing), *said])
     say_written([output])
     say([f"Next: capture-plan render {output} for the pages."])
 

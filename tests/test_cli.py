@@ -150,6 +150,9 @@ def test_a_plan_stands_beside_its_rig_by_name_and_is_edited_in_its_place(folder,
     assert edited.returncode == 0, edited.stderr
     assert sorted(path.name for path in tmp_path.iterdir()) == ["sample.plan.json", "sample.plan.json~"]
     assert (tmp_path / "sample.plan.json~").read_bytes() == (folder / "plan.json").read_bytes()
+    again = run("edit", "sample.plan.json", "--drop", "jawForward", cwd=tmp_path)
+    assert (again.returncode, len(again.stderr.splitlines())) == (2, 1)
+    assert "follows these edits already" in again.stderr
     mine = (tmp_path / "sample.plan.json").read_bytes()
     refused = run("plan", "sample", cwd=tmp_path)
     assert refused.returncode == 2
