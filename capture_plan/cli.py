@@ -5,7 +5,7 @@ Data go to standard output only with --json, everything else to standard error. 
 """
 
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from enum import StrEnum
 from functools import partial
@@ -29,6 +29,7 @@ app = typer.Typer(
 )
 
 LANDMARKS, EXPRESSIONS, SESSION = "Landmarks", "Expressions", "Session, cameras and takes"  # groups of help
+AUDITS = (".png", ".pdf", ".html", ".htm", ".txt", ".json")  # endings of what `audit` writes
 READING = "How the rig is read, where that went wrong"
 STOPPED = 130  # exit code after Ctrl-C, as shells know it
 SPELLED = {
@@ -110,7 +111,7 @@ def options(
 @app.command()
 def demo(output: Folder = Path("capture-plan-demo"), paper: Paper = "a4") -> None:
     """Plan the bundled sample head and write its plan, sheets and HTML page into DIR."""
-    from capture_plan.output import refuse_place
+    from capture_plan.output import refuse_folder, refuse_plan
     from capture_plan.plan.files import write_plan
     from capture_plan.plan.make import make_plan
     from capture_plan.plan.summary import summary
@@ -118,7 +119,8 @@ def demo(output: Folder = Path("capture-plan-demo"), paper: Paper = "a4") -> Non
     from capture_plan.rig import sample_rig
     from capture_plan.sheets import write_sheets
 
-    refuse_place(output, folder=True)
+    refuse_folder(output, ("plan.json", "sheets", "plan.html"))
+    refuse_plan(output / "plan.json")
     rig = sample_rig()
     plan = make_plan(rig)
     say(summary(plan))
@@ -136,7 +138,9 @@ def audit(
     json: Annotated[bool, typer.Option("--json", help="Print the audit as JSON to standard output.")] = False,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="FILE", help="Write FILE: .png, .pdf or .html with pictures, or .txt."),
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="FILE to write: .png, .pdf or .html with pictures, .txt, .json."
+        ),
     ] = None,
     unit_mm: UnitMm = None,
     up: Up = None,
@@ -145,17 +149,15 @@ def audit(
     names: Names = None,
 ) -> None:
     """Say and show how a rig was understood, what is wrong with it, and what a plan will leave out and why."""
-    import msgspec
-
     from capture_plan.output import refuse_place
     from capture_plan.rig.audit_page import audit_text
     from capture_plan.rig.audited import audit_once
 
     if output is not None:
-        refuse_place(output, inputs=[rig, skin, names])
+        refuse_place(output, inputs=[rig, skin, names], endings=AUDITS)
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     report = audit_once(found)
-    text = msgspec.json.format(msgspec.json.encode(report)).decode() + "\n" if json else audit_text(report)
+    text = json_text(report) if json or is_json(output) else audit_text(report)
     if output is not None:
         write_audit(report, found, output, text)
     elif json:
@@ -296,11 +298,11 @@ def plan(
     names: Names = None,
 ) -> None:
     """Plan a session for RIG: landmarks and expressions, with what was proved and what error to expect."""
-    from capture_plan.output import refuse_place
-    from capture_plan.plan.files import read_settings, refer_to, settings_seen_from
+    from capture_plan.output import refuse_place, replace_whole
+    from capture_plan.plan.files import plan_bytes, read_settings, refer_to, settings_seen_from
     from capture_plan.plan.make import make_plan
     from capture_plan.plan.named import NamedDots
-    from capture_plan.plan.replacing import inputs_of, refuse_to_replace, replace_plan
+    from capture_plan.plan.replacing import inputs_of, refuse_to_replace
     from capture_plan.plan.settings import Settings
     from capture_plan.plan.summary import summary
     from capture_plan.progress import listen
@@ -319,17 +321,17 @@ def plan(
         | {"sequence_weights": sequence_weight, "vertex_weights": vertex_weights},
         {"minutes": minutes},
     )
-    refuse_place(output, inputs=[rig, settings, skin, names, *inputs_of(chosen)])
+    refuse_place(output, inputs=[rig, settings, skin, names, *inputs_of(chosen)], over_plan=True)
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     dots.must_be_of(found)
-    if not replace:
-        refuse_to_replace(output, found, rig)
-    reference = refer_to(found, rig, output, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     settled = settings_seen_from(output.parent, chosen)
+    if not replace:
+        refuse_to_replace(output, found, rig, settled)
+    reference = refer_to(found, rig, output, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     heard: list[str] = []
     with listen(lambda lines: say(kept(lines, heard))):
         made = make_plan(found, settled, reference=reference, folder=output.parent)
-    said = replace_plan(made, output)
+    said = replace_whole(output, plan_bytes(made))
     say([*unheard(summary(made), heard), *said])
     say_written([output])
     say([f"Next: capture-plan check {output}, then capture-plan render {output} for the pages."])
@@ -344,11 +346,14 @@ def settings(
     """Give a settings file with every key, what it means, its unit and what is decided without it."""
     from importlib.resources import files
 
+    from capture_plan.output import refuse_place, replace_whole
+
     text = files("capture_plan.plan").joinpath("data", "settings.toml").read_text(encoding="utf-8")
     if output is None:
         print(text, end="")
         return
-    say(replace_file(output, text.encode()))
+    refuse_place(output, endings=(".toml",))
+    say(replace_whole(output, text.encode()))
     say_written([output])
     say([f"Next: change what you like and plan with --settings {output}."])
 
@@ -374,7 +379,7 @@ def markers(
     numbered as in the take's own files."""
     from capture_plan.exports.tables import write_landmarks
     from capture_plan.layout.from_take import layout_from_take, on_scan
-    from capture_plan.output import refuse_place
+    from capture_plan.output import refuse_folder
     from capture_plan.plan.files import change_settings, write_layout
     from capture_plan.plan.settings import Settings
     from capture_plan.plan.summary import take_summary
@@ -384,7 +389,7 @@ def markers(
 
     asked = {"method": "motion", "number": number, "symmetric": symmetric, "spacing_mm": spacing_mm}
     settings = change_settings(Settings(), {"landmarks": asked}).landmarks
-    refuse_place(output, folder=True, inputs=[take, skin])
+    refuse_folder(output, ("layout.json", "landmarks.csv", "sheets"), inputs=[take, skin])
     sequence = read_sequence(take, unit_mm=unit_mm, up=up, facing=facing)
     marked = skin_of_scan(skin, sequence) if skin else None
     layout, rig = layout_from_take(sequence, settings, triangles=faces, skin=marked)
@@ -441,36 +446,45 @@ def edit(
     force: Force = False,
 ) -> None:
     """Change the expressions of PLAN as an artist asks, with the least change to what was agreed."""
+    from msgspec.structs import replace as replaced
+
+    from capture_plan.errors import PlanError
     from capture_plan.expressions.settings import Edits
-    from capture_plan.output import refuse_place
+    from capture_plan.output import refuse_place, replace_whole
+    from capture_plan.plan.files import plan_bytes
     from capture_plan.plan.gate import as_far_as_it_goes
     from capture_plan.plan.places import found_from
-    from capture_plan.plan.replacing import inputs_of_plan, refuse_to_replace, replace_plan
-    from capture_plan.plan.revise import edited_plan, other_plan, why_not_together
+    from capture_plan.plan.replacing import refuse_to_replace
+    from capture_plan.plan.revise import edited_plan, other_plan, renumbered_words, why_not_together
     from capture_plan.plan.summary import expression_lines
 
-    made, found = open_plan(plan, rig, force=force)
-    folder = plan.parent
+    if why is None and not (lock or together or apart or drop or another):
+        raise PlanError("nothing to edit: give --lock, --together, --apart, --drop, --another or --why")
+    folder, output = plan.parent, output or plan
+    here = output.resolve() == plan.resolve()
+    made, found = open_plan(
+        plan, rig, force=force, refuse=lambda read: refuse_place(output, inputs=read[here:], over_plan=True)
+    )
     if why is not None:
         a, b = pair_of(why)
         say([why_not_together(made, found, a, b, folder=folder)])
         return
-    here = output is None or output.resolve() == plan.resolve()
-    output = output or plan
-    refuse_place(output, inputs=inputs_of_plan(made, plan, rig)[here:])
-    if not (here or replace):
-        refuse_to_replace(output, found, str(found_from(folder, made.rig.path)))
     before = made.settings.expressions.edits
     edits = Edits(
         locked=before.locked | (counts(lock) or {}),
-        together=(*before.together, *(tuple(names_of(group)) for group in together or [])),
-        apart=(*before.apart, *(pair_of(pair) for pair in apart or [])),
-        dropped=(*before.dropped, *(drop or [])),
+        together=tuple(dict.fromkeys((*before.together, *(tuple(names_of(group)) for group in together or [])))),
+        apart=tuple(dict.fromkeys((*before.apart, *(pair_of(pair) for pair in apart or [])))),
+        dropped=tuple(dict.fromkeys((*before.dropped, *(drop or [])))),
     )
+    if edits == before and not another:
+        raise PlanError(f"{plan} follows these edits already: nothing was written")
+    if not (here or replace):
+        source, asked = str(found_from(folder, made.rig.path)), replaced(made.settings.expressions, edits=edits)
+        refuse_to_replace(output, found, source, replaced(made.settings, expressions=asked))
     with as_far_as_it_goes(made):
         changed = other_plan(made, found, folder=folder) if another else edited_plan(made, found, edits, folder=folder)
-    said = replace_plan(changed, output)
-    say([*expression_lines(changed, made), *said])
+    said = replace_whole(output, plan_bytes(changed))
+    say([*expression_lines(changed, made), *renumbered_words(made.packing, changed.packing), *said])
     say_written([output])
     say([f"Next: capture-plan render {output} for the pages."])
 
@@ -481,32 +495,33 @@ def inspect(
     rig: OtherRig = None,
     json: Annotated[bool, typer.Option("--json", help="Print the inspection as JSON to standard output.")] = False,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Text file for all of it, marker by marker.")
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="File for all of it, by marker: .txt or .json."),
     ] = None,
     force: Force = False,
 ) -> None:
     """Say what the markers of PLAN see and confuse, which dots need care and what may fall off; with -o why each is
     there, how far it may sit from its place and what stands in for it."""
-    import msgspec
-
-    from capture_plan.output import refuse_place
+    from capture_plan.output import refuse_place, replace_whole
     from capture_plan.plan.gate import as_far_as_it_goes
     from capture_plan.plan.inspect import inspect_plan
     from capture_plan.plan.inspect_page import inspection_text, short_text
-    from capture_plan.plan.replacing import inputs_of_plan
 
-    made, its_rig = open_plan(plan, rig, force=force)
-    if output is not None:
-        refuse_place(output, inputs=inputs_of_plan(made, plan, rig))
+    def refuse(read: list[str | Path]) -> None:
+        if output is not None:
+            refuse_place(output, inputs=read, endings=(".txt", ".json"))
+
+    made, its_rig = open_plan(plan, rig, force=force, refuse=refuse)
     with as_far_as_it_goes(made):
         found = inspect_plan(made, its_rig, folder=plan.parent)
-    if json:
-        print(msgspec.json.format(msgspec.json.encode(found)).decode())
-    elif output is None:
-        say([short_text(found)])
-    else:
-        say([*replace_file(output, f"{inspection_text(found)}\n".encode()), short_text(found)])
+    if output is not None:
+        text = json_text(found) if json or is_json(output) else f"{inspection_text(found)}\n"
+        say([*replace_whole(output, text.encode()), short_text(found)])
         say_written([output])
+    elif json:
+        print(json_text(found), end="")
+    else:
+        say([short_text(found)])
     if output is None and not json:
         say([f"Next: capture-plan inspect {plan} -o inspection.txt says all of it, marker by marker."])
 
@@ -521,11 +536,13 @@ def render(
     force: Force = False,
 ) -> None:
     """Draw the marker sheets and reference expressions of PLAN for print: one PDF at true scale, and PNG pages."""
+    from capture_plan.output import refuse_folder
     from capture_plan.plan.gate import as_far_as_it_goes
     from capture_plan.progress import listen
     from capture_plan.sheets import write_sheets
+    from capture_plan.sheets.write import WRITES
 
-    made, found = open_plan(plan, rig, force=force, folder=output)
+    made, found = open_plan(plan, rig, force=force, refuse=lambda read: refuse_folder(output, WRITES, inputs=read))
     with as_far_as_it_goes(made), listen(say):
         say_written(write_sheets(made, found, output, paper=paper, dpi=dpi))
     say([f"Next: print {output / 'sheets.pdf'} at 100 % and hold a ruler to its 50 mm bar."])
@@ -542,13 +559,17 @@ def export(
     """Write PLAN for people and programs: an HTML page that needs no network, tables and slate, the plan with its
     schema, and a mesh for every expression with keyframes and examples for rigging. Only where asked for with
     --only verify: plan, rig and a checker of one file that imports nothing of ours."""
-    from capture_plan.exports import write_expression_meshes, write_schema, write_slate, write_tables, write_verifier
+    from capture_plan.exports import WRITES, write_expression_meshes, write_schema, write_slate, write_tables
+    from capture_plan.exports.verify import write_verifier
+    from capture_plan.output import refuse_folder, refuse_plan, same
     from capture_plan.plan.files import write_plan
     from capture_plan.plan.gate import as_far_as_it_goes
     from capture_plan.report import write_html
 
-    made, found = open_plan(plan, rig, force=force, folder=output)
     wanted = only or [kind for kind in Export if kind != Export.verify]
+    if {Export.json, Export.verify} & set(wanted) and not same(plan, output / "plan.json"):
+        refuse_plan(output / "plan.json")
+    made, found = open_plan(plan, rig, force=force, refuse=lambda read: refuse_folder(output, WRITES, inputs=read))
     draft = "-DRAFT" if made.draft else ""
     written: list[Path] = []
     with as_far_as_it_goes(made), together(output, written) as new:
@@ -599,11 +620,11 @@ def compare(
     from capture_plan.layout.given import read_layouts, take_weights
     from capture_plan.layout.settings import LayoutSettings
     from capture_plan.layout.shell.takes import takes_of
-    from capture_plan.output import refuse_place, write_whole
+    from capture_plan.output import refuse_folder, write_whole
     from capture_plan.rig.audited import audit_once
 
     if output is not None:
-        refuse_place(output, folder=True, inputs=[rig, layouts, take, skin, names])
+        refuse_folder(output, ("comparison.txt", "comparison.json"), inputs=[rig, layouts, take, skin, names])
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     used = audit_once(found).used
     sequence = open_take(take, found, names) if take else None
@@ -683,20 +704,17 @@ def notebook(
     raise typer.Exit(open_notebook(rig, take or (), edit=edit, headless=headless, host=host, port=port))
 
 
-def open_plan(path: Path, rig: str | None, *, force: bool, folder: Path | None = None) -> tuple["Plan", "Rig"]:
-    """The plan in a file and its rig, to be written about into a folder; where it does not hold, a draft by force, else
-    exit 1 with its lies named."""
-    from capture_plan.output import refuse_place
+def open_plan(
+    path: Path, rig: str | None, *, force: bool, refuse: Callable[[list[str | Path]], None]
+) -> tuple["Plan", "Rig"]:
+    """The plan in a file and its rig; where it does not hold, a draft by force, else exit 1 with its lies named.
+    `refuse` is asked before any work whether the output may stand where it shall, beside what is read."""
     from capture_plan.plan.files import read_plan, rig_of
     from capture_plan.plan.gate import as_draft, insisted, lies, refusal
     from capture_plan.plan.replacing import inputs_of_plan
 
     plan = read_plan(path)
-    if folder is not None:
-        inputs = inputs_of_plan(plan, path, rig)
-        refuse_place(folder, folder=True, inputs=inputs)
-        for name in ("plan.json", "rig.npz", "verify_plan.py", "plan.html", "sheets.pdf"):
-            refuse_place(folder / name, inputs=inputs)
+    refuse(inputs_of_plan(plan, path, rig))
     found = rig_of(plan, path, rig_path=rig)
     broken = lies(plan, found, folder=path.parent)
     if broken:
@@ -719,25 +737,29 @@ def open_rig(path: str, **corrections: Any) -> "Rig":
     return sample_rig()
 
 
+def is_json(output: Path | None) -> bool:
+    """Whether a file is called one of JSON."""
+    return output is not None and output.suffix.lower() == ".json"
+
+
+def json_text(record: object) -> str:
+    """A record as indented JSON."""
+    import msgspec
+
+    return f"{msgspec.json.format(msgspec.json.encode(record)).decode()}\n"
+
+
 def write_audit(report: "Audit", rig: "Rig", path: Path, text: str) -> None:
     """The audit as a page with pictures where the suffix asks for one, else as this text; says the verdict."""
+    from capture_plan.output import replace_whole
     from capture_plan.rig.audit_page import verdict
     from capture_plan.sheets.audit_sheet import KINDS, audit_bytes
 
     kind = path.suffix.lower()
     content = audit_bytes(report, rig, kind) if kind in KINDS else text.encode()
-    say(replace_file(path, content))
+    say(replace_whole(path, content))
     say([f"Shoot with it? {verdict(report)}"])
     say_written([path])
-
-
-def replace_file(path: Path, content: bytes) -> list[str]:
-    """Write a file, keeping another one that stands there; returns what to say of that."""
-    from capture_plan.output import keep_old, write_whole
-
-    old = keep_old(path, unless=content)
-    write_whole(path, content)
-    return [f"kept the file that stood there as {old}"] if old else []
 
 
 def open_take(path: Path, rig: "Rig", names: str | None) -> "Sequence":

@@ -104,12 +104,55 @@ def test_output_that_cannot_be_written_is_refused_and_nothing_left(folder):
     assert "would lie in plan.json, which is a file" in done.stderr.splitlines()[-1]
 
 
+@pytest.mark.parametrize("only", ["meshes", "json"])
+def test_an_export_does_not_write_over_or_take_away_what_its_plan_was_made_of(folder, tmp_path, only):
+    rig = tmp_path / "out" / "expressions"
+    rig.mkdir(parents=True)
+    (rig / "neutral.obj").write_text("v 0 0 0")
+    plan = json.loads((folder / "plan.json").read_text())
+    plan["rig"]["path"] = "out/expressions"
+    (tmp_path / "hero.json").write_text(json.dumps(plan))
+    done = run("export", "hero.json", "-o", "out", "--only", only, cwd=tmp_path)
+    assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
+    assert "is what is read" in done.stderr
+    assert [path.name for path in (tmp_path / "out").rglob("*")] == ["expressions", "neutral.obj"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["audit", "sample", "-o", "plan.json"], "holds a plan"),
+        (["inspect", "plan.json", "-o", "other.json"], "holds a plan"),
+        (["settings", "-o", "other.json"], ".toml"),
+        (["export", "other.json", "-o", ".", "--only", "json"], "holds a plan"),
+        (["demo", "-o", "."], "holds a plan"),
+        (["audit", "sample", "-o", "a.gif"], ".png .pdf .html"),
+        (["inspect", "plan.json", "-o", "a.gif"], ".txt .json"),
+        (["edit", "plan.json"], "nothing to edit"),
+        (["edit", "plan.json", "-o", "new.json"], "nothing to edit"),
+    ],
+)
+def test_what_would_replace_a_plan_or_write_what_a_name_does_not_say_is_refused(folder, tmp_path, arguments, says):
+    for name in ("plan.json", "other.json"):
+        (tmp_path / name).write_bytes((folder / "plan.json").read_bytes())
+    done = run(*arguments, cwd=tmp_path)
+    assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
+    assert says in done.stderr
+    assert {path.name: path.read_bytes() == (folder / "plan.json").read_bytes() for path in tmp_path.iterdir()} == {
+        "plan.json": True,
+        "other.json": True,
+    }
+
+
 def test_a_plan_stands_beside_its_rig_by_name_and_is_edited_in_its_place(folder, tmp_path):
     (tmp_path / "sample.plan.json").write_bytes((folder / "plan.json").read_bytes())
     edited = run("edit", "sample.plan.json", "--drop", "jawForward", cwd=tmp_path)
     assert edited.returncode == 0, edited.stderr
     assert sorted(path.name for path in tmp_path.iterdir()) == ["sample.plan.json", "sample.plan.json~"]
     assert (tmp_path / "sample.plan.json~").read_bytes() == (folder / "plan.json").read_bytes()
+    again = run("edit", "sample.plan.json", "--drop", "jawForward", cwd=tmp_path)
+    assert (again.returncode, len(again.stderr.splitlines())) == (2, 1)
+    assert "follows these edits already" in again.stderr
     mine = (tmp_path / "sample.plan.json").read_bytes()
     refused = run("plan", "sample", cwd=tmp_path)
     assert refused.returncode == 2

@@ -11,7 +11,7 @@ from functools import partial
 import pytest
 
 from capture_plan.errors import PlanError
-from capture_plan.output import keep_old, refuse_place, write_whole, written_together
+from capture_plan.output import refuse_folder, refuse_place, refuse_plan, replace_whole, write_whole, written_together
 from capture_plan.output.leavings import OURS, sweep
 from capture_plan.output.together import MEMORY
 from tests.faults import FailingDisk, tree
@@ -30,9 +30,13 @@ def write_one(folder, generation):
     write_whole(folder / "deep" / "plan.json", f"plan {generation}".encode() * 99)
 
 
+def replace_one(folder, generation):
+    replace_whole(folder / "deep" / "plan.json", f"plan {generation}".encode() * 99)
+
+
 @pytest.mark.parametrize("error", ERRORS, ids=lambda error: type(error).__name__)
 @pytest.mark.parametrize("ever", [False, True], ids=["once", "from_then_on"])
-@pytest.mark.parametrize("write", [write_one, write_set])
+@pytest.mark.parametrize("write", [write_one, write_set, replace_one])
 @pytest.mark.parametrize("stood", [False, True], ids=["new", "replaced"])
 def test_whatever_call_fails_there_are_the_old_files_or_the_new_ones(tmp_path, monkeypatch, write, stood, ever, error):
     monkeypatch.setattr(os, "fsync", lambda handle: None)
@@ -42,6 +46,7 @@ def test_whatever_call_fails_there_are_the_old_files_or_the_new_ones(tmp_path, m
         write(after, 1)
     before = tree(after)
     write(after, 2)
+    kept = before | {name: text for name, text in tree(after).items() if "~" in name}
     disk, n = FailingDisk(), 1
     while disk.calls >= n - 1:
         folder = tmp_path / str(n)
@@ -54,7 +59,7 @@ def test_whatever_call_fails_there_are_the_old_files_or_the_new_ones(tmp_path, m
                 write(folder, 2)
         for each in (folder, folder / "deep"):
             sweep(each)  # as whoever writes there next
-        assert tree(folder) in (before, tree(after))
+        assert tree(folder) in (before, kept, tree(after))
         assert not [path for path in folder.rglob("*") if path.name.startswith(OURS)]
         n += 1
     assert n > 8
@@ -123,6 +128,9 @@ def test_what_somebody_changed_is_kept_beside(tmp_path):
     write_set(tmp_path, 2)
     assert (tmp_path / "book.pdf~").read_bytes() == b"notes in it"
     assert (tmp_path / "book.pdf").read_bytes() == b"book 2" * 99
+    (tmp_path / "book.pdf").write_bytes(b"other notes")
+    write_set(tmp_path, 3)
+    assert [(tmp_path / f"book.pdf{kept}").read_bytes() for kept in ("~2", "~")] == [b"notes in it", b"other notes"]
     assert not (tmp_path / "pages" / "0.png~").exists()
 
 
@@ -174,11 +182,27 @@ def test_no_link_is_written_through(tmp_path):
 
 def test_what_is_replaced_is_kept_unless_it_is_the_same(tmp_path):
     path = tmp_path / "plan.json"
-    assert keep_old(path) is None
-    path.write_bytes(b"one")
-    assert keep_old(path, unless=b"one") is None
-    assert keep_old(path, unless=b"two") == tmp_path / "plan.json~"
-    assert (tmp_path / "plan.json~").read_bytes() == b"one"
+    assert [replace_whole(path, text) for text in (b"one", b"one")] == [[], []]
+    for text in (b"two", b"three", b"one", b"four"):
+        said = replace_whole(path, text)
+    assert tree(tmp_path) == {
+        "plan.json": b"four",
+        "plan.json~": b"one",
+        "plan.json~2": b"one",
+        "plan.json~3": b"two",
+        "plan.json~4": b"three",
+    }
+    assert said == [f"kept {path}~ as {path}~4", f"kept {path} as {path}~"]
+
+
+def test_of_two_who_replace_one_file_nobody_loses_what_was_there(tmp_path):
+    def replace(writer):
+        for n in range(20):
+            replace_whole(tmp_path / "plan.json", f"{writer} {n}".encode())
+
+    for child in [forked(partial(replace, writer)) for writer in "ab"]:
+        assert os.waitpid(child, 0)[1] == 0
+    assert set(tree(tmp_path).values()) == {f"{writer} {n}".encode() for writer in "ab" for n in range(20)}
 
 
 def test_places_that_may_not_be_written_are_refused(tmp_path):
@@ -194,5 +218,34 @@ def test_places_that_may_not_be_written_are_refused(tmp_path):
         with pytest.raises(PlanError, match=reason):
             refuse_place(place, inputs=[rig])
     with pytest.raises(PlanError, match="is a file"):
-        refuse_place(rig, folder=True)
+        refuse_folder(rig, ())
     refuse_place(tmp_path / "new" / "plan.json", inputs=[rig])
+
+
+def test_a_set_that_would_write_over_or_take_away_what_is_read_is_refused(tmp_path):
+    rig, frame, mine = (tmp_path / name for name in ("out/expressions", "out/pages/take/1.obj", "out/hero.glb"))
+    for place in (rig / "neutral.obj", frame, mine):
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_bytes(b"")
+    (tmp_path / "link").symlink_to(frame.parent)
+    names = ("plan.json", "expressions", "pages")
+    for read in (rig, rig / "neutral.obj", frame, frame.parent, tmp_path / "link", tmp_path / "out"):
+        with pytest.raises(PlanError, match="is what is read"):
+            refuse_folder(tmp_path / "out", names, inputs=[read])
+    refuse_folder(tmp_path / "out", names, inputs=[mine, "frontal", tmp_path, None])
+    for name in ("neutral.obj", "audit.txt"):
+        with pytest.raises(PlanError, match="is read"):
+            refuse_place(rig / name, inputs=[rig])
+    refuse_place(rig / "plan.json", inputs=[rig])
+
+
+def test_a_plan_is_replaced_by_plans_alone_and_by_a_set_that_wrote_it(tmp_path):
+    text = b'{"format": 0, "rig": {}, "settings": {}, "layout": {}, "packing": {}}'
+    (tmp_path / "plan.json").write_bytes(text)
+    for refuse in (refuse_place, refuse_plan):
+        with pytest.raises(PlanError, match="holds a plan"):
+            refuse(tmp_path / "plan.json")
+    refuse_place(tmp_path / "plan.json", over_plan=True)
+    with written_together(tmp_path / "set") as new:
+        write_whole(new / "plan.json", text)
+    refuse_plan(tmp_path / "set" / "plan.json")

@@ -5,15 +5,19 @@ import shutil
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
-from capture_plan.errors import RigError
+from capture_plan.errors import PlanError, RigError
+from capture_plan.expressions.settings import Edits
 from capture_plan.plan.check import check_plan
 from capture_plan.plan.files import read_plan, read_settings, refer_to, rig_of, settings_seen_from, write_plan
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.places import found_from, seen_from
+from capture_plan.plan.replacing import edits_lost, refuse_to_replace
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import sample_rig
 from capture_plan.rig.read import read_rig
+from tests.once import QUICK, plan_of
 
 
 @pytest.fixture
@@ -80,6 +84,28 @@ def test_a_map_that_speaks_of_another_rig_is_refused(session):
     (session / "other.toml").write_text('[names]\nfrown = "mouthFrownLeft"\n')
     with pytest.raises(RigError, match=r"other\.toml names no blendshape of hero"):
         read_rig(session / "hero.npz", names=str(session / "other.toml"))
+
+
+def test_a_plan_with_wishes_that_would_go_is_not_replaced_unasked(tmp_path):
+    """Each wish is named, those that the new settings have are not, and a plan without any is made again."""
+    edits = Edits(together=(("jawOpen", "browInnerUp"),), dropped=("cheekPuff",))
+    plan, path = plan_of(QUICK), tmp_path / "plan.json"
+    pin = plan.layout.landmarks[3]
+    wishes = replace(
+        QUICK.landmarks, pins=(pin.source_vertex,), forbidden=(7,), caps={"nose": 4}, keep_out={"wet lip": 5.0}
+    )
+    asked = replace(QUICK, landmarks=wishes, expressions=replace(QUICK.expressions, edits=edits))
+    made = replace(plan, settings=asked, packing=replace(plan.packing, edits=edits))
+    write_plan(made, path)
+    with pytest.raises(PlanError, match="--replace") as refused:
+        refuse_to_replace(path, sample_rig(), "sample", Settings())
+    assert f"(pin at {pin.name}, no dot at vertex 7, nose at most 4, keep-out wet lip 5 mm, " in str(refused.value)
+    assert list(edits_lost(made, Edits())) == ["jawOpen and browInnerUp together", "cheekPuff dropped"]
+    with pytest.raises(PlanError, match=r"would go \(nose at most 4\)"):
+        refuse_to_replace(path, sample_rig(), "sample", replace(asked, landmarks=replace(wishes, caps={"nose": 3})))
+    refuse_to_replace(path, sample_rig(), "sample", asked)
+    write_plan(plan, path)
+    refuse_to_replace(path, sample_rig(), "sample", Settings())
 
 
 def test_a_word_that_is_no_file_stays_a_word(tmp_path):

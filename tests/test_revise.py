@@ -14,6 +14,7 @@ from capture_plan.expressions.pack import pack
 from capture_plan.expressions.revise import another, repack
 from capture_plan.expressions.settings import Edits
 from capture_plan.expressions.sweep import importance_ablation, mu_sweep
+from capture_plan.plan.revise import renumbered_words
 
 
 @pytest.fixture(scope="module")
@@ -118,6 +119,19 @@ def test_an_impossible_edit_is_named(rig, used, packing, edits, fault):
         repack(rig, used, PackingSettings(), packing, edits)
     with pytest.raises(InfeasibleError, match=fault):
         pack(rig, used, PackingSettings(edits=edits))
+
+
+def test_expressions_that_have_other_numbers_are_named(rig, used, packing):
+    """Where one falls away, those behind it move up; where two change places, both are named; else nothing is."""
+    first, *others = packing.expressions
+    last = len(packing.expressions)
+    cut = change(packing, expressions=tuple(others))
+    swapped = change(packing, expressions=(others[0], first, *others[1:]))
+    assert renumbered_words(packing, packing) == ()
+    assert renumbered_words(packing, cut) == (
+        f"E02 to E{last:02d} are E01 to E{last - 1:02d} now: print the pages again.",
+    )
+    assert renumbered_words(packing, swapped) == ("E01 is E02, E02 is E01 now: print the pages again.",)
 
 
 def test_dropping_everything_is_refused(rig):

@@ -2,8 +2,8 @@
 
 They are made in a folder beside their places (`new/`), then moved there one by one; what stands there is kept in `old/`
 until all have been moved, and put back where one cannot be. Each folder remembers in `.capture-plan.json` what we wrote
-into it. What somebody else wrote, or changed since, is kept with `~` behind its name. In folders of the set, what we
-wrote before and do not write now is taken away.
+into it. What somebody else wrote, or changed since, is kept with `~` behind its name (`whole.keeping`). In folders of
+the set, what we wrote before and do not write now is taken away.
 """
 
 import hashlib
@@ -16,8 +16,8 @@ from pathlib import Path
 
 from capture_plan.errors import PlanError
 from capture_plan.output.leavings import MOVES, NEW, OLD, alone_in, is_being_made, new_folder, put_back, release
-from capture_plan.output.places import IS_A_LINK
-from capture_plan.output.whole import flush, flush_folder, folder_of, in_one_line, write_whole
+from capture_plan.output.places import IS_A_LINK, holds_plan
+from capture_plan.output.whole import flush, flush_folder, folder_of, in_one_line, keeping, write_whole
 from capture_plan.progress import tell
 
 MEMORY = ".capture-plan.json"
@@ -102,8 +102,9 @@ def remember(new: Path, folder: Path, names: list[Path]) -> list[Path]:
         now = {name.name: digest(new / name) for name in names if name.parent == inside}
         for name in now:
             if (place := folder / inside / name).exists() and digest(place) not in (before.get(name), now[name]):
-                same_file(place, new / inside / f"{name}~")
-                tell([f"note: {place} was not as we wrote it: it is kept as {name}~"])
+                for kept, old in keeping(place).items():
+                    same_file(old, new / inside / kept.name)
+                    tell([f"note: {old} was not as we wrote it: it is kept as {kept.name}"])
         left = [name for name in before if name not in now]
         if inside != Path():
             gone += [inside / name for name in left if unchanged(folder / inside / name, before[name])]
@@ -127,6 +128,16 @@ def refuse_links(folder: Path, inside: Path, names: list[Path]) -> None:
     for name in (inside, *inside.parents, *names):
         if (folder / name).is_symlink():
             raise PlanError(f"{folder / name} {IS_A_LINK}: remove it")
+
+
+def refuse_plan(path: Path) -> None:
+    """Refuse to put a file of a set in the place of a plan that none has written there.
+
+    Raises:
+        PlanError: there is such a plan.
+    """
+    if holds_plan(path) and path.name not in ours(path.parent):
+        raise PlanError(f"{path} holds a plan, which only `plan` and `edit` replace: choose another place with -o")
 
 
 def unchanged(path: Path, what: str) -> bool:

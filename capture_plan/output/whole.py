@@ -5,14 +5,14 @@ flushed: at any moment there is the old file or the new one.
 """
 
 import os
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from itertools import count
 from pathlib import Path
 from typing import BinaryIO
 
 from capture_plan.errors import PlanError
-from capture_plan.output.leavings import is_being_made, new_file, release, sweep
+from capture_plan.output.leavings import alone_in, is_being_made, new_file, release, sweep
 
 
 def write_whole(path: Path, content: bytes) -> None:
@@ -82,19 +82,36 @@ def folder_of(path: Path) -> Iterator[Path]:
         raise
 
 
-def keep_old(path: Path, *, unless: bytes | None = None) -> Path | None:
-    """Keep what stands at `path` under its name and `~`; returns where, None where nothing stands there or the same.
+def replace_whole(path: Path, content: bytes) -> list[str]:
+    """Write `content` to `path` and keep another one that stands there, which nobody replaces meanwhile. Returns what
+    to say of that.
 
     Raises:
-        PlanError: the place cannot be written.
+        PlanError: the place cannot be written; what stood there still does.
     """
-    with in_one_line(path):
-        if not path.exists() or (unless is not None and path.read_bytes() == unless):
-            return None
-        old = path.with_name(f"{path.name}~")
-        with whole_file(old) as copy, path.open("rb") as file:
-            shutil.copyfileobj(file, copy)
-        return old
+    with in_one_line(path), folder_of(path) as folder, alone_in(folder):
+        kept = keeping(path) if path.exists() and path.read_bytes() != content else {}
+        for place, old in kept.items():
+            write_whole(place, old.read_bytes())
+        write_whole(path, content)
+        return [f"kept {old} as {place}" for place, old in kept.items()]
+
+
+def keeping(path: Path) -> dict[Path, Path]:
+    """Where to keep what stands at `path`: under its name and `~`. What was kept there before goes on as `~2`, `~3` and
+    so on, the first that is free. Each new place with the old one, in the order to copy; none where it is kept."""
+    last = path.with_name(f"{path.name}~")
+    if alike(last, path):
+        return {}
+    if not os.path.lexists(last):
+        return {last: path}
+    further = next(each for n in count(2) if alike(each := Path(f"{last}{n}"), last) or not os.path.lexists(each))
+    return {last: path} if further.exists() else {further: last, last: path}
+
+
+def alike(one: Path, other: Path) -> bool:
+    """Whether two files are there and hold the same."""
+    return one.is_file() and other.is_file() and one.read_bytes() == other.read_bytes()
 
 
 def flush_folder(folder: Path) -> None:

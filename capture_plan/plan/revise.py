@@ -73,6 +73,28 @@ def why_not_together(plan: Plan, rig: Rig, a: str, b: str, *, folder: Path = Pat
     )
 
 
+def renumbered_words(former: Packing, changed: Packing) -> tuple[str, ...]:
+    """Which expressions have another number than before, in one line; nothing where none has. It is the same expression
+    as long as each of the two has more than half of its blendshapes in the other."""
+    runs: list[list[tuple[int, int]]] = []
+    for a, was in enumerate(former.expressions, 1):
+        for b, now in enumerate(changed.expressions, 1):
+            shared = 2 * len({*was.blendshapes} & {*now.blendshapes})
+            if a != b and shared > len(was.blendshapes) and shared > len(now.blendshapes):
+                if not runs or (a - 1, b - 1) != runs[-1][-1]:
+                    runs.append([])
+                runs[-1].append((a, b))
+    moved = [
+        f"{span(run[0][0], run[-1][0])} {'are' if len(run) > 1 else 'is'} {span(run[0][1], run[-1][1])}" for run in runs
+    ]
+    return (f"{', '.join(moved)} now: print the pages again.",) if moved else ()
+
+
+def span(first: int, last: int) -> str:
+    """'E09 to E18'."""
+    return f"E{first:02d} to E{last:02d}" if last > first else f"E{first:02d}"
+
+
 def with_packing(plan: Plan, rig: Rig, packing: Packing) -> Plan:
     """The plan with other expressions, and the session that they make."""
     shots = session(rig, plan.audit.used, packing, plan.settings.session, plan.settings.expressions.importance)

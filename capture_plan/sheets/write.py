@@ -32,6 +32,7 @@ from capture_plan.sheets.shots import draw_expression, draw_overview, number, ov
 from capture_plan.sheets.view import pixels
 
 Sheet = Literal["a4", "letter"]
+WRITES = ("sheets.pdf", "pages")  # into a folder
 
 
 def write_sheets(plan: Plan, rig: Rig, folder: Path | str, *, paper: Sheet = "a4", dpi: int = 300) -> tuple[Path, ...]:
