@@ -73,7 +73,7 @@ class Expectation:
         return cache(self._gain_of_each)
 
     def _gain_of_each(self, chosen: tuple[int, ...]) -> Float[np.ndarray, " s"]:
-        at = np.ix_(np.array(chosen), np.flatnonzero(self.moved[list(chosen)].any(axis=0)))
+        at = np.ix_(np.array(chosen, dtype=int), np.flatnonzero(self.moved[list(chosen)].any(axis=0)))
         v, u = self.v[at], self.u[at]
         s = u / (u.sum(axis=0) + BETA)
         # V - L with L = sum_k (1 - s)^2 v + s^2 (V - v) = V + sum_k s^2 V - 2 s v
