@@ -103,7 +103,7 @@ def test_where_all_partners_would_meet_as_many_are_placed_all_the_same(face):
     deltas[face.rig.names.index("jawOpen")] = face.rig.neutral * [-1, 0, 0]
     crushed = Face(dataclass_replace(face.rig, deltas=deltas), face.used, face.visibility)
     task = task_of(crushed, replace(WIDE, budget=6))
-    _, _, sites = chosen_apart(task, {}, 0.1, None, None)
+    _, _, sites = chosen_apart(task, task.apart_in({}), 0.1, None, None)
     assert task.sites.size[sites].sum() == 6
 
 
