@@ -14,10 +14,27 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.sparse import csr_array
+from scipy.spatial import KDTree
 from scipy.spatial.distance import pdist
 
+from capture_plan.errors import InfeasibleError
 from capture_plan.layout.sites import Sites
 from capture_plan.mesh import geodesic_distance
+from capture_plan.rig import Rig
+
+MOST_PAIRS = 50_000_000  # of vertices nearer than the spacing: their tables take some 5 GB
+
+
+def check_density(rig: Rig, spacing_mm: float) -> None:
+    """InfeasibleError where the skin is so dense that its close pairs do not fit into memory, before any work."""
+    tree = KDTree(rig.neutral[rig.skin])
+    pairs = int(tree.count_neighbors(tree, spacing_mm)) if spacing_mm > 0 else 0
+    if pairs > MOST_PAIRS:
+        raise InfeasibleError(
+            f"{rig.name} has {int(rig.skin.sum()):,} skin vertices, so that {pairs / 1e6:,.0f} million pairs are nearer "
+            f"than the spacing of {spacing_mm:g} mm, {MOST_PAIRS / 1e6:.0f} million at most: give a coarser mesh of "
+            "the face (about 50,000 vertices), or a smaller spacing (--spacing-mm)"
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -36,11 +36,13 @@ COMMANDS = {
 DRAWN = {"html": "capture_plan.report.page.page_html", "render": "capture_plan.sheets.write.draw_sheets"}
 
 
-def prepared(folder: Path, plan: bytes) -> Path:
-    """A folder with a plan beside and in the place that is written to, and a file of a person's there."""
+def prepared(folder: Path, plan: bytes, command: str) -> Path:
+    """A folder with a plan beside the place that is written to, and in it where it may be replaced, and a file of a
+    person's there."""
     (folder / "here").mkdir(parents=True)
     (folder / "plan.json").write_bytes(plan)
-    (folder / "here" / "plan.json").write_bytes(plan)
+    if command in ("plan", "edit"):
+        (folder / "here" / "plan.json").write_bytes(plan)
     (folder / "here" / "notes.txt").write_text("mine")
     return folder
 
@@ -71,13 +73,14 @@ def every_fault(command: str) -> None:
         root, arguments = Path(place), COMMANDS[command]
         run("plan", "sample", *QUICK, "-o", "made.json", cwd=root)
         plan = (root / "made.json").read_bytes()
-        old = shown(prepared(root / "old", plan))
-        run(*arguments, cwd=prepared(root / "new", plan))
+        old = shown(prepared(root / "old", plan, command))
+        run(*arguments, cwd=prepared(root / "new", plan, command))
         new, tried = shown(root / "new"), 0
+        assert new != old, "the command is refused: nothing is tried"
         for ever in (False, True):
             disk, n = FailingDisk(), 1
             while disk.calls >= n - 1:
-                folder = prepared(root / f"{ever}{n}", plan)
+                folder = prepared(root / f"{ever}{n}", plan, command)
                 disk = FailingDisk(n, ever=ever)
                 with (
                     patch.object(leavings, "os", disk),
