@@ -31,8 +31,8 @@ def check_density(rig: Rig, spacing_mm: float) -> None:
     pairs = int(tree.count_neighbors(tree, spacing_mm)) if spacing_mm > 0 else 0
     if pairs > MOST_PAIRS:
         raise InfeasibleError(
-            f"{rig.name} has {int(rig.skin.sum()):,} skin vertices, so that {pairs / 1e6:,.0f} million pairs are nearer "
-            f"than the spacing of {spacing_mm:g} mm, {MOST_PAIRS / 1e6:.0f} million at most: give a coarser mesh of "
+            f"{rig.name} has {int(rig.skin.sum()):,} skin vertices, so that {pairs / 1e6:,.0f} million pairs are "
+            f"nearer than the spacing of {spacing_mm:g} mm, {MOST_PAIRS / 1e6:.0f} million at most: give a coarser mesh of "
             "the face (about 50,000 vertices), or a smaller spacing (--spacing-mm)"
         )
 
