@@ -32,8 +32,8 @@ def check_density(rig: Rig, spacing_mm: float) -> None:
     if pairs > MOST_PAIRS:
         raise InfeasibleError(
             f"{rig.name} has {int(rig.skin.sum()):,} skin vertices, so that {pairs / 1e6:,.0f} million pairs are "
-            f"nearer than the spacing of {spacing_mm:g} mm, {MOST_PAIRS / 1e6:.0f} million at most: give a coarser mesh of "
-            "the face (about 50,000 vertices), or a smaller spacing (--spacing-mm)"
+            f"nearer than the spacing of {spacing_mm:g} mm, {MOST_PAIRS / 1e6:.0f} million at most: give a "
+            "coarser mesh of the face (about 50,000 vertices), or a smaller spacing (--spacing-mm)"
         )
 
 
