@@ -86,6 +86,15 @@ def test_a_map_that_speaks_of_another_rig_is_refused(session):
         read_rig(session / "hero.npz", names=str(session / "other.toml"))
 
 
+def test_a_plan_is_replaced_by_its_like_also_where_a_corrective_is_kept_apart_with_what_it_corrects(tmp_path):
+    edits = Edits(apart=(("jawOpen", "noseSneerLeft"),))
+    asked = replace(QUICK, expressions=replace(QUICK.expressions, edits=edits))
+    made = make_plan(sample_rig(), asked)
+    assert ("mouthClose", "noseSneerLeft") in made.packing.edits.apart
+    write_plan(made, tmp_path / "plan.json")
+    refuse_to_replace(tmp_path / "plan.json", sample_rig(), "sample", asked)
+
+
 def test_a_plan_with_wishes_that_would_go_is_not_replaced_unasked(tmp_path):
     """Each wish is named, those that the new settings have are not, and a plan without any is made again."""
     edits = Edits(together=(("jawOpen", "browInnerUp"),), dropped=("cheekPuff",))

@@ -62,7 +62,7 @@ def design_layout(
         head = choose_head_markers(face, settings, task.sites, task.limits, task.reachable)
         task = task.beside(head)
     apart = task.apart_in(poses)
-    must_fit(apart)
+    must_fit(task, apart)
     known = points_of(face) | {SINGLE_COVER: papers_cover(face, settings)}
     _, target_mm = target_of({name: task.observation.worth(at) for name, at in known.items()})
     method, rounds, added = chosen_apart(task, apart, target_mm, former, takes)

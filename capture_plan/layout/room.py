@@ -34,23 +34,28 @@ def fitting(sites: Sites, spacing: Spacing | None, limits: tuple[Limit, ...] = (
     return chosen
 
 
-def must_fit(task: Task) -> None:
-    """Refuses a number of landmarks that a person asked for where fewer are found to fit, chosen for nothing but room;
-    chosen for what they tell, fewer may.
+def must_fit(task: Task, apart: Task) -> None:
+    """Refuses a number of landmarks that a person asked for where fewer are found to fit. It names how many fit where
+    no two may meet when the face moves (`apart`), chosen for nothing but room; chosen for what they tell, fewer may.
 
     Raises:
         InfeasibleError: fewer were found to fit on the face at once.
     """
-    settings, size = task.settings, task.sites.size
+    settings = task.settings
     asked = settings.budget or settings.number
-    if asked is None or settings.method not in BUDGETED:
+    if asked is None or settings.method not in BUDGETED or asked <= room(task):
         return
-    limits = tuple(limit for limit in task.limits if not np.array_equal(limit.amount, size))  # but for the number
-    found = int(size[fitting(task.sites, task.spacing, limits)].sum())
-    if asked > found:
-        apart = f", {settings.spacing_mm:g} mm apart," if settings.spacing_mm else ""
-        raise InfeasibleError(
-            f"no room was found for {asked:,} landmarks on this face: {found:,} fit{apart} outside the zones without "
-            f"dots where nothing but room counts, fewer where they are chosen for what they tell: ask for {found:,} or "
-            "fewer, or lower spacing_mm"
-        )
+    found = room(apart)
+    spaced = f", {settings.spacing_mm:g} mm apart," if settings.spacing_mm else ""
+    raise InfeasibleError(
+        f"no room was found for {asked:,} landmarks on this face: {found:,} fit{spaced} outside the zones without "
+        f"dots where nothing but room counts, fewer where they are chosen for what they tell: ask for {found:,} or "
+        "fewer, or lower spacing_mm"
+    )
+
+
+def room(task: Task) -> int:
+    """How many landmarks are found to fit at once under all wishes but that for their number."""
+    size = task.sites.size
+    limits = tuple(limit for limit in task.limits if not np.array_equal(limit.amount, size))
+    return int(size[fitting(task.sites, task.spacing, limits)].sum())

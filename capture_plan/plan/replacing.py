@@ -40,7 +40,7 @@ def what_is_lost(path: Path, rig: Rig, source: str, settings: Settings) -> str |
         return "holds no plan that can be read"
     if plan.rig.fingerprint != rig.fingerprint and not is_from(plan, path.parent, source):
         return f"holds a plan of another rig ({plan.rig.name})"
-    if not plan.packing.as_made or plan.packing.edits != plan.settings.expressions.edits:
+    if not plan.packing.as_made:
         return "holds a plan whose expressions were edited by hand"
     if plan.seal != seal_of(plan):
         return "holds a plan that was changed by hand"
