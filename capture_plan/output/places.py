@@ -9,6 +9,7 @@ import msgspec
 from capture_plan.errors import PlanError
 
 IS_A_LINK = "is a link, and no link is ever written through"
+HOLDS_A_PLAN = "holds a plan, which only `plan` and `edit` replace"
 PARTS = frozenset(("format", "rig", "settings", "layout", "packing"))  # of every plan, of whatever format
 
 Inputs = Iterable[str | Path | None]
@@ -73,7 +74,7 @@ def why_no_file(path: Path, inputs: list[Path], endings: tuple[str, ...], over_p
     if endings and path.suffix.lower() not in endings:
         return f"ends in none of {' '.join(endings)}"
     if holds_plan(path):
-        return None if over_plan else "holds a plan, which only `plan` and `edit` replace"
+        return None if over_plan else HOLDS_A_PLAN
     if (path.exists() or path.suffix.lower() != ".json") and any(same(path.parent, each) for each in inputs):
         return f"lies in {path.parent}, which is read"
     return None

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from capture_plan.errors import PlanError
 from capture_plan.output.leavings import MOVES, NEW, OLD, alone_in, is_being_made, new_folder, put_back, release
-from capture_plan.output.places import IS_A_LINK, holds_plan
+from capture_plan.output.places import HOLDS_A_PLAN, IS_A_LINK, holds_plan
 from capture_plan.output.whole import flush, flush_folder, folder_of, in_one_line, keeping, write_whole
 from capture_plan.progress import tell
 
@@ -137,7 +137,7 @@ def refuse_plan(path: Path) -> None:
         PlanError: there is such a plan.
     """
     if holds_plan(path) and path.name not in ours(path.parent):
-        raise PlanError(f"{path} holds a plan, which only `plan` and `edit` replace: choose another place with -o")
+        raise PlanError(f"{path} {HOLDS_A_PLAN}: choose another place with -o")
 
 
 def unchanged(path: Path, what: str) -> bool:

@@ -50,7 +50,7 @@ def shot_rows(of: Session) -> list[dict[str, Any]]:
             "covered": percent(item.covered) if item.kind == "expression" else "",
             "framing": item.kind != "expression",
             "spare": not item.fits,
-            "stop": of.stop if of.stop_after and item.name == stop_below(of) else "",
+            "stop": of.stop if item.name == stop_below(of) else "",
         }
         for item in of.items
     ]

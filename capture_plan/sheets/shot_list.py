@@ -35,7 +35,7 @@ def paged(book: Booklet, of: Session) -> list[list[Item]]:
 def height(item: Item, of: Session) -> float:
     """Of a row with what is drawn below it."""
     tall = TALL_MM if item.kind == "expression" else FLAT_MM
-    return tall + (STOP_MM if of.stop_after and item.name == stop_below(of) else 0.0)
+    return tall + (STOP_MM if item.name == stop_below(of) else 0.0)
 
 
 def draw_shot_list(
@@ -58,7 +58,7 @@ def draw_shot_list(
     for item in items:
         _row(book, item, y, ticks)
         below = y + (TALL_MM if item.kind == "expression" else FLAT_MM)
-        if of.stop_after and item.name == stop_below(of):
+        if item.name == stop_below(of):
             _stop(book, of.stop, below)
         y += height(item, of)
     note = "Clock: minutes from the start, all times are our assumptions. Difficulty 1 to 5. Sides are the actor's own."
