@@ -13,7 +13,7 @@ from capture_plan.layout.contact import met_in
 from capture_plan.layout.empirical import place_ibug68, place_layout
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites, mirrored_sites, moving, single_sites
-from capture_plan.layout.spacing import Spacing
+from capture_plan.layout.spacing import Spacing, check_density
 from capture_plan.layout.worth import Observation
 from capture_plan.mesh import straight_table, surface_graph
 from capture_plan.mesh.mirror import mirror_map
@@ -199,8 +199,9 @@ class Face:
 
     def near(self, radius_mm: float) -> csr_array:
         """`straight_table` of the skin, remembered for the radii that were asked for: lips and lids that lie far apart
-        along the skin are neighbours."""
+        along the skin are neighbours. InfeasibleError where the skin is too dense for it."""
         if radius_mm not in self._near:
+            check_density(self.rig, radius_mm)
             on_skin = np.flatnonzero(np.diff(self.graph.indptr))
             self._near[radius_mm] = straight_table(self.rig.neutral, on_skin, radius_mm)
         return self._near[radius_mm]
