@@ -132,11 +132,12 @@ def test_every_exchange_lowers_the_error_and_greedy_is_never_better(seed):
 @pytest.mark.parametrize("seed", range(8))
 def test_a_budget_is_left_short_only_where_no_site_is_open(seed):
     observation, sites = problem(seed, s=20, singles=6)
-    near = np.triu(np.random.default_rng(seed).uniform(size=(40, 40)) < 0.08, 1)
+    near = np.triu(np.random.default_rng(seed).uniform(size=(40, 40)) < 0.15, 1)
     spacing = Spacing(csr_array((near | near.T).astype(float)), sites, 2.0)
     chosen = spend_budget(observation, sites, np.zeros((0, 20), bool), NO_COVER, budget=20, spacing=spacing)
     search = Search(observation, sites, np.zeros((0, 20), bool), spacing, 20)
     assert not len(search.next(tuple(chosen.tolist())))
+    assert not len(search.next(search.descend(search.fill(()))))  # exchanges have made room on two of these faces
 
 
 @pytest.mark.parametrize("seed", range(8))

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from capture_plan.expressions import PackingSettings, packing_faults
 from capture_plan.expressions.conflicts import maximal_sets
-from capture_plan.expressions.early import BEHIND, END, Model, chains, early, in_best_order, in_places, moves
+from capture_plan.expressions.early import BEHIND, END, PRICE, Model, chains, early, in_best_order, in_places, moves
 from capture_plan.expressions.instance import FREE, Instance
 from capture_plan.expressions.pack import pack
 from capture_plan.expressions.settings import Edits
@@ -52,6 +52,16 @@ def shown(model, parts):
 
 def fits(instance, part):
     return (instance.sets[sorted(part)].sum(axis=0) <= 1).all() and instance.things[sorted(part)].sum() <= instance.most
+
+
+@few
+@given(seeds)
+def test_what_is_hard_at_once_costs_its_price(seed):
+    model, lists = small(seed)
+    hard = replace(model, instance=replace(model.instance, costs=((0, 1, 3), (1, 2, 1))))
+    for parts in lists:
+        points = sum(3 * ({0, 1} <= part) + ({1, 2} <= part) for part in parts)
+        assert hard.value(parts) == pytest.approx(model.value(parts) + PRICE * points)
 
 
 @few
