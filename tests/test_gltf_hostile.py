@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from capture_plan.errors import RigError
 from capture_plan.rig.formats import gltf
 from capture_plan.rig.formats.gltf import read_gltf
+from capture_plan.rig.formats.raw import legible
 from tests.test_gltf import LIFT, QUAD, SQUARE, Writer, primitive
 from tests.test_meshopt import pack, pack_triangles
 
@@ -184,6 +185,14 @@ def test_what_a_file_says_of_itself_cannot_write_on_the_screen(tmp_path):
     writer = Writer()
     writer.mesh([primitive(writer, deltas=(LIFT, LIFT))], ["\x1b[2J\nred", "\x1b[2J\nred"])
     assert read_gltf(writer.glb(tmp_path / "r.glb")).note.isprintable()
+    writer = Writer()
+    writer.mesh([primitive(writer, deltas=(LIFT, LIFT))], ["lift", "drop"])
+    binds = [{"mesh": 0, "index": 0, "weight": 100}]
+    groups = [{"name": "\x1b[2J\nred", "presetName": "unknown", "binds": binds}]
+    writer.document["extensions"] = {"VRM": {"blendShapeMaster": {"blendShapeGroups": groups}}}
+    note = legible(read_gltf(writer.glb(tmp_path / "r.vrm"))).note
+    assert "red = lift" in note
+    assert note.isprintable()
 
 
 def test_deep_documents_and_deep_scenes(tmp_path):

@@ -72,13 +72,11 @@ def finite(raw: RawRig) -> RawRig:
 
 
 def legible(raw: RawRig) -> RawRig:
-    """The rig with names that can be shown in one line: without signs that a terminal, a table or a page would obey,
-    and no longer than a name is."""
+    """The rig with names and a note that can be shown in one line: without signs that a terminal, a table or a page
+    would obey, and no longer than a name is."""
     names, told = numbered([printable(name)[:LONGEST_NAME] for name in raw.names])
     parts = tuple(printable(name)[:LONGEST_NAME] for name in raw.part_names)
     strange = [name for name, own in zip(names, raw.names, strict=True) if name != own]
-    if not strange and parts == raw.part_names and printable(raw.name) == raw.name:
-        return raw
     said = f"names too long or with signs that cannot be shown were changed: {listed(strange)}" if strange else told
     note = sentences(raw.note, said)
     return replace(raw, name=printable(raw.name), names=names, part_names=parts, note=printable(note))
