@@ -26,7 +26,7 @@ def near(face):
     at, wide = np.flatnonzero(face.markable), {"dot_mm": WIDE.dot_mm, "spacing_mm": WIDE.spacing_mm}
     planned = met_in(face.rig.neutral, at, movements(face.rig, POSES, at), **wide)
     assert planned.nnz
-    return (planned + face.met(**wide)).astype(bool).astype(np.float32)
+    return (planned + face.met(WIDE)).astype(bool).astype(np.float32)
 
 
 @pytest.fixture(scope="module")

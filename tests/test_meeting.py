@@ -42,7 +42,7 @@ def test_the_straight_table_holds_every_distance_below_its_radius_and_no_other()
 
 
 def test_lips_of_a_closed_mouth_are_neighbours_though_far_apart_along_the_skin(face):
-    near = face.near(8.0).tocoo()
+    near = face.near(8.0, face.sites(LayoutSettings())).tocoo()
     skin = np.flatnonzero(face.rig.skin & (face.regions.of_vertex == face.regions.names.index("upper lip")))
     along = geodesic_distance(face.graph, skin[:40])
     rows = np.searchsorted(skin[:40], near.row)

@@ -308,7 +308,7 @@ def test_a_layout_unlike_two_others_is_unlike_both(face, take, layout, others):
     known = [vertices_of(layout).tolist(), list(others[0].vertices)]
     third = vertices_of(design_layout(face, BY_MOTION, takes=take, unlike=known))
     for vertices in known:
-        away = ~np.isin(third, face.near(BY_MOTION.spacing_mm)[vertices].indices)
+        away = ~face.around(np.array(vertices), BY_MOTION.spacing_mm)[third]
         assert away.sum() >= round(OTHER_SHARE * NUMBER)
 
 

@@ -6,7 +6,6 @@ from scipy.sparse import csr_array
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.design import design_layout
-from capture_plan.layout.face import Face
 from capture_plan.layout.limits import Limit
 from capture_plan.layout.meeting import NO_POSES
 from capture_plan.layout.room import fitting
@@ -14,7 +13,6 @@ from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.spacing import Spacing
 from capture_plan.layout.task import task_of
-from capture_plan.plan.make import make_plan
 
 
 def grid(n, spacing_mm):
@@ -53,13 +51,3 @@ def test_a_budget_beyond_the_room_is_refused_with_how_many_fit(face):
 
 def test_the_default_asks_for_less_than_a_budget_that_nobody_can_glue(face, studio):
     assert len(design_layout(face, LayoutSettings(budget=5000)).landmarks) == len(studio.landmarks)
-
-
-def test_a_mesh_too_dense_for_its_pairs_is_refused_before_any_work(rig, face, monkeypatch):
-    monkeypatch.setattr("capture_plan.layout.spacing.MOST_PAIRS", 10_000)
-    monkeypatch.setattr("capture_plan.plan.make.see_face", lambda *_: pytest.fail("work was begun"))
-    with pytest.raises(InfeasibleError, match=r"3,207 skin vertices.*give a coarser mesh") as refused:
-        make_plan(rig)
-    assert len(str(refused.value).splitlines()) == 1
-    with pytest.raises(InfeasibleError, match="give a coarser mesh"):  # who has a face already, as a notebook
-        Face(face.rig, face.used, face.visibility).near(8.0)

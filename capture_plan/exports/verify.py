@@ -80,6 +80,7 @@ def place_arrays(task: Task) -> Arrays:
     return {
         "visibility": face.visibility,
         "opened": face.relaxed(task.settings),
+        "places": face.places,
         "shut": shut,
         "mirror": face.mirror,
         "mirror_x_mm": np.array(mirror_plane(face.rig.neutral)),

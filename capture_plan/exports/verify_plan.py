@@ -60,7 +60,7 @@ class Face:
         self.moved = np.where(self.skin, np.linalg.norm(deltas, axis=2), 0)  # |d[k, v]|, 0 off the skin
         self.moving = self.skin & (self.moved.max(axis=0) > STILL * self.moved.max())
         seen = (rig["visibility"] >= self.want["min_visibility"]) | rig["opened"]
-        seen &= self.skin & (self.moving | self.moving[self.mirror])
+        seen &= rig["places"] & (self.moving | self.moving[self.mirror])
         # r[k, v] = |d[k, v]| / largest of k on seen skin, 0 where k drowns in noise
         self.pins = [int(np.flatnonzero(rig["source_index"] == pin)[0]) for pin in self.want["pins"]]
         largest, may = np.where(seen, self.moved, 0).max(axis=1, keepdims=True), seen.copy()
@@ -126,7 +126,7 @@ def check_rig(face):
 
 def check_mirror(face):
     """The mirror map leads to the nearest vertex."""
-    bad, some = 0, max(1, len(face.sites) // 500)
+    bad, some = 0, 1 + len(face.sites) * len(face.x) // 10_000_000
     for v in np.array_split(face.sites[:, 0], some):
         turned = face.x[v] * [-1, 1, 1] + [2 * float(face.rig["mirror_x_mm"]), 0, 0]
         nearest = np.sqrt(((turned[:, None] - face.x[None]) ** 2).sum(axis=2).min(axis=1, initial=np.inf))

@@ -65,11 +65,9 @@ def alternatives(
 def compared(face: Face, settings: LayoutSettings, layout: Layout, other: Layout) -> Alternative:
     """How another layout differs from the first."""
     radius = max(settings.spacing_mm, settings.dot_mm)
-    near = face.near(radius)
 
     def away(ours: Layout, theirs: Layout) -> list[int]:
-        covered = np.zeros(len(face.rig.neutral), dtype=bool)
-        covered[near[[m.vertex for m in theirs.landmarks]].indices] = True
+        covered = face.around(np.array([m.vertex for m in theirs.landmarks]), radius)
         return [i for i, m in enumerate(ours.landmarks) if not covered[m.vertex]]
 
     return Alternative(

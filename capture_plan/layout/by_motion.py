@@ -70,9 +70,7 @@ def beside_idle(
     idle = chosen[(limit.amount[chosen] == 0) & ~np.isin(chosen, pinned)][::-1]
     enough = np.cumsum(task.sites.size[idle]) - task.sites.size[idle] < limit.shortfall(chosen)
     spared, settings = task.sites.members(idle[enough]), task.settings
-    near = np.zeros(len(task.face.rig.neutral), dtype=bool)
-    near[task.face.near(max(settings.spacing_mm, settings.dot_mm))[spared].indices] = True
-    near[spared] = True
+    near = task.face.around(spared, max(settings.spacing_mm, settings.dot_mm))
     return touching(task.sites, near) & (limit.amount == 0)
 
 
@@ -86,10 +84,9 @@ def place(
     may = np.zeros(len(face.rig.neutral), dtype=bool)
     may[task.sites.vertices[open_]] = True
     kept, near = first.places(pins), None
-    if settings.spacing_mm:
-        table = face.near(settings.spacing_mm)
-        near = near_of(table, first.at, settings.spacing_mm)
-        may[table[pins].indices[table[pins].data < settings.spacing_mm]] = False
+    if task.spacing:
+        near = near_of(task.spacing.near, first.at, settings.spacing_mm)
+        may &= ~face.around(pins, settings.spacing_mm)
         if task.met is not None:
             near = near + csr_array(task.met[first.at][:, first.at])
             may[task.met[pins].indices] = False

@@ -7,10 +7,12 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.sparse import csr_array
+from scipy.spatial import KDTree
 
 from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.layout.contact import met_in
 from capture_plan.layout.empirical import place_ibug68, place_layout
+from capture_plan.layout.fine import places_on
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites, mirrored_sites, moving, single_sites
 from capture_plan.layout.spacing import Spacing, check_density
@@ -53,23 +55,33 @@ class Face:
         """The mirror image of every vertex."""
         return mirror_map(self.rig.neutral)
 
-    @property
+    @cached_property
     def moving_skin(self) -> Bool[np.ndarray, " v"]:
         """Skin that some used blendshape moves."""
         return self.rig.skin & moving(self.displacement)
 
-    @property
+    @cached_property
     def markable(self) -> Bool[np.ndarray, " v"]:
         """Skin that may carry a landmark: what moves, and its mirror image, which may stay still on a lopsided rig."""
         return self.rig.skin & (self.moving_skin | self.moving_skin[self.mirror])
 
+    @cached_property
+    def places(self) -> Bool[np.ndarray, " v"]:
+        """Skin that is asked whether a dot stands there: all of it, but of a fine mesh."""
+        return places_on(self.rig, self.displacement, self.mirror)
+
+    def dotted(self, settings: LayoutSettings) -> Int[np.ndarray, " n"]:
+        """Vertices that may carry a dot: markable places, pins and their mirror images."""
+        pins = self.pinned(settings)
+        return np.union1d(np.flatnonzero(self.markable & self.places), [*pins, *self.mirror[pins]]).astype(int)
+
     def allowed(self, settings: LayoutSettings) -> Bool[np.ndarray, " v"]:
-        """Markable skin that is seen well enough in every expression, or where a known layout may stand anyway.
+        """Markable places that are seen well enough in every expression, or where a known layout may stand anyway.
 
         Raises:
             InfeasibleError: there is none.
         """
-        allowed = self.markable & ((self.visibility >= settings.min_visibility) | self.relaxed(settings))
+        allowed = self.markable & self.places & ((self.visibility >= settings.min_visibility) | self.relaxed(settings))
         if not allowed.any() and self.cameras:
             raise InfeasibleError(why_blind(self.cameras, self.rig.neutral[self.markable]))
         if not allowed.any():
@@ -147,7 +159,7 @@ class Face:
         if settings.relaxed_for:
             points = place_layout(self.rig, settings.relaxed_for).vertices
             points = np.union1d(points, self.mirror[points])
-            around[points] = around[self.near(settings.dot_mm)[points].indices] = True
+            around = self.around(points, settings.dot_mm)
         return around & self.rig.skin
 
     @cached_property
@@ -178,13 +190,15 @@ class Face:
         return {}
 
     def views(self, dot_mm: float) -> Views:
-        """What every camera sees of a dot at every skin vertex, in the order of their numbers."""
+        """What every camera sees of a dot at every skin vertex, in the order of their numbers; at what is no place, of
+        one at the nearest place."""
         if dot_mm not in self._views:
             rig = self.rig
-            at = np.flatnonzero(self.rig.skin)
-            self._views[dot_mm] = camera_views(
+            at = np.flatnonzero(self.places)
+            found = camera_views(
                 rig.neutral, performed_deltas(rig, self.used), rig.triangles, at, self.cameras, dot_mm=dot_mm
             )
+            self._views[dot_mm] = found.at(nearest_of(rig.neutral, np.flatnonzero(rig.skin), at))
         return self._views[dot_mm]
 
     @cached_property
@@ -197,35 +211,53 @@ class Face:
         skin = self.rig.triangles[self.rig.skin[self.rig.triangles].all(axis=1)]
         return surface_graph(self.rig.neutral, skin)
 
-    def near(self, radius_mm: float) -> csr_array:
-        """`straight_table` of the skin, remembered for the radii that were asked for: lips and lids that lie far apart
-        along the skin are neighbours. InfeasibleError where the skin is too dense for it."""
-        if radius_mm not in self._near:
-            check_density(self.rig, radius_mm)
-            on_skin = np.flatnonzero(np.diff(self.graph.indptr))
-            self._near[radius_mm] = straight_table(self.rig.neutral, on_skin, radius_mm)
-        return self._near[radius_mm]
+    @cached_property
+    def on_skin(self) -> Bool[np.ndarray, " v"]:
+        """Corners of triangles of the skin."""
+        return np.diff(self.graph.indptr) > 0
+
+    def around(self, vertices: Int[np.ndarray, " n"], radius_mm: float) -> Bool[np.ndarray, " v"]:
+        """Skin straight nearer than a radius to one of the vertices, and these: lips and lids that lie far apart along
+        the skin are neighbours."""
+        x, around = self.rig.neutral, np.zeros(len(self.rig.neutral), dtype=bool)
+        for vertex in vertices:
+            around |= np.linalg.norm(x - x[vertex], axis=1) < radius_mm
+        around &= self.on_skin
+        around[vertices] = True
+        return around
+
+    def near(self, radius_mm: float, sites: Sites) -> csr_array:
+        """`straight_table` of the places, and of what sites there are beside them; remembered. InfeasibleError where
+        they are too many for it."""
+        at = self.places & self.on_skin
+        at[sites.vertices] = True
+        key = radius_mm, at.tobytes()
+        if key not in self._near:
+            check_density(self.rig, at, radius_mm)
+            self._near[key] = straight_table(self.rig.neutral, np.flatnonzero(at), radius_mm)
+        return self._near[key]
 
     @cached_property
-    def _near(self) -> dict[float, csr_array]:
+    def _near(self) -> dict[tuple[float, bytes], csr_array]:
         return {}
 
-    def met(self, dot_mm: float, spacing_mm: float) -> csr_array:
-        """Pairs of markable vertices at the spacing whose dots meet in a blendshape alone, a corrective with what it
+    def met(self, settings: LayoutSettings) -> csr_array:
+        """Pairs of `dotted` vertices at the spacing whose dots meet in a blendshape alone, a corrective with what it
         corrects; remembered. (v v) of 0 and 1."""
-        if (dot_mm, spacing_mm) not in self._met:
-            at, poses = np.flatnonzero(self.markable), performed_deltas(self.rig, self.used)
-            found = met_in(self.rig.neutral, at, poses[:, at], dot_mm=dot_mm, spacing_mm=spacing_mm)
-            self._met[dot_mm, spacing_mm] = found
-        return self._met[dot_mm, spacing_mm]
+        at, widths = self.dotted(settings), (settings.dot_mm, settings.spacing_mm)
+        key = *widths, at.tobytes()
+        if key not in self._met:
+            poses = performed_deltas(self.rig, self.used)[:, at]
+            self._met[key] = met_in(self.rig.neutral, at, poses, dot_mm=widths[0], spacing_mm=widths[1])
+        return self._met[key]
 
     @cached_property
-    def _met(self) -> dict[tuple[float, float], csr_array]:
+    def _met(self) -> dict[tuple[float, float, bytes], csr_array]:
         return {}
 
     def spacing(self, sites: Sites, spacing_mm: float) -> Spacing | None:
         """Which of the sites stand too close to each other; None where any may."""
-        return Spacing(self.near(spacing_mm), sites, spacing_mm) if spacing_mm else None
+        return Spacing(self.near(spacing_mm, sites), sites, spacing_mm) if spacing_mm else None
 
     def observation(self, noise_mm: float) -> Observation:
         """The face as a measuring problem."""
@@ -233,12 +265,28 @@ class Face:
 
 
 def see_face(rig: Rig, used: tuple[str, ...], cameras: tuple[Camera, ...] = ()) -> Face:
-    """Visibility of every skin vertex in every expression, from anywhere or, where they are known, from the cameras."""
+    """Visibility of every skin vertex in every expression, from anywhere or, where they are known, from the cameras;
+    what is no place has that of the nearest place."""
     face = Face(rig, used, np.zeros(len(rig.neutral)))
-    at, deltas = np.flatnonzero(face.markable), performed_deltas(rig, used)
+    at, deltas = np.flatnonzero(face.markable & face.places), performed_deltas(rig, used)
     visibility = np.zeros(len(rig.neutral))
     if cameras:
         visibility[at] = camera_visibility(rig.neutral, deltas, rig.triangles, at, cameras)
     else:
         visibility[at] = global_visibility(rig.neutral, deltas, rig.triangles, at)
+    markable = np.flatnonzero(face.markable)
+    if len(at):
+        visibility[markable] = visibility[at][nearest_of(rig.neutral, markable, at)]
     return Face(rig, used, visibility, cameras)
+
+
+def nearest_of(
+    points: Float[np.ndarray, "v 3"], vertices: Int[np.ndarray, " n"], among: Int[np.ndarray, " m"]
+) -> Int[np.ndarray, " n"]:
+    """For every vertex the place in `among` of the vertex nearest to it; its own where it is among them."""
+    place = np.full(len(points), -1)
+    place[among] = np.arange(len(among))
+    found, rest = place[vertices], place[vertices] < 0
+    if rest.any():
+        found[rest] = KDTree(points[among]).query(points[vertices[rest]])[1]
+    return found

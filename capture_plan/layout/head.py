@@ -60,7 +60,7 @@ def head_candidates(face: Face, cameras: tuple[Camera, ...] = ()) -> HeadSites:
     rig, motion = face.rig, face.displacement.max(axis=0)
     found, limits, notes = [], [], []
     for name, place in zip(SECTORS, _sectors(face), strict=True):
-        vertices, limit = _still(np.flatnonzero(place), motion)
+        vertices, limit = _still(np.flatnonzero(place & face.places), motion)
         found.append(vertices)
         limits.append(limit)
         if limit == 0:

@@ -25,21 +25,21 @@ from capture_plan.rig import Rig
 MOST_PAIRS = 50_000_000  # of vertices nearer than the spacing: their tables take some 5 GB
 
 
-def check_density(rig: Rig, spacing_mm: float) -> None:
-    """InfeasibleError where the skin is so dense that its close pairs do not fit into memory, before any work."""
-    tree = KDTree(rig.neutral[rig.skin])
+def check_density(rig: Rig, at: Bool[np.ndarray, " v"], spacing_mm: float) -> None:
+    """InfeasibleError where the close pairs of the vertices `at` do not fit into memory, before any work."""
+    tree = KDTree(rig.neutral[at])
     pairs = int(tree.count_neighbors(tree, spacing_mm)) if spacing_mm > 0 else 0
     if pairs > MOST_PAIRS:
         raise InfeasibleError(
-            f"{rig.name} has {int(rig.skin.sum()):,} skin vertices, so that {pairs / 1e6:,.0f} million pairs are "
-            f"nearer than the spacing of {spacing_mm:g} mm, {MOST_PAIRS / 1e6:.0f} million at most: give a "
-            "coarser mesh of the face (about 50,000 vertices), or a smaller spacing (--spacing-mm)"
+            f"{rig.name} has {int(at.sum()):,} places for landmarks, so that {pairs / 1e6:,.0f} million pairs are "
+            f"nearer than the spacing of {spacing_mm:g} mm, {MOST_PAIRS / 1e6:.0f} million at most: give a smaller "
+            "spacing (--spacing-mm), or a coarser mesh of the face (about 40,000 vertices)"
         )
 
 
 @dataclass(frozen=True, eq=False)
 class Spacing:
-    """Least straight distance between landmarks; `near` is `straight_table` of the skin at that distance, `met` holds
+    """Least straight distance between landmarks; `near` is `straight_table` of the places at that distance, `met` holds
     pairs of vertices whose dots would meet when the face moves, (v v) of 0 and 1."""
 
     near: csr_array

@@ -74,11 +74,12 @@ class Task:
         settings, sites = self.settings, self.sites
         if settings.method in NEUTRAL_ONLY or not settings.spacing_mm:
             return self
-        rig, at, widths = self.face.rig, np.flatnonzero(self.face.markable), (settings.dot_mm, settings.spacing_mm)
-        planned = met_in(rig.neutral, at, movements(rig, poses, at), dot_mm=widths[0], spacing_mm=widths[1])
+        rig, at = self.face.rig, self.face.dotted(settings)
+        moved = movements(rig, poses, at)
+        planned = met_in(rig.neutral, at, moved, dot_mm=settings.dot_mm, spacing_mm=settings.spacing_mm)
         pins = self.face.pinned(settings)
         decided = np.union1d(pins, self.face.mirror[pins]) if settings.symmetric else pins
-        met = without_pairs_of(csr_array(self.face.met(*widths) + planned), decided)
+        met = without_pairs_of(csr_array(self.face.met(settings) + planned), decided)
         partners = met[sites.vertices[:, 0], sites.vertices[:, 1]] > 0
         covers, others = sites.covers(settings.epsilon)[self.reachable], self.open_[~partners[self.open_]]
         alone = ~covers[:, others].any(axis=1)
@@ -88,10 +89,7 @@ class Task:
 
     def beside(self, head: Int[np.ndarray, " h"]) -> "Task":
         """This task with all sites shut out that stand too close to the head markers."""
-        near = np.zeros(len(self.face.rig.neutral), dtype=bool)
-        near[head] = True
-        if self.spacing:
-            near[self.spacing.near[head].indices] = True
+        near = self.face.around(head, self.settings.spacing_mm)
         clear = Limit("nothing beside the head markers", touching(self.sites, near).astype(int), most=0)
         return dataclass_replace(self, limits=(*self.limits, clear))
 

@@ -51,11 +51,8 @@ def pins(face: Face, settings: LayoutSettings, sites: Sites) -> list[Limit]:
                 "pin a vertex on the midline or further from it, or switch symmetric off"
             )
         limits.append(Limit(f"the pin at vertex {source}", at.astype(int), least=1))
-    near = face.near(settings.dot_mm) if settings.forbidden else None
     for source in settings.forbidden:
-        assert near is not None, "there is a forbidden vertex"
-        around = near[[face.skin_vertex(source, "forbidden")]].toarray()[0] > 0
-        around[face.skin_vertex(source, "forbidden")] = True
+        around = face.around(np.array([face.skin_vertex(source, "forbidden")]), settings.dot_mm)
         limits.append(Limit(f"no landmark at vertex {source}", touching(sites, around).astype(int), most=0))
     return limits
 
@@ -152,9 +149,7 @@ def differences(face: Face, settings: LayoutSettings, sites: Sites, unlike: Sequ
     """
     limits, radius = [], max(settings.spacing_mm, settings.dot_mm)
     for vertices in unlike:
-        near = np.zeros(len(face.rig.neutral), dtype=bool)
-        near[face.near(radius)[np.array(vertices)].indices] = True
-        far = counted(sites, ~near)
+        far = counted(sites, ~face.around(np.array(vertices), radius))
         least = max(1, round(OTHER_SHARE * len(vertices)))
         limits.append(Limit(f"{least} landmarks away from those of another layout", far, least=least))
     return limits

@@ -10,7 +10,6 @@ from capture_plan.expressions.session import session
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import see_face
 from capture_plan.layout.record import Layout
-from capture_plan.layout.spacing import check_density
 from capture_plan.plan.collide import collide
 from capture_plan.plan.places import read_cameras_of, read_rules_of, read_takes_of, read_target, with_zones_found
 from capture_plan.plan.record import DECIDING, FORMAT_VERSION, SAMPLE, Plan, RigReference, sealed, with_meetings
@@ -34,7 +33,6 @@ def make_plan(
     report = audit_once(rig)
     if not report.used:
         raise RigError(f"{rig.name}: no blendshape moves the face skin: export deltas that do, or name the skin")
-    check_density(rig, settings.landmarks.spacing_mm)
     cameras = read_cameras_of(rig, settings, folder)
     takes = read_takes_of(rig, settings, folder, reference.names if reference else None)
     face, wishes = see_face(rig, report.used, cameras), with_zones_found(settings, folder).landmarks

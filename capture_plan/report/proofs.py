@@ -41,7 +41,14 @@ def landmark_proofs(plan: Plan) -> list[str]:
     if chose and layout.programs and all(program.proven_optimal for program in layout.programs):
         chose_them = f"{count(len(layout.programs), 'program')} chose markers"
         said.append(f"{chose_them}; that no cheaper choice exists is the solver's word, which nobody can check here.")
-    return said
+    return [
+        *said,
+        *(
+            f"{finding.message.capitalize()}. {finding.advice}"
+            for finding in plan.audit.findings
+            if finding.kind == "fine"
+        ),
+    ]
 
 
 def expression_proofs(plan: Plan) -> list[str]:

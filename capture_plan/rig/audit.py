@@ -23,7 +23,7 @@ from capture_plan.rig.findings import (
 )
 from capture_plan.rig.findings_apart import apart_findings
 from capture_plan.rig.findings_cover import covers
-from capture_plan.rig.findings_mesh import flown, holes, sizes, untidy, windings
+from capture_plan.rig.findings_mesh import fine, flown, holes, sizes, untidy, windings
 from capture_plan.rig.findings_sides import crooked, misnamed, overlaps, partners
 from capture_plan.rig.kinds import Kind, expression_kinds, set_apart
 from capture_plan.rig.pairs import blendshape_pairs
@@ -109,7 +109,7 @@ def audit(rig: Rig) -> Audit:
         + windings(rig)
         + covers(rig)
     )
-    findings += crooked(symmetry) + holes(rig, anchors) + untidy(rig)
+    findings += crooked(symmetry) + holes(rig, anchors) + untidy(rig) + fine(rig)
     return Audit(
         vertices=len(rig.neutral),
         triangles=len(rig.triangles),

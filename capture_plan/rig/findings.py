@@ -36,7 +36,7 @@ REMEMBERED = 16  # rigs of a session, each with all of its blendshapes and with 
 
 Kind = Literal[
     "static", "noise", "duplicate", "dependent", "opposite", "non-face", "partner", "overlap", "corrective", "name",
-    "size", "winding", "cover", "geometry", "head", "elsewhere", "calls",
+    "size", "winding", "cover", "geometry", "head", "elsewhere", "calls", "fine",
 ]  # fmt: skip
 KINDS: dict[Kind, str] = {
     "size": "Size",
@@ -56,6 +56,7 @@ KINDS: dict[Kind, str] = {
     "corrective": "Corrective",
     "cover": "Covered skin",
     "geometry": "Mesh",
+    "fine": "Fine mesh",
 }
 
 

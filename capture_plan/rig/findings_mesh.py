@@ -6,6 +6,7 @@ Winding   two triangles that share an edge run along it in opposite directions; 
           turned over: the fewer of each connected sheet are. A whole sheet of skin is turned over where its normals
           look into the head: more rays are stopped above it than below it
 Hole      a border of the mesh within the skin that is no lid opening, mouth, nostril, and no rim of the whole
+Fine      more vertices of skin than there are places that a person can tell apart with a brush: some stand for all
 """
 
 import numpy as np
@@ -29,6 +30,8 @@ MOVES = 0.1  # share of the largest displacement
 FAR = 1.5  # pupil distances: an open jaw moves the chin by 0.7
 LOOKED_AT = 400  # triangles of a piece that say which way it faces
 FACES_IN = 0.2  # of these: so many more are stopped above than below
+FINE = 40_000  # vertices of skin: all of a finer mesh would ask for millions of close pairs
+GRAIN_MM = 1.5  # half a dot: no hand places one more exactly
 NOSTRIL = 0.45  # pupil distances from the tip of the nose
 
 
@@ -188,3 +191,20 @@ def untidy(rig: Rig) -> list[Finding]:
         Finding("geometry", (), message, advice, False, "rigger" if ask in message else "know")
         for message, advice in found
     ]
+
+
+def is_fine(rig: Rig) -> bool:
+    """Whether the skin has more vertices than there are places that can be told apart."""
+    return int(rig.skin.sum()) > FINE
+
+
+def fine(rig: Rig) -> list[Finding]:
+    """That not every vertex of a fine mesh is asked, so that nobody takes a proof for one about all of them."""
+    if not is_fine(rig):
+        return []
+    message = f"the skin has {int(rig.skin.sum()):,} vertices, finer than dots can be placed"
+    advice = (
+        f"Landmarks are chosen among vertices {GRAIN_MM:g} mm apart, and what is proved of landmarks speaks of layouts "
+        "of these. Pins may be any vertex."
+    )
+    return [Finding("fine", (), message, advice, False)]

@@ -48,6 +48,10 @@ class Views:
         for array in (self.seen, self.views, self.pixels, self.at_once):
             array.flags.writeable = False
 
+    def at(self, some: Int[np.ndarray, " m"]) -> "Views":
+        """The same at some of the vertices, each as often as it is named."""
+        return Views(self.cameras, self.seen[:, some], self.views[some], self.pixels[:, some], self.at_once[:, some])
+
     @property
     def readable(self) -> Bool[np.ndarray, "c n"]:
         """Where a camera sees the dot in every expression, and never smaller than `FEWEST_PIXELS`."""
