@@ -460,6 +460,8 @@ def edit(
 
     if why is None and not (lock or together or apart or drop or another):
         raise PlanError("nothing to edit: give --lock, --together, --apart, --drop, --another or --why")
+    if sum(map(bool, (lock or together or apart or drop, another, why))) > 1:
+        raise PlanError("--another and --why stand alone: give --lock, --together, --apart and --drop without them")
     folder, output = plan.parent, output or plan
     here = output.resolve() == plan.resolve()
     made, found = open_plan(

@@ -130,6 +130,8 @@ def test_an_export_does_not_write_over_or_take_away_what_its_plan_was_made_of(fo
         (["inspect", "plan.json", "-o", "a.gif"], ".txt .json"),
         (["edit", "plan.json"], "nothing to edit"),
         (["edit", "plan.json", "-o", "new.json"], "nothing to edit"),
+        (["edit", "plan.json", "--another", "--drop", "jawOpen"], "stand alone"),
+        (["edit", "plan.json", "--why", "jawOpen,mouthPucker", "--drop", "jawOpen"], "stand alone"),
     ],
 )
 def test_what_would_replace_a_plan_or_write_what_a_name_does_not_say_is_refused(folder, tmp_path, arguments, says):

@@ -165,8 +165,9 @@ def fit_words(fit: MotionFit) -> list[str]:
     """The same of any layout."""
     steps = [f"{fit.curve_mm[m - 1]:.2f} mm off with the first {m}" for m in quarters(len(fit.curve_mm))]
     lines = [
-        f"In a take of {fit.frames:,} frames, skin that follows these landmarks alone is {fit.rmse_mm:.2f} mm off "
-        f"(root mean square where the take moves it){'; ' if steps else ''}{', '.join(steps)}."
+        f"Without blendshapes, a smooth sheet of skin bent between these landmarks is {fit.rmse_mm:.2f} mm off in a "
+        f"take of {fit.frames:,} frames (root mean square where the take moves it)"
+        f"{'; ' if steps else ''}{', '.join(steps)}. What a solver of blendshapes leaves is the predicted error."
     ]
     if fit.missing:
         lines.append(
