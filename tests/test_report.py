@@ -194,7 +194,7 @@ def test_a_place_that_cannot_be_written_is_named_and_left_alone(plan, rig, tmp_p
 
 def test_only_what_was_proved_is_called_proved(plan):
     assert packing_proof(plan) == "Proved: fewer than 2 cannot show every blendshape"
-    assert minimum_proof(plan) == "Proved: fewer than 3 cannot show every blendshape even once"
+    assert minimum_proof(plan) == "Proved: under these wishes fewer than 3 cannot show every blendshape even once"
     open_packing = msgspec.structs.replace(plan.packing, proven_optimal=False, order_proven=False, bound=1)
     open_program = msgspec.structs.replace(plan.layout.programs[0], proven_optimal=False)
     certificate = Bound((), (), 0)

@@ -38,7 +38,9 @@ def summary(plan: Plan) -> tuple[str, ...]:
         *head_words(plan),
         *near_words(plan),
         *view_words(plan),
-        f"Proved: to see every blendshape at all takes at least {layout.certificate.landmarks} landmarks.",
+        f"Proved: under these wishes, to see every blendshape at all takes at least {layout.certificate.landmarks} "
+        "landmarks.",
+        *fine_words(plan),
         *(
             f"For comparison, {name}: {worth_words(worth, worth.predictions)}{lost_words(layout.motion, name)}."
             for name, worth in layout.references.items()
@@ -51,6 +53,12 @@ def summary(plan: Plan) -> tuple[str, ...]:
     if packing.left_out:
         lines.append(f"Left out by the limit on expressions: {', '.join(packing.left_out)}.")
     return tuple(lines)
+
+
+def fine_words(plan: Plan) -> list[str]:
+    """What proofs on a fine mesh speak of."""
+    fine = [finding for finding in plan.audit.findings if finding.kind == "fine"]
+    return [f"{finding.message[0].upper()}{finding.message[1:]}. {finding.advice}" for finding in fine]
 
 
 def uncovered_words(plan: Plan) -> list[str]:

@@ -1,6 +1,7 @@
 """What a plan has proved, in words; nothing is called proved without a certificate that anybody can check."""
 
 from capture_plan.plan.record import Plan
+from capture_plan.plan.summary import fine_words
 from capture_plan.report.words import count
 
 ORDERED = {
@@ -14,7 +15,7 @@ ORDERED = {
 def minimum_proof(plan: Plan) -> str:
     """What is proved about the number of landmarks; empty where nothing is."""
     least = plan.layout.certificate.landmarks
-    return f"Proved: fewer than {least} cannot show every blendshape even once" if least > 1 else ""
+    return f"Proved: under these wishes fewer than {least} cannot show every blendshape even once" if least > 1 else ""
 
 
 def packing_proof(plan: Plan) -> str:
@@ -41,14 +42,7 @@ def landmark_proofs(plan: Plan) -> list[str]:
     if chose and layout.programs and all(program.proven_optimal for program in layout.programs):
         chose_them = f"{count(len(layout.programs), 'program')} chose markers"
         said.append(f"{chose_them}; that no cheaper choice exists is the solver's word, which nobody can check here.")
-    return [
-        *said,
-        *(
-            f"{finding.message.capitalize()}. {finding.advice}"
-            for finding in plan.audit.findings
-            if finding.kind == "fine"
-        ),
-    ]
+    return [*said, *fine_words(plan)]
 
 
 def expression_proofs(plan: Plan) -> list[str]:
