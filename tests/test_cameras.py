@@ -166,6 +166,8 @@ def test_a_file_gives_the_same_camera_by_matrix_by_vector_and_by_tape(tmp_path):
         ("fx = 900.0", 'fx = "wide"', "'fx' must be one number, found wide"),
         ("fx = 900.0", "f = 900.0", "unknown key 'f'"),
         ("fy = 910\n", "fy = nan\n", "'fy' must be one number"),
+        ("fy = 910\n", f"fy = 1{'0' * 400}\n", "'fy' must be one number"),
+        ("fy = 910\n", "fy = 1e200\n", "'fy' must be one number below 1e"),
         ("R = [[1, 0, 0], [0, -1, 0], [0, 0, -1]]", "R = [[1, 0], [0, 1]]", "'R' must be 3x3 numbers"),
         ("[0, 0, -1]]", "[0, 0, 1]]", "not a rotation"),
         ("t = [0, 10, 500]", "", "its pose is given by R: give R and t or"),

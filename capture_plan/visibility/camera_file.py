@@ -28,6 +28,7 @@ from capture_plan.documents import read_toml
 from capture_plan.errors import RigError
 from capture_plan.visibility.camera import Camera, look_at
 
+MOST = 1e9  # millimetres or pixels: larger ones are slips, whose squares cannot be reckoned with
 POSES = ("R and t", "rvec and t", "position and look_at")
 KEYS = {
     "name",
@@ -120,10 +121,12 @@ def numbers(table: dict[str, Any], key: str, where: str, *shapes: tuple[int, ...
         raise RigError(f"{where}: '{key}' is missing")
     try:
         array = np.array(table[key], dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         array = None
-    if array is None or isinstance(table[key], bool | str) or array.shape not in shapes or not np.isfinite(array).all():
+    fits = array is not None and not isinstance(table[key], bool | str) and array.shape in shapes
+    if array is None or not fits or not (np.abs(array) < MOST).all():
         wanted = " or ".join("x".join(map(str, shape)) + " numbers" if shape else "one number" for shape in shapes)
+        wanted += f" below {MOST:g}" if fits else ""
         raise RigError(f"{where}: '{key}' must be {wanted}, found {str(table[key])[:60]}")
     return array
 
