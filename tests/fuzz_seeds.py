@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from capture_plan.mesh.decimate import decimate
 from capture_plan.rig import Rig
 from capture_plan.rig.read import read_raw, rig_from_raw
+from capture_plan.visibility.camera import look_at
 from tests.face_heads import cut, sample_head, visible_skin
 from tests.fbx_files import HEAD, MESH, channel, deformer, mesh, model, scene
 from tests.test_gltf import Writer, primitive
@@ -193,3 +195,21 @@ def rules_toml(path: Path) -> None:
 def cameras_toml(path: Path) -> None:
     """Two cameras."""
     path.write_text("".join(CAMERA.format(f"c{x}") + POSE.format(x) for x in (-100, 100)))
+
+
+def calibration_toml(path: Path) -> None:
+    """The same two as a calibration program writes them, in metres."""
+    lines = []
+    for x in (-100, 100):
+        eye, target = np.array([x, 740.0, 500.0]), np.array([0.0, 690.0, 140.0])
+        turn = look_at(eye, target)
+        lines += [
+            f"[c{x}]",
+            "size = [1536.0, 2048.0]",
+            "matrix = [[2100.0, 0.0, 767.5], [0.0, 2100.0, 1023.5], [0.0, 0.0, 1.0]]",
+            "distortions = [0.0, 0.0, 0.0, 0.0]",
+            f"rotation = {Rotation.from_matrix(turn).as_rotvec().tolist()}",
+            f"translation = {(-turn @ eye / 1000).tolist()}",
+            "fisheye = false",
+        ]
+    path.write_text("\n".join([*lines, "[metadata]", "error = 0.0", ""]))

@@ -138,6 +138,7 @@ SEEDS: dict[str, Seed] = {
     "settings": ("settings.toml", seeds.settings_toml, through_settings),
     "rules": ("rules.toml", seeds.rules_toml, through_rules),
     "cameras": ("cameras.toml", seeds.cameras_toml, through_cameras),
+    "calibration": ("calib.toml", seeds.calibration_toml, through_cameras),
     "plan": ("plan.json", plan_json, through_plan),
 }
 

@@ -60,13 +60,14 @@ def camera_in(table: dict[str, Any], name: str, where: str, unit_mm: float) -> C
     """One camera whose translation is in units of `unit_mm`."""
     if missing := [key for key in ("size", "rotation", "translation") if key not in table]:
         raise RigError(f"{where}: '{missing[0]}' is missing: calibrate where the camera stands, or take it out")
-    lens = np.array(table.get("distortions", [0.0] * 5), dtype=np.float64).ravel()
+    given = np.array(table.get("distortions", [0.0] * 5), dtype=object).ravel().tolist()
+    lens = numbers({"distortions": given}, "distortions", where, (len(given),))
     if len(lens) < 4 or lens[5:].any():
         raise RigError(f"{where}: a lens of {len(lens)} numbers is not read: calibrate it with k1 k2 p1 p2 k3")
     if table.get("fisheye") is True and lens.any():
         raise RigError(f"{where}: a fisheye lens is not read: undistort its images, and calibrate them without fisheye")
-    turn = np.array(table["rotation"], dtype=np.float64)
-    rotation = Rotation.from_rotvec(turn).as_matrix() if turn.size == 3 else numbers(table, "rotation", where, (3, 3))
+    turn = numbers(table, "rotation", where, (3,), (3, 3))
+    rotation = Rotation.from_rotvec(turn).as_matrix() if turn.shape == (3,) else turn
     width, height = numbers(table, "size", where, (2,)).round().astype(int).tolist()
     return Camera(
         name=str(table.get("name", name)),
