@@ -6,6 +6,7 @@ Every kind of field has its turn, however many values of it a plan has. Run for 
 
 import copy
 import json
+import os
 import random
 import re
 import sys
@@ -262,7 +263,7 @@ def write_take(path: Path, rig: Rig, wider: float) -> str:
 
 def main() -> None:
     count, seed, *asked = sys.argv[1:]
-    with TemporaryDirectory() as folder:
+    with TemporaryDirectory() as folder, patch.dict(os.environ, XDG_CACHE_HOME=folder):  # what was planned once, too
         for name, path in plans(Path(folder)).items():
             for resealed in (False, True) if not asked or name in asked else ():
                 told(name, outcomes(path, int(count), int(seed), resealed=resealed), resealed=resealed)
