@@ -544,7 +544,9 @@ def render(
     from capture_plan.sheets import write_sheets
     from capture_plan.sheets.write import WRITES
 
-    made, found = open_plan(plan, rig, force=force, refuse=lambda read: refuse_folder(output, WRITES, inputs=read))
+    made, found = open_plan(
+        plan, rig, force=force, refuse=lambda read: refuse_folder(output, WRITES, inputs=read), into=output
+    )
     with as_far_as_it_goes(made), listen(say):
         say_written(write_sheets(made, found, output, paper=paper, dpi=dpi))
     say([f"Next: print {output / 'sheets.pdf'} at 100 % and hold a ruler to its 50 mm bar."])
@@ -571,10 +573,12 @@ def export(
     wanted = only or [kind for kind in Export if kind != Export.verify]
     if {Export.json, Export.verify} & set(wanted) and not same(plan, output / "plan.json"):
         refuse_plan(output / "plan.json")
-    made, found = open_plan(plan, rig, force=force, refuse=lambda read: refuse_folder(output, WRITES, inputs=read))
+    made, found = open_plan(
+        plan, rig, force=force, refuse=lambda read: refuse_folder(output, WRITES, inputs=read), into=output
+    )
     draft = "-DRAFT" if made.draft else ""
     written: list[Path] = []
-    with as_far_as_it_goes(made), together(output, written) as new:
+    with as_far_as_it_goes(made), together(output, written, found.name) as new:
         if Export.html in wanted:
             written.append(write_html(made, found, new / "plan.html", folder=plan.parent))
         if Export.csv in wanted:
@@ -707,16 +711,20 @@ def notebook(
 
 
 def open_plan(
-    path: Path, rig: str | None, *, force: bool, refuse: Callable[[list[str | Path]], None]
+    path: Path, rig: str | None, *, force: bool, refuse: Callable[[list[str | Path]], None], into: Path | None = None
 ) -> tuple["Plan", "Rig"]:
     """The plan in a file and its rig; where it does not hold, a draft by force, else exit 1 with its lies named.
-    `refuse` is asked before any work whether the output may stand where it shall, beside what is read."""
+    `refuse` is asked before any work whether the output may stand where it shall, beside what is read; a folder that
+    it is put `into` may show no other head."""
+    from capture_plan.output import refuse_another
     from capture_plan.plan.files import read_plan, rig_of
     from capture_plan.plan.gate import as_draft, insisted, lies, refusal
     from capture_plan.plan.replacing import inputs_of_plan
 
     plan = read_plan(path)
     refuse(inputs_of_plan(plan, path, rig))
+    if into is not None:
+        refuse_another(into, plan.rig.name)
     found = rig_of(plan, path, rig_path=rig)
     broken = lies(plan, found, folder=path.parent)
     if broken:
@@ -884,12 +892,12 @@ def said(line: str, note: str) -> bool:
 
 
 @contextmanager
-def together(folder: Path, written: list[Path]) -> Iterator[Path]:
-    """Where to write what shall stand in `folder` as a whole, and be said: the paths in `written`."""
+def together(folder: Path, written: list[Path], of: str = "") -> Iterator[Path]:
+    """Where to write what shall stand in `folder` as a whole, `of` a head, and be said: the paths in `written`."""
     from capture_plan.output import written_together
     from capture_plan.progress import listen
 
-    with listen(say), written_together(folder) as new:
+    with listen(say), written_together(folder, of) as new:
         yield new
     say_written(folder / path.relative_to(new) for path in written)
 

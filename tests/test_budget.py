@@ -360,6 +360,10 @@ def test_a_budget_that_is_not_spent_says_why(plan):
     )
     (one,) = unspent_words(with_budget(plan, budget=16))
     assert "15 of the 16 are used: the one that is left buys no pair" in one
+    default = replace(plan, layout=replace(plan.layout, method="studio"))
+    (stops,) = unspent_words(with_budget(default, budget=20, method="studio"))
+    assert "15 of at most 20 are used: the default stops" in stops
+    assert unspent_words(with_budget(default, budget=None, method="studio")) == []
 
 
 def test_a_plan_within_a_budget_holds_and_its_summary_sets_it_beside_68_points(plan):

@@ -11,7 +11,15 @@ from functools import partial
 import pytest
 
 from capture_plan.errors import PlanError
-from capture_plan.output import refuse_folder, refuse_place, refuse_plan, replace_whole, write_whole, written_together
+from capture_plan.output import (
+    refuse_another,
+    refuse_folder,
+    refuse_place,
+    refuse_plan,
+    replace_whole,
+    write_whole,
+    written_together,
+)
 from capture_plan.output.leavings import OURS, sweep
 from capture_plan.output.together import MEMORY
 from tests.faults import FailingDisk, tree
@@ -249,3 +257,14 @@ def test_a_plan_is_replaced_by_plans_alone_and_by_a_set_that_wrote_it(tmp_path):
     with written_together(tmp_path / "set") as new:
         write_whole(new / "plan.json", text)
     refuse_plan(tmp_path / "set" / "plan.json")
+
+
+def test_what_shows_one_head_does_not_take_the_place_of_what_shows_another(tmp_path):
+    refuse_another(tmp_path, "hero")
+    with written_together(tmp_path, "hero") as new:
+        write_whole(new / "sheets.pdf", b"hero")
+    refuse_another(tmp_path, "hero")
+    with pytest.raises(PlanError, match="shows 'hero', this is 'villain': choose another place with -o"):
+        refuse_another(tmp_path, "villain")
+    (tmp_path / ".capture-plan.json").write_text('{"of": 3}')
+    refuse_another(tmp_path, "villain")

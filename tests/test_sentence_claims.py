@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from msgspec.structs import replace as changed
 
-from capture_plan.expressions.lips import lips_apart, stays_open
+from capture_plan.expressions.lips import lips_apart, open_jaw, stays_open
 from capture_plan.expressions.pack import pack
 from capture_plan.expressions.sentences import mistakes, sentence
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.plan.sentence_claims import largest_unsaid, open_lips_unsaid
 from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
+from capture_plan.rig.meaning import arkit_by_motion
 
 NAMES = ("browInnerUp", "eyeBlinkLeft", "eyeBlinkRight", "jawOpen", "mouthClose", "mouthSmileLeft", "mouthSmileRight")
 WHOLE = sample_rig()
@@ -90,6 +91,14 @@ def test_a_mouth_close_that_leaves_the_lips_open_says_so(share):
 
 def test_a_mouth_close_that_closes_is_said_as_ever():
     assert stays_open(RIG, ("mouthClose",)) is None
+
+
+def test_a_vowel_that_opens_the_jaw_too_is_not_added_to_it():
+    vowel = 0.9 * RIG.deltas[[RIG.names.index("jawOpen")]]
+    rig = replace(RIG, names=("viseme_aa", *RIG.names), deltas=np.concatenate([vowel, RIG.deltas]))
+    assert arkit_by_motion(rig, "viseme_aa") == "jawOpen"
+    assert rig.names[open_jaw(rig)] == "jawOpen"
+    assert stays_open(rig, ("mouthClose",)) is None
     assert sentence(RIG, ("mouthClose",)) == "Lower your jaw but keep your lips closed."
 
 

@@ -9,11 +9,13 @@ from capture_plan.layout.alternatives import alternatives
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import SIXTY_EIGHT, Face, see_face
 from capture_plan.layout.head import HEAD_LAYOUTS, head_candidates
+from capture_plan.layout.record import View
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.task import task_of
 from capture_plan.layout.wishes import OTHER_SHARE, counted, keep_outs
 from capture_plan.mesh import geodesic_distance
 from capture_plan.plan.check import check_plan
+from capture_plan.plan.summary import head_words
 from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
 from capture_plan.visibility import cameras_for
@@ -127,6 +129,20 @@ def test_head_markers_stand_in_their_sectors_at_the_spacing_and_cost_no_landmark
     apart = geodesic_distance(face.graph, dots)[:, dots] + np.diag(np.full(len(dots), np.inf))
     assert apart.min() >= COVER.spacing_mm
     assert layout.head_pose.surface_mm > 0
+    seen = dict(zip(found.vertices.tolist(), found.visibility.tolist(), strict=True))
+    assert all(m.visibility == pytest.approx(seen[m.vertex], abs=1e-4) and m.visibility > 0 for m in layout.head)
+    assert all("head" in m.stands_for for m in layout.head if not m.blendshapes)
+
+
+def test_head_markers_that_no_camera_reads_promise_no_pose():
+    plan = plan_of(replace(QUICK, landmarks=replace(COVER, head_markers=3)))
+    (promised,) = head_words(plan)
+    assert "give the head's pose to" in promised
+    assert "measured" not in promised
+    read, grazed = View("boom", True, 9.0), View("boom", True, 0.2)
+    two = [replace(m, views=(grazed if i else read,)) for i, m in enumerate(plan.layout.head)]
+    (doubted,) = head_words(replace(plan, layout=replace(plan.layout, head=tuple(two))))
+    assert "do not read H02, H03, so that they give the pose not at all" in doubted
 
 
 def test_two_head_markers_are_refused():

@@ -17,6 +17,7 @@ import numpy as np
 from capture_plan.expressions.listing import blendshape_importance
 from capture_plan.expressions.problem import state_problem
 from capture_plan.layout.face import see_face
+from capture_plan.layout.naming import seen_with_the_head
 from capture_plan.layout.shell.takes import Takes
 from capture_plan.layout.task import Task, task_of
 from capture_plan.mesh.mirror import mirror_plane
@@ -78,7 +79,7 @@ def place_arrays(task: Task) -> Arrays:
     shut = np.zeros(len(face.rig.neutral), dtype=bool)
     shut[np.delete(task.sites.vertices, task.open_, axis=0)] = True
     return {
-        "visibility": face.visibility,
+        "visibility": seen_with_the_head(face) if task.settings.head_markers else face.visibility,
         "opened": face.relaxed(task.settings),
         "places": face.places,
         "shut": shut,

@@ -35,15 +35,21 @@ def stays_open(rig: Rig, blendshapes: tuple[str, ...]) -> float | None:
     """Millimetres between lips that are asked to close over the open jaw; None where they close or none are asked."""
     if not any(arkit_by_motion(rig, name) == "mouthClose" for name in blendshapes):
         return None
-    jaw = tuple(name for name in rig.names if arkit_by_motion(rig, name) == "jawOpen")
-    gap = lips_apart(rig, (*blendshapes, *jaw))
+    jaw = open_jaw(rig)
+    gap = lips_apart(rig, blendshapes if jaw is None else (*blendshapes, rig.names[jaw]))
     return gap if gap is not None and gap >= OPEN_MM else None
+
+
+def open_jaw(rig: Rig) -> int | None:
+    """The blendshape that opens the jaw and does no more: the one that is named so before a vowel that opens it too."""
+    found = [k for k, name in enumerate(rig.names) if arkit_by_motion(rig, name) == "jawOpen"]
+    return min(found, key=lambda k: rig.arkit(rig.names[k]) != "jawOpen", default=None)
 
 
 @lru_cache(maxsize=REMEMBERED)
 def _lips(rig: Rig) -> tuple[Int[np.ndarray, "p 2"], Float[np.ndarray, "p 3"]] | None:
     """Pairs of (upper, lower) vertices that the open jaw parts, and which way; None where it parts none."""
-    jaw = next((k for k, name in enumerate(rig.names) if arkit_by_motion(rig, name) == "jawOpen"), None)
+    jaw = open_jaw(rig)
     if jaw is None:
         return None
     moved = rig.displacement[jaw] / max(float(rig.displacement[jaw, rig.skin].max()), 1e-9)

@@ -4,9 +4,10 @@ from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Float, Int
 
 from capture_plan.layout.face import Face
+from capture_plan.layout.head import head_candidates
 from capture_plan.layout.quality import importance_weights
 from capture_plan.layout.record import Landmark, Role, Side, View
 from capture_plan.layout.settings import LayoutSettings
@@ -21,12 +22,22 @@ def name_landmarks(
 ) -> tuple[Landmark, ...]:
     """A record for each of `vertices`, in their order; `rounds[m]` is the program that chose it."""
     roles: list[Role] = ["primary" if number in FIRST else "backup" for number in rounds]
-    return _records(face, settings, vertices, rounds, roles, "M")
+    return _records(face, settings, vertices, rounds, roles, "M", face.visibility)
 
 
 def name_head_markers(face: Face, settings: LayoutSettings, vertices: Int[np.ndarray, " m"]) -> tuple[Landmark, ...]:
     """A record for each head marker; they are numbered apart from the landmarks."""
-    return _records(face, settings, vertices, [None] * len(vertices), (HEAD,) * len(vertices), "H")
+    if not len(vertices):
+        return ()
+    seen = seen_with_the_head(face)
+    return _records(face, settings, vertices, [None] * len(vertices), (HEAD,) * len(vertices), "H", seen)
+
+
+def seen_with_the_head(face: Face) -> Float[np.ndarray, " v"]:
+    """How well skin is seen, also where it stays still and head markers may stand."""
+    found, seen = head_candidates(face, face.cameras), face.visibility.copy()
+    seen[found.vertices] = found.visibility
+    return seen
 
 
 def _records(
@@ -36,8 +47,9 @@ def _records(
     rounds: list[int | None],
     roles: Sequence[Role],
     letter: str,
+    seen: Float[np.ndarray, " v"],
 ) -> tuple[Landmark, ...]:
-    rig, visibility = face.rig, face.visibility[vertices]
+    rig, visibility = face.rig, seen[vertices]
     reach = face.reach(settings)[:, vertices]
     w = importance_weights(reach, visibility, settings.alpha)
     covers = reach >= settings.epsilon

@@ -49,7 +49,8 @@ class Landmark(Struct, frozen=True, forbid_unknown_fields=True):
     @property
     def stands_for(self) -> str:
         """Its blendshapes in words; a landmark that was chosen for the error alone may stand for none."""
-        return ", ".join(self.blendshapes) or "several, each a little"
+        nothing = "the head's own motion" if self.role == "head" else "several, each a little"
+        return ", ".join(self.blendshapes) or nothing
 
 
 class HeadPose(Struct, frozen=True, forbid_unknown_fields=True):

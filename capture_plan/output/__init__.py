@@ -2,10 +2,11 @@
 
 from capture_plan.output.leavings import sweep
 from capture_plan.output.places import refuse_folder, refuse_place, same
-from capture_plan.output.together import refuse_plan, written_together
+from capture_plan.output.together import refuse_another, refuse_plan, written_together
 from capture_plan.output.whole import replace_whole, whole_file, write_whole
 
 __all__ = [
+    "refuse_another",
     "refuse_folder",
     "refuse_place",
     "refuse_plan",

@@ -21,11 +21,14 @@ from capture_plan.output.whole import flush, flush_folder, folder_of, in_one_lin
 from capture_plan.progress import tell
 
 MEMORY = ".capture-plan.json"
+WRITTEN, OF = "written by capture-plan", "of"
+SHOWN = 60  # letters of a name
 
 
 @contextmanager
-def written_together(folder: Path) -> Iterator[Path]:
-    """A folder to write into; once the block ends well all that is in it stands in `folder`.
+def written_together(folder: Path, of: str = "") -> Iterator[Path]:
+    """A folder to write into; once the block ends well all that is in it stands in `folder`. `of` names the head that
+    it shows, where it shows one: `refuse_another` asks for it.
 
     Inside another such block nothing is moved twice: `folder` is then part of that one.
 
@@ -42,17 +45,17 @@ def written_together(folder: Path) -> Iterator[Path]:
             os.mkdir(made / NEW)
             yield made / NEW
             with alone_in(folder):
-                move(made)
+                move(made, of)
         finally:
             if not (made / MOVES).exists():  # else it could not be put back now: the next sweep will
                 shutil.rmtree(made, ignore_errors=True)
             release(lock)
 
 
-def move(made: Path) -> None:
+def move(made: Path, of: str) -> None:
     """Move what is in `new/` to its places, with what it takes the place of kept; all of it or nothing."""
     new, folder = made / NEW, made.parent
-    gone = remember(new, folder, files_in(new))
+    gone = remember(new, folder, files_in(new), of)
     names = files_in(new)
     for name in names:
         flush(new / name)
@@ -92,7 +95,7 @@ def keep(made: Path, name: Path) -> bool:
     return True
 
 
-def remember(new: Path, folder: Path, names: list[Path]) -> list[Path]:
+def remember(new: Path, folder: Path, names: list[Path], of: str) -> list[Path]:
     """Write into each folder of the set what we wrote there; keep what is not ours beside it. Returns what we wrote
     into its folders before and do not write now."""
     gone = []
@@ -110,17 +113,32 @@ def remember(new: Path, folder: Path, names: list[Path]) -> list[Path]:
             gone += [inside / name for name in left if unchanged(folder / inside / name, before[name])]
             left = []
         memory = dict(sorted((now | {name: before[name] for name in left}).items()))
-        write_whole(new / inside / MEMORY, json.dumps({"written by capture-plan": memory}, indent=1).encode() + b"\n")
+        kept = {WRITTEN: memory} | ({OF: of} if of else {})
+        write_whole(new / inside / MEMORY, json.dumps(kept, indent=1).encode() + b"\n")
     return gone
 
 
 def ours(folder: Path) -> dict[str, str]:
     """Names of the files that we wrote into a folder, with their digests."""
     try:
-        files = json.loads((folder / MEMORY).read_bytes())["written by capture-plan"]
+        files = json.loads((folder / MEMORY).read_bytes())[WRITTEN]
         return {name: what for name, what in files.items() if Path(name).name == name and isinstance(what, str)}
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return {}
+
+
+def refuse_another(folder: Path, of: str) -> None:
+    """Refuse to put what shows one head in the place of what shows another.
+
+    Raises:
+        PlanError: we have written such into the folder.
+    """
+    try:
+        stands = json.loads((folder / MEMORY).read_bytes())[OF]
+    except (OSError, ValueError, KeyError, TypeError):
+        return
+    if isinstance(stands, str) and stands != of:
+        raise PlanError(f"{folder} shows '{stands[:SHOWN]}', this is '{of[:SHOWN]}': choose another place with -o")
 
 
 def refuse_links(folder: Path, inside: Path, names: list[Path]) -> None:

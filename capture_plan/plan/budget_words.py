@@ -11,10 +11,18 @@ def budget_words(plan: Plan) -> str:
 
 
 def unspent_words(plan: Plan) -> list[str]:
-    """Why a budget is not spent: the search ends where no site is open any more that it pays for (`layout.budget`)."""
+    """Why a budget is not spent: its search ends where no site is open any more that it pays for (`layout.budget`), the
+    default earlier."""
     settings, landmarks = plan.settings.landmarks, len(plan.layout.landmarks)
     budget = settings.budget or settings.number or landmarks
-    if plan.layout.method != "budget" or landmarks >= budget:
+    if landmarks >= budget:
+        return []
+    if plan.layout.method == "studio":
+        return [
+            f"{landmarks} of at most {budget} are used: the default stops where more tell little; method budget "
+            "(--budget) spends all."
+        ]
+    if plan.layout.method != "budget":
         return []
     return [f"{landmarks} of the {budget} are used: {no_more_words(settings, budget - landmarks)}."]
 

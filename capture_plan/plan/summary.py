@@ -6,7 +6,7 @@ from capture_plan.expressions.settings import MEASURED_BY
 from capture_plan.layout.face import SIXTY_EIGHT
 from capture_plan.layout.follow import EVEN, target_of
 from capture_plan.layout.meeting import meeting_words
-from capture_plan.layout.record import Layout, MotionFit, Prediction, Worth
+from capture_plan.layout.record import Layout, MotionFit, Prediction, View, Worth
 from capture_plan.layout.studio import WORTHWHILE
 from capture_plan.plan.budget_words import bound_words, budget_words, unspent_words
 from capture_plan.plan.predicted import at_noise, error_words, prediction_words
@@ -16,6 +16,8 @@ from capture_plan.rig.face.words import doubts
 from capture_plan.rig.kinds import apart_lines
 from capture_plan.rig.sequence.record import UNUSED
 from capture_plan.visibility import FEWEST_PIXELS
+
+EDGE_ON = 1.0  # pixels: a dot that is seen narrower lies nearly along the view, where a larger one helps little
 
 
 def summary(plan: Plan) -> tuple[str, ...]:
@@ -198,13 +200,26 @@ def quarters(count: int) -> list[int]:
 
 def head_words(plan: Plan) -> list[str]:
     """What head markers are worth."""
-    pose = plan.layout.head_pose
+    pose, head = plan.layout.head_pose, plan.layout.head
     if pose is None:
         return []
+    lost = [m.name for m in head if m.views and not any(is_read(view) for view in m.views)]
+    given = (
+        f"{len(head)} head markers more give the head's pose to {pose.rotation_degrees:.2f} degrees and "
+        f"{pose.translation_mm:.2f} mm: {pose.surface_mm:.2f} mm on the face"
+    )
+    if not lost:
+        return [f"{given}."]
+    fixed = "less exactly" if len(head) - len(lost) >= 3 else "not at all, for three have to be seen"
     return [
-        f"{len(plan.layout.head)} head markers more give the head's pose to {pose.rotation_degrees:.2f} degrees and "
-        f"{pose.translation_mm:.2f} mm: {pose.surface_mm:.2f} mm on the face."
+        f"{given}, where all of them are measured. These cameras do not read {', '.join(lost)}, so that they give the "
+        f"pose {fixed}: add a camera, or leave head markers out where the cameras move with the head."
     ]
+
+
+def is_read(view: View) -> bool:
+    """Whether a camera always sees a marker, and never too small."""
+    return view.always and view.pixels >= FEWEST_PIXELS
 
 
 def view_words(plan: Plan) -> list[str]:
@@ -212,11 +227,14 @@ def view_words(plan: Plan) -> list[str]:
     small = [
         f"{m.name} ({min(view.pixels for view in m.views if view.always):.1f})"
         for m in plan.layout.markers
-        if any(view.always and view.pixels < FEWEST_PIXELS for view in m.views)
+        if any(view.always and EDGE_ON <= view.pixels < FEWEST_PIXELS for view in m.views)
     ]
+    grazed = [m.name for m in plan.layout.markers if any(view.always and view.pixels < EDGE_ON for view in m.views)]
     cameras = [view.camera for view in plan.layout.markers[0].views] if plan.layout.markers else []
     blind = [name for c, name in enumerate(cameras) if not any(m.views[c].pixels for m in plan.layout.markers)]
     lines = [f"No marker is ever seen by {', '.join(blind)}: check where it stands and looks."] if blind else []
+    if grazed:
+        lines.append(f"Edge-on in some camera, narrower than {EDGE_ON:g} px whatever the dot: {', '.join(grazed)}.")
     if not small:
         return lines
     return [

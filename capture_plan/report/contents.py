@@ -59,6 +59,7 @@ def contents(plan: Plan, shot_list: Session) -> dict[str, Any]:
         "marker_intro": marker_intro(layout.markers),
         "uncovered": layout.uncovered,
         "stop": shot_list.stop,
+        "edited": bool(packing.edits.names),
         "session_intro": session_intro(shot_list),
         "chart": chart(plan),
         "unscanned": packing.left_out,

@@ -49,7 +49,8 @@ def _listed(path: Path, rig: Rig) -> Bool[np.ndarray, " v"]:
             named = f"{low}-{high}" if high != low else low
             raise RigError(
                 f"{path.name} names vertex {named}, which {rig.name} does not have: "
-                f"give numbers from its own file, 0 to {rig.source_index.max()}"
+                f"give its file's own numbers, of which the rig keeps {len(known):,} between 0 and {known[-1]:,} "
+                "(in an NPZ those of 'source_index' where it has them)"
             )
     return in_ranges(rig.source_index, ranges)
 

@@ -56,7 +56,9 @@ def rig_words(layout: Layout, rig: Rig) -> str:
     """What the markers tell of the rig."""
     worth = layout.worth
     bare = f" · {len(layout.uncovered)} blendshapes have no marker" if layout.uncovered else ""
-    return f"{worth.landmarks} markers · {headline_words(worth, layout.predictions)}{bare}{nearest_words(layout, rig)}"
+    head = f" + {len(layout.head)} on the head" if layout.head else ""
+    markers = f"{worth.landmarks} markers{head} · {headline_words(worth, layout.predictions)}"
+    return f"{markers}{bare}{nearest_words(layout, rig)}"
 
 
 def take_words(fit: MotionFit) -> str:

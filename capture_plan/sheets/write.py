@@ -42,24 +42,24 @@ def write_sheets(plan: Plan, rig: Rig, folder: Path | str, *, paper: Sheet = "a4
         PlanError: the plan belongs to another rig, or the folder cannot be written.
         RenderError: this machine cannot draw.
     """
-    return write_booklet(draw_sheets(plan, rig, sheet=paper, dpi=dpi), Path(folder), dpi)
+    return write_booklet(draw_sheets(plan, rig, sheet=paper, dpi=dpi), Path(folder), dpi, rig.name)
 
 
 def write_marker_sheets(
     layout: Layout, rig: Rig, folder: Path | str, *, paper: Sheet = "a4", dpi: int = 300
 ) -> tuple[Path, ...]:
     """The same of markers alone, for a take without blendshapes, on the `rig` that stands in for it."""
-    return write_booklet(draw_marker_sheets(layout, rig, sheet=paper, dpi=dpi), Path(folder), dpi)
+    return write_booklet(draw_marker_sheets(layout, rig, sheet=paper, dpi=dpi), Path(folder), dpi, rig.name)
 
 
-def write_booklet(book: Booklet, folder: Path, dpi: int) -> tuple[Path, ...]:
-    """`sheets.pdf` and `pages/*.png`, all or none.
+def write_booklet(book: Booklet, folder: Path, dpi: int, of: str = "") -> tuple[Path, ...]:
+    """`sheets.pdf` and `pages/*.png` of a head, all or none.
 
     Raises:
         PlanError: the folder cannot be written.
     """
     pdf = book.bytes()
-    with written_together(folder) as made:
+    with written_together(folder, of) as made:
         write_whole(made / "sheets.pdf", pdf)
         (made / "pages").mkdir()
         names = _write_pages(pdf, book.titles, made / "pages", dpi)
