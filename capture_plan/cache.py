@@ -11,6 +11,7 @@ be believed.
 
 import hashlib
 import os
+import re
 import stat
 import struct
 import sys
@@ -30,6 +31,7 @@ from capture_plan.output import whole_file
 Arrays = dict[str, np.ndarray]
 PACKAGE = Path(__file__).parent
 DECIDING = (".py", ".toml", ".json", ".npz")
+NAMED = re.compile("[0-9a-f]{64}")  # an entry: a shelf may hold files of a person
 SEAL = "seal"  # of an entry: no answer has an array of this name
 NOT_ELSEWHERE = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 DAMAGE = (
@@ -88,7 +90,11 @@ def code_digest(*rooms: str) -> str:
 
 def cached(compute: Callable[[], Arrays], shelf: str, name: str, *, entries: int) -> Arrays:
     """`compute()`, or what it answered when it was last asked under this name; the shelf keeps the newest `entries`."""
-    if not is_private(folder := cache_dir()):
+    try:
+        folder = cache_dir()
+    except RuntimeError:  # a user without a home
+        return compute()
+    if not is_private(folder):
         return compute()
     path = folder / shelf / f"{name}.npz"
     if (found := _entry(path)) is not None:
@@ -123,6 +129,7 @@ def _store(path: Path, answer: Arrays, entries: int) -> None:
     """Write the entry whole or not at all, then drop the oldest beyond `entries`."""
     with whole_file(path, durable=False) as file:
         np.savez(file, allow_pickle=False, **answer, **{SEAL: np.array(_seal(path.stem, answer))})
-    kept = sorted(path.parent.glob("*.npz"), key=lambda entry: entry.stat().st_mtime_ns, reverse=True)
+    entries_there = [entry for entry in path.parent.glob("*.npz") if NAMED.fullmatch(entry.stem)]
+    kept = sorted(entries_there, key=lambda entry: entry.stat().st_mtime_ns, reverse=True)
     for entry in kept[entries:]:
         entry.unlink(missing_ok=True)

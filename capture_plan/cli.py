@@ -601,7 +601,9 @@ def compare(
     layouts: Annotated[Path | None, typer.Option(help="JSON file of more layouts: {name: [vertex, ...]}.")] = None,
     take: Annotated[Path | None, typer.Option(help="Recorded take to judge by too: weights, or meshes of it.")] = None,
     budget: Annotated[list[int] | None, typer.Option(min=1, help="Landmarks; may be given several times.")] = None,
-    noise_mm: Annotated[float, typer.Option(min=0.001, help="Noise that ours are designed for, millimetres.")] = 0.2,
+    noise_mm: Annotated[
+        float, typer.Option(min=0.001, max=1000, help="Noise that ours are designed for, millimetres.")
+    ] = 0.2,
     epsilon: Annotated[
         float, typer.Option(min=0.01, max=1, help="Share of its largest movement by which a blendshape is seen.")
     ] = 0.5,
@@ -699,13 +701,13 @@ def notebook(
         str,
         typer.Option(help="Address to listen at; only this machine reaches the usual one."),
     ] = "127.0.0.1",
-    port: Annotated[int | None, typer.Option(help="Port of the server.")] = None,
+    port: Annotated[int | None, typer.Option(min=0, max=65535, help="Port of the server.")] = None,
 ) -> None:
     """Open the session notebook on RIG: turn a knob, see the plan change."""
     from capture_plan.notebook import open_notebook
     from capture_plan.notebook_guard import LOOPBACK
 
-    if host not in LOOPBACK:
+    if host and host not in LOOPBACK:
         say([f"warning: whoever reaches {host} and has the address with its token sees the rig and plans on it"])
     raise typer.Exit(open_notebook(rig, take or (), edit=edit, headless=headless, host=host, port=port))
 

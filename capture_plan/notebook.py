@@ -7,6 +7,7 @@ import os
 import runpy
 import secrets
 import shutil
+import socket
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -46,8 +47,9 @@ def open_notebook(
     To be edited, an installed notebook is copied into the current folder first, unless a copy is there.
 
     Raises:
-        RigError: the rig or a take cannot be read; nothing was started.
+        RigError: the rig or a take cannot be read, or nobody can listen at the address; nothing was started.
     """
+    check_address(host, port or 0)
     read = sample_rig() if rig == SAMPLE else read_rig(rig)
     for take in takes:
         read_sequence(take, rig=read)
@@ -58,6 +60,23 @@ def open_notebook(
     if edit:
         return serve("edit", str(own_copy(session)), *arguments)
     return serve("run", str(session), *arguments)
+
+
+def check_address(host: str, port: int) -> None:
+    """RigError where nobody can listen at an address: one line before the server says it in many."""
+    try:
+        if not host:
+            raise OSError(0, "no name")
+        kind, _, _, _, at = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
+        with socket.socket(kind, socket.SOCK_STREAM) as tried:
+            tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            tried.bind(at)
+    except (OSError, UnicodeError, OverflowError) as error:
+        why = getattr(error, "strerror", None) or "no address"
+        where = f"'{host}'" + (f", port {port}" if port else "")
+        raise RigError(
+            f"nobody can listen at {where} ({why}): give another --host or --port, or leave them out"
+        ) from None
 
 
 def options(*, headless: bool, host: str, port: int | None) -> list[str]:

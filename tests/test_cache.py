@@ -1,6 +1,7 @@
 """What is kept on disk: equal to what is computed, known by content, never trusted when broken."""
 
 import os
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -106,9 +107,21 @@ def test_names_tell_apart_what_is_cut_elsewhere():
 
 
 def test_a_shelf_keeps_its_newest_entries():
+    (cache_dir() / "shelf").mkdir(parents=True)
+    (cache_dir() / "shelf" / "hero.npz").write_bytes(b"a person's rig")
     for number in range(4):
-        cached(lambda number=number: {"x": np.array([number])}, "shelf", f"{number}", entries=2)
-    assert len(list((cache_dir() / "shelf").glob("*.npz"))) == 2
+        cached(lambda number=number: {"x": np.array([number])}, "shelf", digest([f"{number}"]), entries=2)
+    assert len(list((cache_dir() / "shelf").glob("*.npz"))) == 2 + 1
+    assert (cache_dir() / "shelf" / "hero.npz").exists()
+
+
+def test_a_user_without_a_home_goes_without_a_cache(monkeypatch):
+    def homeless():
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setattr(Path, "home", homeless)
+    assert cached(answer, "shelf", digest(["name"]), entries=2)["x"].tolist() == [0, 1, 2]
 
 
 def answer():

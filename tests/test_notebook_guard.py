@@ -1,10 +1,13 @@
 """An open notebook answers its own page alone."""
 
 import asyncio
+import socket
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
+from capture_plan.errors import RigError
+from capture_plan.notebook import check_address
 from capture_plan.notebook_guard import MOST_SOCKETS, Guard
 from capture_plan.progress import StoppedError, go_on, stoppable
 
@@ -95,3 +98,14 @@ def test_nobody_stops_anything_where_no_session_is_served():
     with stoppable():
         assert answer(LOCAL, path="", host="localhost:2718") == 200
         go_on()
+
+
+@pytest.mark.parametrize(("host", "port"), [("", 0), ("1.2.3.4", 0), ("a b", 80), ("127.0.0.1", None)])
+def test_an_address_where_nobody_can_listen_is_refused_in_one_line(host, port):
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        with pytest.raises(RigError, match="nobody can listen at") as refused:
+            check_address(host, taken.getsockname()[1] if port is None else port)
+    assert len(str(refused.value).splitlines()) == 1
+    check_address("127.0.0.1", 0)

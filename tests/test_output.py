@@ -20,10 +20,11 @@ from capture_plan.output import (
     write_whole,
     written_together,
 )
-from capture_plan.output.leavings import OURS, sweep
+from capture_plan.output.leavings import OURS, digest_of, sweep
 from capture_plan.output.together import MEMORY
 from tests.faults import FailingDisk, tree
 
+MADE = f"{OURS}{'0' * 16}"
 ERRORS = (OSError(28, "No space left on device"), MemoryError(), KeyboardInterrupt())
 
 
@@ -158,13 +159,15 @@ def test_a_set_within_a_set_is_moved_with_it(tmp_path):
 @pytest.mark.parametrize("before", [False, True])
 def test_a_list_of_moves_that_came_from_outside_leads_nowhere_else(tmp_path, name, before):
     (tmp_path / "mine.txt").write_text("mine")
-    made = tmp_path / "received" / f"{OURS}0"
+    made = tmp_path / "received" / MADE
     (made / "old" / "old").mkdir(parents=True)
     (made / "mine.txt").write_text("theirs")
     (made.parent / "sub").mkdir()
     for link in ("link", "sub/link"):
         (made.parent / link).symlink_to(tmp_path)
-    (made / "moves.json").write_text(json.dumps({name.format(here=tmp_path): before}))
+    (made / "moves.json").write_text(
+        json.dumps({name.format(here=tmp_path): (digest_of(tmp_path / "mine.txt") if before else None, None)})
+    )
     sweep(made.parent)
     assert (tmp_path / "mine.txt").read_text() == "mine"
     assert not made.exists()
@@ -172,8 +175,8 @@ def test_a_list_of_moves_that_came_from_outside_leads_nowhere_else(tmp_path, nam
 
 @pytest.mark.parametrize("text", ["", "[1]", "3", '{"a": ', "[" * 9_000])
 def test_a_list_of_moves_that_is_none_is_swept_all_the_same(tmp_path, text):
-    (tmp_path / f"{OURS}0").mkdir()
-    (tmp_path / f"{OURS}0" / "moves.json").write_text(text)
+    (tmp_path / MADE).mkdir()
+    (tmp_path / MADE / "moves.json").write_text(text)
     write_set(tmp_path, 1)
     assert not list(tmp_path.glob(f"{OURS}*"))
 
@@ -268,3 +271,45 @@ def test_what_shows_one_head_does_not_take_the_place_of_what_shows_another(tmp_p
         refuse_another(tmp_path, "villain")
     (tmp_path / ".capture-plan.json").write_text('{"of": 3}')
     refuse_another(tmp_path, "villain")
+
+
+def test_only_names_that_nobody_else_gives_are_swept(tmp_path):
+    mine = [tmp_path / f"{OURS}settings.toml", tmp_path / f"{OURS}work" / "notes.txt", tmp_path / f"{OURS}{'0' * 15}"]
+    mine[1].parent.mkdir()
+    for path in mine:
+        path.write_text("mine")
+    os.mkfifo(tmp_path / f"{OURS}fifo")
+    with written_together(tmp_path / f"{OURS}work") as new:  # a folder like any other: what is a person's is kept
+        write_whole(new / "notes.txt", b"ours")
+    write_whole(tmp_path / "other.txt", b"ours")
+    assert [path.read_text() for path in (mine[0], mine[1].with_name("notes.txt~"), mine[2])] == ["mine"] * 3
+
+
+@pytest.mark.parametrize("listed", [False, True, [None, None], [None, "0" * 64], ["0" * 64, "0" * 64]])
+def test_a_set_from_outside_takes_no_file_away(tmp_path, listed):
+    made = tmp_path / MADE
+    (made / "old").mkdir(parents=True)
+    (made / "old" / "mine.txt").write_text("theirs")
+    (tmp_path / "mine.txt").write_text("mine")
+    (made / "moves.json").write_text(json.dumps({"mine.txt": listed}))
+    write_whole(tmp_path / "other.txt", b"ours")
+    assert (tmp_path / "mine.txt").read_text() == "mine"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["mine.txt", "other.txt"]
+
+
+@pytest.mark.parametrize("since", [None, "what I wrote since"])
+def test_what_a_person_wrote_after_a_kill_stays_and_what_stood_before_is_kept(tmp_path, since):
+    made = tmp_path / MADE
+    (made / "old").mkdir(parents=True)
+    (made / "old" / "a.txt").write_text("before")
+    (tmp_path / "a.txt").write_text("moved")
+    (tmp_path / "b.txt").write_text("moved too")
+    digests = {name: digest_of(tmp_path / name) for name in ("a.txt", "b.txt")}
+    moves = {"a.txt": (digest_of(made / "old" / "a.txt"), digests["a.txt"]), "b.txt": (None, digests["b.txt"])}
+    (made / "moves.json").write_text(json.dumps(moves))
+    if since:
+        for name in ("a.txt", "b.txt"):
+            (tmp_path / name).write_text(since)
+    sweep(tmp_path)
+    found = {path.name: path.read_text() for path in tmp_path.iterdir()}
+    assert found == ({"a.txt": since, "b.txt": since, "a.txt~": "before"} if since else {"a.txt": "before"})

@@ -10,6 +10,7 @@ import pytest
 from msgspec.structs import replace
 
 from capture_plan.errors import PlanError
+from capture_plan.exports import verify_plan
 from capture_plan.expressions import PackingSettings, early
 from capture_plan.expressions.pack import pack
 from capture_plan.layout.exchange import Room, ranked
@@ -346,3 +347,14 @@ def test_a_version_is_one(made, number):
     plan = read_plan(made["default"])
     with pytest.raises(PlanError, match="is no version"):
         check.check_structure(replace(plan, versions=plan.versions | {"numpy": number}), sample_rig())
+
+
+def test_a_key_that_stands_twice_is_refused_here_and_by_the_verifier(made, tmp_path):
+    text = made["default"].read_text()
+    twice = text.replace('"region": "', '"region": "chin", "region": "', 1)
+    assert twice != text
+    (tmp_path / "plan.json").write_text(twice)
+    with pytest.raises(PlanError, match="'region' stands twice"):
+        read_plan(tmp_path / "plan.json")
+    with pytest.raises(SystemExit, match="stands twice"):
+        json.loads(twice, object_pairs_hook=verify_plan.once)

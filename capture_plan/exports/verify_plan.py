@@ -608,9 +608,17 @@ def verify(plan, rig):
     return lines
 
 
+def once(pairs):
+    """A table, in which no key stands twice: who reads the file may see the other value."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise SystemExit("FAIL  plan.json: a key stands twice in one place")
+    return found
+
+
 def main(folder):
     """Print every check of the plan in a folder; the exit code."""
-    plan = json.loads((folder / "plan.json").read_text(encoding="utf-8"))
+    plan = json.loads((folder / "plan.json").read_text(encoding="utf-8"), object_pairs_hook=once)
     with np.load(folder / "rig.npz", allow_pickle=False) as archive:
         rig = dict(archive)
     lines = verify(plan, rig)

@@ -6,7 +6,6 @@ into it. What somebody else wrote, or changed since, is kept with `~` behind its
 the set, what we wrote before and do not write now is taken away.
 """
 
-import hashlib
 import json
 import os
 import shutil
@@ -15,7 +14,17 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from capture_plan.errors import PlanError
-from capture_plan.output.leavings import MOVES, NEW, OLD, alone_in, is_being_made, new_folder, put_back, release
+from capture_plan.output.leavings import (
+    MOVES,
+    NEW,
+    OLD,
+    alone_in,
+    digest_of,
+    is_being_made,
+    new_folder,
+    put_back,
+    release,
+)
 from capture_plan.output.places import HOLDS_A_PLAN, IS_A_LINK, holds_plan
 from capture_plan.output.whole import flush, flush_folder, folder_of, in_one_line, keeping, write_whole
 from capture_plan.progress import tell
@@ -59,7 +68,11 @@ def move(made: Path, of: str) -> None:
     names = files_in(new)
     for name in names:
         flush(new / name)
-    stood = {str(name): keep(made, name) for name in (*names, *gone)}
+    kept = {name: keep(made, name) for name in (*names, *gone)}
+    stood = {
+        str(name): (digest_of(made / OLD / name) if stands else None, digest_of(new / name))
+        for name, stands in kept.items()
+    }
     missing = [each for each in {folder / name.parent for name in names} if not each.exists()]
     write_whole(made / MOVES, json.dumps(stood).encode())
     flush(made / MOVES)
@@ -102,9 +115,9 @@ def remember(new: Path, folder: Path, names: list[Path], of: str) -> list[Path]:
     for inside in sorted({name.parent for name in names}):
         refuse_links(folder, inside, [name for name in names if name.parent == inside])
         before = ours(folder / inside)
-        now = {name.name: digest(new / name) for name in names if name.parent == inside}
+        now = {name.name: digest_of(new / name) or "" for name in names if name.parent == inside}
         for name in now:
-            if (place := folder / inside / name).exists() and digest(place) not in (before.get(name), now[name]):
+            if (place := folder / inside / name).exists() and digest_of(place) not in (before.get(name), now[name]):
                 for kept, old in keeping(place).items():
                     same_file(old, new / inside / kept.name)
                     tell([f"note: {old} was not as we wrote it: it is kept as {kept.name}"])
@@ -160,13 +173,7 @@ def refuse_plan(path: Path) -> None:
 
 def unchanged(path: Path, what: str) -> bool:
     """Whether a file still holds what we wrote."""
-    return path.is_file() and not path.is_symlink() and digest(path) == what
-
-
-def digest(path: Path) -> str:
-    """SHA-256 of a file."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+    return digest_of(path) == what
 
 
 def same_file(place: Path, other: Path) -> None:

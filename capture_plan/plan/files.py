@@ -52,14 +52,22 @@ def read_plan(path: Path) -> Plan:
     """
     content = read_plain(path, PlanError, "give the plan.json that `plan` wrote", most=MOST_BYTES)
     try:
+        json.loads(content, object_pairs_hook=once)  # msgspec takes the last of two
         found = msgspec.json.decode(content, type=dict[str, Any]).get("format")
         if found != FORMAT_VERSION:
             raise PlanError(f"{path} has format {found!r}, expected {FORMAT_VERSION}: make the plan again")
         plan = msgspec.json.decode(content, type=Plan)
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+    except (msgspec.DecodeError, ValueError, RecursionError) as error:
         raise PlanError(f"{path} is not a plan ({error}): make it again with `capture-plan plan`") from None
     check_texts(plan)
     return plan
+
+
+def once(pairs: list[tuple[str, Any]]) -> None:
+    """ValueError where a key stands twice: who reads the file may see the other value than we do."""
+    keys = [key for key, _ in pairs]
+    if len(set(keys)) < len(keys):
+        raise ValueError(f"'{next(key for n, key in enumerate(keys) if key in keys[:n])}' stands twice in one place")
 
 
 Named = Callable[[Iterable[str | int], str], tuple[int, ...]]  # vertices meant by names and numbers, and what for

@@ -17,6 +17,7 @@ from capture_plan.rig.formats.raw import RawRig
 from capture_plan.rig.record import Found
 
 ANOTHER = 5  # blendshapes named for a face that lie elsewhere: fewer may have misleading names
+UNITS_MM = (1e-9, 1e9)  # what a file can count in: beyond it squares are lost
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,8 +168,8 @@ def check_given(unit_mm: float | None, up: str | None, facing: str | None) -> No
             raise RigError(f"{what} is '{axis}', expected one of {', '.join(AXES)}")
     if up and facing and up[1] == facing[1]:
         raise RigError(f"up is {up} and facing is {facing}: choose two different axes")
-    if unit_mm is not None and not (np.isfinite(unit_mm) and unit_mm > 0):
-        raise RigError(f"the unit is {unit_mm} mm, expected a length above 0, such as 10 for centimetres")
+    if unit_mm is not None and not UNITS_MM[0] <= unit_mm <= UNITS_MM[1]:
+        raise RigError(f"the unit is {unit_mm} mm, expected {UNITS_MM[0]:g} to {UNITS_MM[1]:g}, 10 for centimetres")
 
 
 def votes_of(raw: RawRig, sides: int) -> list[Vote]:
