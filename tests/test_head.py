@@ -18,6 +18,7 @@ from capture_plan.layout.head import (
     SECTORS,
     head_candidates,
     pose_error,
+    sectors_for,
 )
 from capture_plan.rig import sample_rig
 from capture_plan.rig.regions import face_regions
@@ -152,3 +153,12 @@ def test_wider_markers_turn_less_and_more_markers_shift_less():
 def test_markers_that_fix_no_pose_are_refused(points):
     with pytest.raises(InfeasibleError, match="fix no head pose"):
         pose_error(points, TRIANGLE, 0.2)
+
+
+def test_a_sector_of_which_nothing_is_seen_gives_way_to_one_that_is(sites):
+    found = sites
+    hidden = replace(found, visibility=np.where(found.sector == 2, 0.0, 1.0))
+    assert sectors_for(replace(found, visibility=np.ones(len(found.vertices))), 3, 0.05) == (0, 1, 2)
+    assert sectors_for(hidden, 3, 0.05) == (0, 1, 3)
+    assert sectors_for(hidden, 4, 0.05) == (0, 1, 4, 3)
+    assert sectors_for(replace(found, visibility=np.zeros(len(found.vertices))), 4, 0.05) == (0, 1, 2, 3)

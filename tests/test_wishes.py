@@ -130,6 +130,10 @@ def test_head_markers_stand_in_their_sectors_at_the_spacing_and_cost_no_landmark
     assert apart.min() >= COVER.spacing_mm
     assert layout.head_pose.surface_mm > 0
     seen = dict(zip(found.vertices.tolist(), found.visibility.tolist(), strict=True))
+    for sector in HEAD_LAYOUTS[count]:
+        best = found.visibility[found.sector == sector].max()
+        chosen = max(seen[m.vertex] for m in layout.head if m.vertex in sector_of[sector])
+        assert chosen >= min(best, COVER.min_visibility)
     assert all(m.visibility == pytest.approx(seen[m.vertex], abs=1e-4) and m.visibility > 0 for m in layout.head)
     assert all("head" in m.stands_for for m in layout.head if not m.blendshapes)
 

@@ -25,6 +25,7 @@ from capture_plan.visibility import Camera, camera_visibility, global_visibility
 
 SECTORS = ("left temple", "right temple", "middle forehead", "nose bridge", "left forehead", "right forehead")
 HEAD_LAYOUTS = {3: (0, 1, 2), 4: (0, 1, 2, 3), 5: (0, 1, 3, 4, 5)}  # number of markers: sectors that get one each
+SPARE = (3, 2, 4, 5)  # sectors that stand in for one whose still skin is hidden, the first that is seen
 RIGID_MM = 0.5  # what skin slides over the skull at rest; an assumption of ours, no source found
 MOST_MM = 3.0  # beyond it a marker follows the expression more than the head
 CHOICE = 3  # vertices from which a marker can still keep its distance to others
@@ -77,6 +78,14 @@ def head_candidates(face: Face, cameras: tuple[Camera, ...] = ()) -> HeadSites:
         visibility = global_visibility(rig.neutral, deltas, rig.triangles, vertices)
     sector = np.repeat(np.arange(len(SECTORS)), [len(of_sector) for of_sector in found])
     return HeadSites(vertices, motion[vertices], sector, visibility, tuple(limits), tuple(notes))
+
+
+def sectors_for(found: HeadSites, count: int, least: float) -> tuple[int, ...]:
+    """The sectors of so many head markers; one of whose still skin none is seen from `least` of the directions (or by
+    as many cameras) gives way to another, where there is one."""
+    seen, wanted = set(found.sector[found.visibility >= least].tolist()), HEAD_LAYOUTS.get(count, ())
+    spare = [q for q in SPARE if q in seen and q not in wanted]
+    return tuple(q if q in seen or not spare else spare.pop(0) for q in wanted)
 
 
 def pose_error(points: Float[np.ndarray, "m 3"], face: Float[np.ndarray, "v 3"], noise_mm: float) -> HeadPose:

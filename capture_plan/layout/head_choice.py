@@ -13,7 +13,7 @@ from scipy.linalg import block_diag
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.face import Face
-from capture_plan.layout.head import HEAD_LAYOUTS, SECTORS, HeadSites, head_candidates
+from capture_plan.layout.head import SECTORS, HeadSites, head_candidates, sectors_for
 from capture_plan.layout.limits import Limit
 from capture_plan.layout.multicover import best_cover
 from capture_plan.layout.settings import LayoutSettings
@@ -33,7 +33,7 @@ def choose_head_markers(
         InfeasibleError: a sector has no skin that is still enough, or the wishes clash.
     """
     found = head_candidates(face, face.cameras)
-    sectors = HEAD_LAYOUTS[settings.head_markers]
+    sectors = sectors_for(found, settings.head_markers, settings.min_visibility)
     for sector in sectors:
         if not (found.sector == sector).any():
             raise InfeasibleError(f"head markers: {SECTORS[sector]} has no skin that stays still: ask for fewer")
@@ -68,10 +68,15 @@ def beside(limit: Limit, extra: Int[np.ndarray, " h"]) -> Limit:
 
 
 def sites_of_sectors(face: Face, settings: LayoutSettings, found: HeadSites, sectors: tuple[int, ...]) -> Sites:
-    """Head sites with their stillness in each of the sectors; mirrored where that leaves a choice in every sector."""
+    """Head sites with their stillness in each of the sectors, on skin that is seen well enough where a sector has any;
+    mirrored where that leaves a choice in every sector."""
     v = len(face.rig.neutral)
     stillness, visibility = stillness_of(found, sectors, settings.epsilon, v), np.zeros(v)
     visibility[found.vertices] = found.visibility
+    seen = visibility >= settings.min_visibility
+    for row in stillness:
+        if row[seen].any():
+            row[~seen] = 0
     allowed = stillness.max(axis=0) > 0
     if settings.symmetric:
         mirrored = mirrored_sites(

@@ -3,7 +3,7 @@
 import numpy as np
 
 from capture_plan.layout.follow import most_of
-from capture_plan.layout.head import HEAD_LAYOUTS, SECTORS, head_candidates
+from capture_plan.layout.head import SECTORS, head_candidates, sectors_for
 from capture_plan.layout.record import Landmark
 from capture_plan.layout.relaxation import bound_from, shares_of
 from capture_plan.layout.settings import BY_ERROR
@@ -117,7 +117,7 @@ def head_claims(plan: Plan, task: Task) -> list[Claim]:
     found = head_candidates(task.face, task.face.cameras)
     still = found.vertices
     moving = [m.name for m in plan.layout.head if m.vertex not in still]
-    asked = HEAD_LAYOUTS.get(len(plan.layout.head), ())
+    asked = sectors_for(found, len(plan.layout.head), task.settings.min_visibility)
     held = found.sector[np.isin(still, [m.vertex for m in plan.layout.head])]
     empty = [SECTORS[sector] for sector in asked if sector not in held]
     return [
