@@ -149,6 +149,7 @@ def test_a_promise_that_cannot_be_is_broken_aloud():
         ((None, None, "z+"), r"facing is 'z\+', expected one of"),
         ((None, "+y", "-y"), "choose two different axes"),
         ((0.0, None, None), "expected a length above 0"),
+        ((1e-300, None, None), "expected a length above 0"),
         ((float("nan"), None, None), "expected a length above 0"),
     ],
 )

@@ -169,7 +169,8 @@ def check_given(unit_mm: float | None, up: str | None, facing: str | None) -> No
     if up and facing and up[1] == facing[1]:
         raise RigError(f"up is {up} and facing is {facing}: choose two different axes")
     if unit_mm is not None and not UNITS_MM[0] <= unit_mm <= UNITS_MM[1]:
-        raise RigError(f"the unit is {unit_mm} mm, expected {UNITS_MM[0]:g} to {UNITS_MM[1]:g}, 10 for centimetres")
+        between = f"{UNITS_MM[0]:g} to {UNITS_MM[1]:g}"
+        raise RigError(f"the unit is {unit_mm} mm, expected a length above 0 ({between}), such as 10 for centimetres")
 
 
 def votes_of(raw: RawRig, sides: int) -> list[Vote]:
