@@ -46,7 +46,8 @@ class Area(NamedTuple):
 
 
 class LabelStyle(NamedTuple):
-    """How a marker's number and name stand beside the head; `least` and `most` are heights from label to label."""
+    """How a marker's number and name stand beside the head, the name left out at 0 pt; `least` and `most` are heights
+    from label to label."""
 
     lines: int
     number_pt: float
@@ -56,6 +57,8 @@ class LabelStyle(NamedTuple):
 
     def width(self, book: Booklet, landmark: Landmark) -> Number:
         number = book.width(landmark.name, self.number_pt, bold=True)
+        if not self.name_pt:
+            return 1.2 + number
         name = min(book.width(landmark.label, self.name_pt), LONGEST_LABEL_MM)
         return 1.2 + (max(number, name) if self.lines == 2 else number + 1.2 + name)
 
@@ -72,13 +75,14 @@ class LabelStyle(NamedTuple):
         wide = book.text(x, y + down, landmark.name, self.number_pt, bold=True, align=align, colour=look.colour)
         if self.lines == 2:
             book.text(x, y + 2.7, landmark.label, self.name_pt, align=align, colour=SOFT, fit=room - 0.8)
-        elif room - wide > 4:
+        elif self.name_pt and room - wide > 4:
             x += -(wide + 1.2) if on_left else wide + 1.2
             book.text(x, y + 0.9, landmark.label, self.name_pt, align=align, colour=SOFT, fit=room - wide - 2)
 
 
 TWO_LINES = LabelStyle(2, 8.5, 6.2, 6.2, 8.0)
 ONE_LINE = LabelStyle(1, 7.0, 5.6, 2.6, 6.0)
+NUMBERS = LabelStyle(1, 5.2, 0, 1.9, 4.0)  # of so many markers that their names have no room: the table has these
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,8 +148,9 @@ def unhidden(
 def place(face: Face, view: View, book: Booklet, *, dpi: Number) -> Placed:
     """The largest scale at which the head and its labels fit on the page, and every label's place."""
     area = Area(MARGIN_MM, HEADER_MM, book.paper.width - 2 * MARGIN_MM, book.paper.height - HEADER_MM - FOOTER_MM)
-    styles = {style: {m.name: style.width(book, m) for m in face.landmarks} for style in (TWO_LINES, ONE_LINE)}
-    for scale, (style, widths) in product(SCALES, styles.items()):
+    named, bare = product(SCALES, (TWO_LINES, ONE_LINE)), product(SCALES, (NUMBERS,))
+    for scale, style in (*named, *bare):
+        widths = {m.name: style.width(book, m) for m in face.landmarks}
         column = max(widths.values(), default=0.0)
         frame = _frame(face, view, area.width * scale, area.height * scale, column * scale)
         if frame is None:
@@ -233,7 +238,7 @@ def _on_page(places: Float[np.ndarray, "n 3"], frame: Frame, scale: Number, area
 def _free_rooms(probe: Picture, scale: float, area: Area, column: float, pitch: float) -> Float[np.ndarray, "s 3"]:
     """Rooms for labels along both edges, `pitch` apart, as wide as the head drawn beside them leaves free."""
     drawn = (probe.rgb.min(axis=2) < 246) & np.isfinite(probe.z)
-    per_mm = probe.z.shape[1] / area.width
+    per_mm, least = probe.z.shape[1] / area.width, min(LEAST_ROOM_MM, column)
     rooms = []
     for row in np.arange(area.y + 13, area.y + area.height - 4, pitch):
         rows = slice(
@@ -243,9 +248,9 @@ def _free_rooms(probe: Picture, scale: float, area: Area, column: float, pitch: 
         columns = np.flatnonzero(drawn[rows].any(axis=0))
         free = (columns[0], drawn.shape[1] - columns[-1]) if len(columns) else (drawn.shape[1],) * 2
         left, right = (min(column, edge / per_mm - 1.5) for edge in free)
-        if left >= LEAST_ROOM_MM:
+        if left >= least:
             rooms.append((area.x + left, row, left))
-        if right >= LEAST_ROOM_MM:
+        if right >= least:
             rooms.append((area.x + area.width - right, row, right))
     return np.array(rooms).reshape(-1, 3)
 
