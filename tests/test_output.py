@@ -1,9 +1,11 @@
 """Files are written whole or not at all, one and several, whatever fails and whoever is killed on the way."""
 
+import fcntl
 import json
 import os
 import random
 import signal
+import threading
 import time
 from contextlib import suppress
 from functools import partial
@@ -20,8 +22,9 @@ from capture_plan.output import (
     write_whole,
     written_together,
 )
-from capture_plan.output.leavings import OURS, digest_of, sweep
+from capture_plan.output.leavings import OURS, alone_in, digest_of, sweep
 from capture_plan.output.together import MEMORY
+from capture_plan.progress import listen
 from tests.faults import FailingDisk, tree
 
 MADE = f"{OURS}{'0' * 16}"
@@ -313,3 +316,15 @@ def test_what_a_person_wrote_after_a_kill_stays_and_what_stood_before_is_kept(tm
     sweep(tmp_path)
     found = {path.name: path.read_text() for path in tmp_path.iterdir()}
     assert found == ({"a.txt": since, "b.txt": since, "a.txt~": "before"} if since else {"a.txt": "before"})
+
+
+def test_who_waits_for_another_command_says_so(tmp_path):
+    said, theirs = [], os.open(tmp_path, os.O_RDONLY)
+    fcntl.flock(theirs, fcntl.LOCK_EX)
+    thread = threading.Timer(0.3, os.close, [theirs])
+    thread.start()
+    with listen(said.extend), alone_in(tmp_path):
+        assert "another command" in said[0]
+    thread.join()
+    with listen(said.extend), alone_in(tmp_path):
+        assert len(said) == 1

@@ -6,7 +6,8 @@ and asks no solver: a proof is a certificate in the plan, of which only the arit
 
 Given in rig.npz, taken as true: the mesh (millimetres, y up, the face looks along z, the subject's left at +x), its
   blendshapes, which vertices are skin, which blendshapes are planned for and the audit that says why; how well each
-  vertex is seen, and where landmarks may stand though they are not; vertices shut by keep-outs and limits; the mirror
+  vertex is seen, which are asked at all (`places`: not all of a fine mesh), and where landmarks may stand though they
+  are not seen; vertices shut by keep-outs and limits; the mirror
   map (tested below); left/right partners, correctives (`drivers`) and what no face does at once; how much each
   blendshape matters; 68 points; recorded motion.
 Not looked at: sentences, session times, regions and words of labels but for their side, cameras' views, hard pairs,
@@ -60,7 +61,7 @@ class Face:
         self.moved = np.where(self.skin, np.linalg.norm(deltas, axis=2), 0)  # |d[k, v]|, 0 off the skin
         self.moving = self.skin & (self.moved.max(axis=0) > STILL * self.moved.max())
         seen = (rig["visibility"] >= self.want["min_visibility"]) | rig["opened"]
-        seen &= rig["places"] & (self.moving | self.moving[self.mirror])
+        seen &= self.skin & rig["places"] & (self.moving | self.moving[self.mirror])
         # r[k, v] = |d[k, v]| / largest of k on seen skin, 0 where k drowns in noise
         self.pins = [int(np.flatnonzero(rig["source_index"] == pin)[0]) for pin in self.want["pins"]]
         largest, may = np.where(seen, self.moved, 0).max(axis=1, keepdims=True), seen.copy()

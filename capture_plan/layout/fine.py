@@ -19,7 +19,7 @@ def places_on(
 ) -> Bool[np.ndarray, " v"]:
     """The skin, or of a fine mesh vertices of it that stand `GRAIN_MM` apart."""
     if not is_fine(rig):
-        return rig.skin.copy()
+        return rig.skin
     largest = displacement.max(axis=1, keepdims=True, initial=0)
     share = (displacement / np.where(largest > 0, largest, 1)).max(axis=0, initial=0)
     at = np.flatnonzero(rig.skin)

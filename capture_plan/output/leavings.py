@@ -77,15 +77,21 @@ def alone_in(folder: Path) -> Iterator[None]:
     """Let nobody else move a set into `folder` meanwhile."""
     lock = os.open(folder, os.O_RDONLY) if fcntl else None
     try:
-        with suppress(OSError):
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # pyright: ignore[reportOptionalMemberAccess, reportArgumentType]
-            except BlockingIOError:
-                tell([f"{folder} is being written to by another command: waiting for its end"])
-                fcntl.flock(lock, fcntl.LOCK_EX)  # pyright: ignore[reportOptionalMemberAccess, reportArgumentType]
+        if lock is not None:
+            wait_for(lock, folder)
         yield
     finally:
         release(lock)
+
+
+def wait_for(lock: int, folder: Path) -> None:
+    """Hold a lock on a folder, and say so where somebody else does; without one where the file system knows none."""
+    with suppress(OSError):
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # pyright: ignore[reportOptionalMemberAccess]
+        except BlockingIOError:
+            tell([f"{folder} is being written to by another command: waiting for its end"])
+            fcntl.flock(lock, fcntl.LOCK_EX)  # pyright: ignore[reportOptionalMemberAccess]
 
 
 def release(lock: int | None) -> None:

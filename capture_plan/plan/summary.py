@@ -210,10 +210,11 @@ def head_words(plan: Plan) -> list[str]:
     )
     if not lost:
         return [f"{given}."]
-    fixed = "less exactly" if len(head) - len(lost) >= 3 else "not at all, for three have to be seen"
+    enough = len(head) - len(lost) >= 3
+    fixed = "so that it is less exact" if enough else "and fewer than three of the others fix no pose"
     return [
-        f"{given}, where all of them are measured. These cameras do not read {', '.join(lost)}, so that they give the "
-        f"pose {fixed}: add a camera, or leave head markers out where the cameras move with the head."
+        f"{given}, where all of them are measured. These cameras do not read {', '.join(lost)}, {fixed}: add a camera, "
+        "or leave head markers out where the cameras move with the head."
     ]
 
 
