@@ -53,6 +53,7 @@ def test_what_a_blendshape_moves_most_is_a_place_or_beside_one(finely, used):
     peaks = face.displacement.argmax(axis=1)
     apart, _ = KDTree(finely.neutral[face.places]).query(finely.neutral[peaks])
     assert apart.max() <= GRAIN
+    assert face.places[peaks.min()]  # the first of them all is asked first
     assert face.places.sum() < finely.skin.sum() / 2
 
 
@@ -62,7 +63,13 @@ def test_landmarks_stand_on_places_pins_anywhere_and_all_at_the_spacing(finely, 
     off = np.flatnonzero(face.markable & ~face.places & (face.mirror != np.arange(len(face.mirror))))
     wide = off[np.abs(finely.neutral[off, 0] - finely.neutral[face.mirror[off], 0]) > 40]
     pin = int(finely.source_index[wide[0]])
-    layout = design_layout(face, LayoutSettings(method="cover", rounds=1, pins=(pin,), keep_out={}))
+    settings = LayoutSettings(method="cover", rounds=1, pins=(pin,), keep_out={})
+    beside = face.near(8.0, face.sites(settings))[[int(wide[0])]].indices
+    assert {int(wide[0]), int(face.mirror[wide[0]])} <= set(face.dotted(settings).tolist())  # they may meet others
+    places = face.around(wide[:1], 8.0) & face.places
+    assert len(np.flatnonzero(places)) > 0
+    assert set(np.flatnonzero(places)) <= set(beside.tolist())  # no place within the spacing of a pin is taken
+    layout = design_layout(face, settings)
     vertices = np.array([m.vertex for m in layout.landmarks])
     pinned = {int(wide[0]), int(face.mirror[wide[0]])}
     assert pinned <= set(vertices.tolist())
