@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from capture_plan.mesh.mirror import mirror_map
 from capture_plan.rig import sample_rig
 from capture_plan.rig.anchors import face_anchors, face_surface, interpupillary
 from capture_plan.rig.regions import REGIONS, face_regions, region_label
@@ -67,6 +68,15 @@ def test_a_mirrored_face_has_mirrored_regions(rig, regions):
     )
     assert (mirrored.of_vertex != regions.of_vertex).mean() < 0.02
     assert (mirrored.side == -regions.side).mean() > 0.99
+
+
+def test_of_two_mirror_images_on_a_lopsided_face_one_lies_left_and_one_right_or_both_beside_the_middle(rig):
+    x = rig.neutral[:, 0]
+    bulged = rig.neutral + np.clip((x - 1) / 10, 0, 1)[:, None] * [1.5, 0.0, 0.0]
+    regions, image = face_regions(replace(rig, neutral=bulged)), mirror_map(bulged)
+    pair = rig.skin & (image[image] == np.arange(len(x))) & (image != np.arange(len(x)))
+    assert pair.sum() > 1000
+    assert (regions.side[pair] == -regions.side[image[pair]]).all()
 
 
 def test_moving_the_head_moves_no_region(rig, regions):

@@ -18,6 +18,7 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import KDTree
 
 from capture_plan.mesh import surface_graph
+from capture_plan.mesh.mirror import mirror_map
 from capture_plan.rig.anchors import Anchors, face_anchors
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.face.sense import contradicted
@@ -93,10 +94,18 @@ def face_regions(rig: Rig) -> FaceRegions:
     of_vertex = np.full(len(rig.neutral), NO_REGION)
     of_vertex[at] = np.stack([fits[name] for name in REGIONS]).argmax(axis=0)
     of_vertex = moved_together(rig, of_vertex, REGIONS, anchors)
-    x = rig.neutral[:, 0] - anchors.midline
+    x = _aside(rig.neutral, anchors.midline)
     side = np.where(np.abs(x) <= MIDDLE * u, 0, np.sign(x)).astype(int)
     known, sided = names_known(rig)
     return FaceRegions(REGIONS, of_vertex, side, anchors, known, sided)
+
+
+def _aside(neutral: Float[np.ndarray, "v 3"], midline: float) -> Float[np.ndarray, " v"]:
+    """How far each vertex lies from the midline, positive to the subject's left: of two that are each other's mirror
+    image the mean, so that on a lopsided face both lie beside the middle or neither does."""
+    x, image = neutral[:, 0], mirror_map(neutral)
+    pair = (image[image] == np.arange(len(x))) & (image != np.arange(len(x)))
+    return np.where(pair, (x - x[image]) / 2, x - midline)
 
 
 def names_known(rig: Rig) -> tuple[bool, bool]:
