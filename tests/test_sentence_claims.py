@@ -107,3 +107,11 @@ def test_closed_lips_that_are_open_in_the_pose_are_caught():
     (shot,) = [one for one in packing.expressions if "mouthClose" in one.blendshapes]
     assert open_lips_unsaid(RIG, shot) is None
     assert "its pose they stand" in (open_lips_unsaid(leaving_lips_open(0.5), shot) or "")
+
+
+def test_a_second_shape_that_parts_the_lips_opens_no_pose_that_it_has_no_part_in():
+    parts = 0.25 * RIG.deltas[[RIG.names.index("jawOpen")]]
+    rig = replace(RIG, names=("mouthOpen", *RIG.names), deltas=np.concatenate([parts, RIG.deltas]))
+    (shot,) = [one for one in packed(RIG).expressions if "mouthClose" in one.blendshapes]
+    assert arkit_by_motion(rig, "mouthOpen") == "jawOpen"
+    assert open_lips_unsaid(rig, shot) is None

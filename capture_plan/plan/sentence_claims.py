@@ -72,13 +72,22 @@ def open_lips_unsaid(rig: Rig, expression: Expression) -> str | None:
     """By how much the lips are open in an expression whose sentence closes them; None where it is not so."""
     if CLOSED not in expression.sentence:
         return None
-    jaw = [k for k, name in enumerate(rig.names) if arkit_by_motion(rig, name) == "jawOpen"]
-    if not jaw:
+    jaw = _jaw_of(rig, expression)
+    if jaw is None:
         return None
-    gap = _lip_gap(rig, rig.deltas[jaw[0]], rig.pose(np.isin(rig.names, [*expression.pose, rig.names[jaw[0]]]) * 1.0))
+    pose = rig.pose(np.isin(rig.names, [*expression.pose, jaw]) * 1.0)
+    gap = _lip_gap(rig, rig.deltas[rig.names.index(jaw)], pose)
     if gap < OPEN_MM:
         return None
     return f"{expression.name} asks for closed lips, in its pose they stand {gap:.0f} mm apart"
+
+
+def _jaw_of(rig: Rig, expression: Expression) -> str | None:
+    """The jaw that the lips are closed over: that of the pose, else what moves the chin furthest of all that is called
+    or moves like an open jaw, since a vowel parts the lips too."""
+    opens = [name for name in rig.names if arkit_by_motion(rig, name) == "jawOpen"]
+    posed = [name for name in opens if name in expression.pose]
+    return max(posed or opens, key=lambda name: rig.displacement[rig.names.index(name), rig.skin].max(), default=None)
 
 
 def _furthest(rig: Rig, names: tuple[str, ...]) -> float:
