@@ -93,6 +93,33 @@ def test_a_lopsided_neutral_is_told_in_millimetres():
     assert symmetry_report(replace(rig, neutral=pushed)).neutral_max_mm == pytest.approx(0.3, abs=0.05)
 
 
+def test_a_lopsided_neutral_makes_no_blendshape_lopsided():
+    rig = sample_rig()
+    left = np.clip(rig.neutral[:, [0]] / 60, 0, 1)
+    bulged = replace(rig, neutral=rig.neutral + left * [3.0, 4.0, 0.0])
+    found = symmetry_report(bulged)
+    assert found.neutral_p95_mm > 1.5
+    told = {image.blendshape: image.percent for image in found.blendshapes}
+    assert max(told[name] for name in ("eyeBlinkLeft", "eyeSquintRight", "mouthSmileLeft", "browDownLeft")) < 12
+    halved = replace(bulged, deltas=np.where([[[n == "eyeBlinkLeft"]] for n in rig.names], 0.5, 1) * bulged.deltas)
+    told = {image.blendshape: image.percent for image in symmetry_report(halved).blendshapes}
+    assert told["eyeBlinkLeft"] > 40
+
+
+def test_hair_that_lies_on_a_brow_is_no_mirror_image_of_it():
+    rig = sample_rig()
+    fringe = np.flatnonzero(rig.skin & (rig.displacement[rig.names.index("browOuterUpLeft")] > 3))
+    rest = {
+        "neutral": np.concatenate([rig.neutral, rig.neutral[fringe] * [-1, 1, 1] + [0, 0, 0.01]]),
+        "deltas": np.concatenate([rig.deltas, np.zeros((len(rig.names), len(fringe), 3), np.float32)], axis=1),
+        "skin": np.append(rig.skin, np.zeros(len(fringe), dtype=bool)),
+        "parts": np.append(rig.parts, np.zeros(len(fringe), dtype=rig.parts.dtype)),
+        "source_index": np.append(rig.source_index, np.arange(len(fringe), dtype=rig.source_index.dtype)),
+    }
+    found = symmetry_report(replace(rig, **rest)).blendshapes[rig.names.index("browOuterUpLeft")]
+    assert found.percent < 8
+
+
 def test_what_has_no_mirror_image_is_told():
     rig = sample_rig()
     keep = [k for k, name in enumerate(rig.names) if name != "noseSneerRight"]
