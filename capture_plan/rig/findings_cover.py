@@ -56,7 +56,8 @@ def covers(rig: Rig) -> list[Finding]:
     whole = area[seen.any(axis=1)].sum()
     share = float(area[hidden].sum() / whole)
     told = ", ".join(f"{name} ({cm2:.1f} cm²)" for cm2, name in sorted(covered, reverse=True))
-    message = f"{100 * share:.2g} % of the skin that a camera in front sees lies behind {told}: markers keep off it"
+    message = f"{100 * share:.2g} % of the skin that a camera in front sees lies behind {told}: "
+    message += "markers stand there only where they are still seen past it"
     much = share > MUCH
     advice = "Export the head without what the actor does not wear." if much else "Nothing to do, unless it is needed."
     return [Finding("cover", (), message, advice, False, "rigger" if much else "know")]

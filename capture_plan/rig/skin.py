@@ -24,18 +24,23 @@ from capture_plan.mesh import boundary_vertices, piece_areas, pieces, surface_gr
 from capture_plan.rig.face_skin import BARE, FacePlace, above_neck, around_eyes, bodies, own_movers, upper_neck
 from capture_plan.visibility import hemisphere_visibility
 
+HEADWEAR = (  # worn on a head, no skin of it
+    r"head(wear|gear|band|phone|set|dress|piece|scarf)|wear|beanie|hood|scarf|veil|turban|bonnet|outfit|horn|antler"
+)
 NOT_SKIN = re.compile(
-    r"eye(?!_?-? ?lid)|sclera|iris|pupil|cornea|lens|lacrimal|caruncle|tear|occlusion|lash|brow|teeth|tooth|denture|gum"
-    r"|tongue|mouth.?(bag|sock|cav|in)|oral|palate|hair|beard|m(o|ou)stache|stubble|fur|glasses|hat|cap$|cloth|shirt"
-    r"|jacket|collar|suit|tights|skirt|genital|helmet|jewel|earring|armou?r",
+    r"eye(?!_?-? ?lid)|sclera|iris|pupil|cornea|lens|lacrimal|caruncle|tear|occlusion|lash|brow|teeth|tooth|denture"
+    r"|gum|tongue|mouth.?(bag|sock|cav|in)|oral|palate|hair|beard|m(o|ou)stache|stubble|fur|glasses|hat|cap$|cloth"
+    r"|shirt|jacket|collar|suit|tights|skirt|genital|helmet|jewel|earring|armou?r|" + HEADWEAR,
     re.IGNORECASE,
 )
 WORN = re.compile(
-    r"lacrimal|tear|occlusion|lash|blend|hair|fur|glass|hat|cap$|cloth|shirt|suit|tights|helmet", re.IGNORECASE
+    r"lacrimal|tear|occlusion|lash|blend|hair|fur|glass|hat|cap$|cloth|shirt|suit|tights|helmet|" + HEADWEAR,
+    re.IGNORECASE,
 )
 DRAWN = re.compile(r"brow|eye.?line", re.IGNORECASE)
-SKIN = re.compile(r"skin|face|head|neck|ear(?!ring)|scalp|lip|body", re.IGNORECASE)
-FACE = re.compile(r"skin|face|head|neck|ear(?!ring)|scalp|lip", re.IGNORECASE)  # a body may be dressed
+HEAD = r"head(?!wear|gear|band|phone|set|dress|piece|scarf)"
+FACE = re.compile(rf"skin|face|{HEAD}|neck|ear(?!ring)|scalp|lip", re.IGNORECASE)  # a body may be dressed
+SKIN = re.compile(rf"{FACE.pattern}|body", re.IGNORECASE)
 HIDDEN, DIM = 0.02, 0.10  # ICT-FaceKit: 99 % of the mouth bag is below the first, lips at rest apart above the second
 RIM = 1 / 62  # of the diagonal of the moving skin: 4 mm on a human head, in whatever unit it was read
 SAME_SPOT = 3e-6  # of the extent: 1e-3 mm on a human head
