@@ -23,6 +23,7 @@ from capture_plan.plan.make import make_plan
 from capture_plan.plan.settings import Settings
 from capture_plan.plan.summary import summary
 from tests.once import plan_of
+from tests.tampering import answers_kept
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +80,8 @@ def twice(plan):
 
 @pytest.mark.parametrize("lie", [moved, dropped, boasting, overpriced, merged, twice])
 def test_a_plan_that_lies_is_caught(plan, rig, lie):
-    assert not all(claim.holds for claim in check_plan(lie(plan), rig))
+    with answers_kept():
+        assert not all(claim.holds for claim in check_plan(lie(plan), rig))
 
 
 def test_the_schema_describes_the_plan(plan):

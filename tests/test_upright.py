@@ -87,8 +87,10 @@ def test_a_mesh_without_symmetry_is_left_alone():
     assert straightened(raw, head_shape(raw)).raw is raw
 
 
-@pytest.mark.parametrize("stated", [None, ("+y", "+z")])
-@pytest.mark.parametrize("degrees_down", [-50, -30, 30, 45, 60])
+@pytest.mark.parametrize(
+    ("degrees_down", "stated"),
+    [(-50, None), (-30, ("+y", "+z")), (30, None), (45, ("+y", "+z")), (60, None)],
+)
 def test_a_head_that_bows_or_looks_up_is_lifted_and_told(degrees_down, stated):
     up, facing = stated or (None, None)
     bowed = rotated(head(), Rotation.from_euler("x", degrees_down, degrees=True).as_matrix())
