@@ -191,3 +191,24 @@ def test_movements_keep_partners_and_one_phrase_together_in_any_order():
     groups = grouped(RIG, names)
     assert groups == (("mouthRollUpper", "mouthRollLower"), ("jawOpen",), ("browDownRight", "browDownLeft"))
     assert {frozenset(group) for group in grouped(RIG, names[::-1])} == {frozenset(group) for group in groups}
+
+
+def mixed(**weights):
+    """The sample with one nameless blendshape more, a sum of its own."""
+    rig = sample_rig()
+    delta = sum(w * rig.deltas[rig.names.index(name)] for name, w in weights.items())
+    return replace(rig, names=(*rig.names, "shape"), deltas=np.concatenate([rig.deltas, delta[None]]).astype(np.float32))
+
+
+@pytest.mark.parametrize(("sign", "inner", "outer"), [(1, "up", "down"), (-1, "down", "up")])
+def test_brows_whose_ends_go_opposite_ways_are_told_by_their_ends(sign, inner, outer):
+    tilted = mixed(browInnerUp=0.7 * sign, browOuterUpLeft=-sign, browOuterUpRight=-sign)
+    (told,) = movements(tilted, ("shape",))
+    assert told.startswith(f"both brows {inner} at the inner end and {outer} at the outer end by ")
+
+
+def test_lips_that_part_while_no_jaw_goes_down_are_told():
+    parted = mixed(mouthUpperUpLeft=1.5, mouthUpperUpRight=1.5)
+    told = movements(parted, ("shape",))
+    assert any(words.startswith("your lips apart by ") for words in told)
+    assert not any("apart" in words for words in movements(parted, ("jawOpen",)))

@@ -6,18 +6,21 @@ Where    of the regions that move nearly as far as anything does, the one with t
          these has a name, the upper or the lower face
 Which    the mean of d over the region's vertices that move at least half as far as its most moved one; an axis is named
          where it has at least half of the largest component; sideways is outwards or inwards where there are two sides,
-         unless both go to one side. Lids do not turn eyes outwards: they go apart
+         unless both go to one side. Lids do not turn eyes outwards: they go apart. A brow whose inner end goes up
+         and whose outer end down, or the reverse, is told by its ends: neither is seen in their mean
+Lips     where they part and no lower lip, chin or jaw is told to go down, that is told too
 How far  the largest |d| in the region
 Together what several blendshapes move at one place is told once, as the sum of their deltas moves it
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from capture_plan.expressions.active import STILL_MM
+from capture_plan.expressions.lips import lips_apart
 from capture_plan.expressions.together import driven
 from capture_plan.rig import Rig
 from capture_plan.rig.anchors import REMEMBERED
@@ -31,16 +34,20 @@ LIDS = ("upper eyelid", "lower eyelid")
 PAIRED = {"mouth corner", "upper eyelid", "lower eyelid", "brow", "cheek", "temple", "ear"}
 OPPOSED = (("up", "down"), ("forward", "back"), ("outwards", "inwards"), ("to your left", "to your right"))
 SIDE = {1: "left", -1: "right"}
+PARTED_MM = 3.0  # a picture shows lips as open
+ENDS = 0.4  # of the end that goes further: the other goes the opposite way as clearly
 
 
 @dataclass(frozen=True)
 class Movement:
-    """`side` is 1 left, -1 right, 0 both or the middle; `ways` are words; `far` in millimetres."""
+    """`side` is 1 left, -1 right, 0 both or the middle; `ways` are words; `far` in millimetres. What `tilts` goes up at
+    one end and down at the other."""
 
     region: str
     side: int
     ways: tuple[str, ...]
     far: float
+    tilts: bool = False
 
     def __str__(self) -> str:
         far = f"{self.far:.0f}" if self.far >= 1 else f"{self.far:.1f}"
@@ -61,8 +68,11 @@ def movements(rig: Rig, names: tuple[str, ...]) -> tuple[str, ...]:
             told.append(movement)
         else:
             far = max(movement.far, other.far)
-            told[told.index(other)] = Movement(movement.region, 0, movement.ways, far)
-    return tuple(str(movement) for movement in told)
+            told[told.index(other)] = replace(movement, side=0, far=far)
+    opens = [m for m in told if m.region in (*JAW, "lower face") and "down" in m.ways]
+    gap = None if opens or not told else lips_apart(rig, names)
+    parted = (f"your lips apart by {gap:.0f} mm",) if gap is not None and gap >= PARTED_MM else ()
+    return (*(str(movement) for movement in told), *parted)
 
 
 def against(rig: Rig, name: str, names: tuple[str, ...]) -> bool:
@@ -96,7 +106,8 @@ def _one_place(a: Movement, b: Movement) -> bool:
 
 
 def _opposed(a: Movement, b: Movement) -> bool:
-    return any(_way(a, two) * _way(b, two) < 0 for two in OPPOSED)
+    """Whether two movements go opposite ways, or one tilts what the other moves as a whole: seen is their sum."""
+    return a.tilts != b.tilts or any(_way(a, two) * _way(b, two) < 0 for two in OPPOSED)
 
 
 def _places(rig: Rig, names: tuple[str, ...]) -> list[list[tuple[str, Movement]]]:
@@ -175,7 +186,21 @@ def _at(
     ways = _ways(mean, (bool(side) or two) and not one_way)
     if region in LIDS and side == 0:
         ways = tuple({"outwards": "apart", "inwards": "together"}.get(way, way) for way in ways)
-    return Movement(region, side, ways, float(far))
+    ends = _by_ends(regions, moved, deltas) if region == "brow" else ()
+    return Movement(region, side, ends or ways, float(far), bool(ends))
+
+
+def _by_ends(regions: FaceRegions, moved: Bool[np.ndarray, " v"], deltas: Float[np.ndarray, "v 3"]) -> tuple[str, ...]:
+    """Which way the inner and the outer ends of brows go, where these ways are opposite; nothing where not."""
+    aside, up = regions.aside[moved], deltas[moved, 1]
+    middle = (aside.min() + aside.max()) / 2
+    if not (aside < middle).any() or not (aside > middle).any():
+        return ()
+    inner, outer = float(up[aside < middle].mean()), float(up[aside > middle].mean())
+    if inner * outer >= 0 or min(abs(inner), abs(outer)) < ENDS * max(abs(inner), abs(outer)):
+        return ()
+    words = ("up", "down") if inner > 0 else ("down", "up")
+    return (f"{words[0]} at the inner end", f"{words[1]} at the outer end")
 
 
 def _bases(rig: Rig, name: str) -> tuple[str, ...]:

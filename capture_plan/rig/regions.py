@@ -53,6 +53,7 @@ SIDELESS = "marker"
 class FaceRegions:
     """`names[of_vertex[v]]` is the region of vertex v, -1 no skin; `side[v]` is 1 left, 0 middle, -1 right.
 
+    `aside[v]` is how far v lies from the midline, millimetres, on either side.
     `known` says whether eyes and mouth are certain enough to call places by these names, `sided` whether the axes are
     certain enough to tell left from right.
     """
@@ -60,6 +61,7 @@ class FaceRegions:
     names: tuple[str, ...]
     of_vertex: Int[np.ndarray, " v"]
     side: Int[np.ndarray, " v"]
+    aside: Float[np.ndarray, " v"]
     anchors: Anchors
     known: bool = True
     sided: bool = True
@@ -97,7 +99,7 @@ def face_regions(rig: Rig) -> FaceRegions:
     x = _aside(rig.neutral, anchors.midline)
     side = np.where(np.abs(x) <= MIDDLE * u, 0, np.sign(x)).astype(int)
     known, sided = names_known(rig)
-    return FaceRegions(REGIONS, of_vertex, side, anchors, known, sided)
+    return FaceRegions(REGIONS, of_vertex, side, np.abs(x), anchors, known, sided)
 
 
 def _aside(neutral: Float[np.ndarray, "v 3"], midline: float) -> Float[np.ndarray, " v"]:
