@@ -1,6 +1,7 @@
 """Rigs with known truth: heads x channels x axes x units x places x names x what the format states; and a judge.
 
     python -m tests.face_family 2000        judges 2,000 of them and prints how many are right
+    python -m tests.face_family 2000 plain  the same of the sample's own blendshapes, with nothing stated falsely
     python -m tests.face_family 0:17 0:312  judges single ones (seed:index) and prints what was understood
 
 Truth: rotation R and unit u with rig = u R file; eyes and mouth in millimetres of the rig's frame. A family visits the
@@ -39,6 +40,7 @@ FACTORS = {
     "names": list(NAMINGS),
     "stated": list(STATEMENTS),
 }
+PLAIN = FACTORS | {"channels": ["full"], "placed": ["at_home"], "stated": ["silent", "true"]}
 QUESTIONS = ("axes", "unit", "eyes", "mouth")
 NEAR_MM = 10.0  # for pupils that are 60 mm apart
 PUPILS_MM = 60.0
@@ -78,7 +80,7 @@ class Case:
     truth: Truth
 
     def __str__(self) -> str:
-        return case_name(self.seed, self.index)
+        return f"{self.seed}:{self.index} {in_words(self.values)}"
 
 
 def family(count: int, seed: int):
@@ -86,9 +88,9 @@ def family(count: int, seed: int):
     return (family_case(seed, index) for index in range(count))
 
 
-def family_case(seed: int, index: int) -> Case:
+def family_case(seed: int, index: int, *, plain: bool = False) -> Case:
     """One case of the family, alone."""
-    values = factor_values(seed, index)
+    values = factor_values(seed, index, plain=plain)
     rng = random.Random(f"{seed} {index}")
     head = KINDS[values["kind"]](sample_head())
     head = CHANNELS[values["channels"]](head)
@@ -98,10 +100,10 @@ def family_case(seed: int, index: int) -> Case:
     return Case(seed, index, values, raw_rig(head, truth, statement(values["stated"], truth, rng)), truth)
 
 
-def factor_values(seed: int, index: int) -> dict:
+def factor_values(seed: int, index: int, *, plain: bool = False) -> dict:
     """The value of every factor in one case."""
     chosen = {}
-    for factor, values in FACTORS.items():
+    for factor, values in (PLAIN if plain else FACTORS).items():
         turn, place = divmod(index, len(values))
         chosen[factor] = random.Random(f"{seed} {factor} {turn}").sample(values, len(values))[place]
     return chosen
@@ -196,36 +198,35 @@ def judged(case: Case) -> tuple[dict[str, str], str]:
 
 
 # ---------------------------------------------------------------- the command
-def _judged_alone(seed: int, index: int) -> tuple[dict, dict[str, str], str]:
-    case = family_case(seed, index)
+def _judged_alone(seed: int, index: int, plain: bool) -> tuple[dict, dict[str, str], str]:
+    case = family_case(seed, index, plain=plain)
     return (case.values, *judged(case))
 
 
-def measure(count: int, seed: int = 0, workers: int = 2) -> bool:
+def measure(count: int, *, plain: bool, seed: int = 0, workers: int = 2) -> bool:
     """Judges a family, prints tables of the verdicts and every wrong case; whether none is wrong."""
     with ProcessPoolExecutor(workers) as pool:
-        results = list(pool.map(_judged_alone, [seed] * count, range(count), chunksize=4))
+        results = list(pool.map(_judged_alone, [seed] * count, range(count), [plain] * count, chunksize=4))
     print(f"{count} cases, seed {seed}: right / not sure / wrong")
     for question in (*QUESTIONS, "all four"):
         print(f"  {question:10}", _row([_of(verdicts, question) for _, verdicts, _ in results]))
-    for factor, values in FACTORS.items():
+    for factor, values in (PLAIN if plain else FACTORS).items():
         print(f"{factor:32} {'all four':>18} " + " ".join(f"{question:>18}" for question in QUESTIONS))
         for value in values:
             some = [verdicts for chosen, verdicts, _ in results if chosen[factor] == value]
             name = "/".join(value) if isinstance(value, tuple) else value
             print(f"  {name:30}", *(_row([_of(v, q) for v in some]) for q in ("all four", *QUESTIONS)))
-    wrong = [(i, v, told) for i, (_, v, told) in enumerate(results) if "wrong" in v.values()]
+    wrong = [(i, chosen, v, told) for i, (chosen, v, told) in enumerate(results) if "wrong" in v.values()]
     print(f"{len(wrong)} wrong; one alone: python -m tests.face_family SEED:INDEX")
-    for i, verdicts, told in wrong:
+    for i, chosen, verdicts, told in wrong:
         what = ", ".join(question for question in QUESTIONS if verdicts[question] == "wrong")
-        print(f"  {case_name(seed, i)}\n      WRONG {what}: {told}")
+        print(f"  {seed}:{i} {in_words(chosen)}\n      WRONG {what}: {told}")
     return not wrong
 
 
-def case_name(seed: int, index: int) -> str:
-    """Seed, index and the value of every factor in a line."""
-    values = factor_values(seed, index).values()
-    return f"{seed}:{index} " + " ".join("/".join(v) if isinstance(v, tuple) else v.replace(" ", "_") for v in values)
+def in_words(values: dict) -> str:
+    """The value of every factor in a line."""
+    return " ".join("/".join(v) if isinstance(v, tuple) else v.replace(" ", "_") for v in values.values())
 
 
 def _of(verdicts: dict[str, str], question: str) -> str:
@@ -243,7 +244,7 @@ def _row(verdicts: list[str]) -> str:
 def main() -> int:
     first = sys.argv[1]
     if ":" not in first:
-        return 0 if measure(int(first), *map(int, sys.argv[2:])) else 1
+        return 0 if measure(int(first), plain="plain" in sys.argv) else 1
     for name in sys.argv[1:]:
         case = family_case(*map(int, name.split(":")))
         print(case, *judged(case), sep="\n  ")

@@ -14,37 +14,34 @@ from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.formats.raw import RawRig
 from capture_plan.rig.read import rig_from_raw
 from tests.face_channels import CHANNELS
-from tests.face_family import FACTORS, QUESTIONS, UNITS, Truth, case_name, family_case, judge, judged, raw_rig
+from tests.face_family import FACTORS, QUESTIONS, UNITS, Truth, family_case, in_words, judge, judged, raw_rig
 from tests.face_heads import KINDS, sample_head
 
 CASES = max(len(values) for values in FACTORS.values())
 SEED = 0
-RIGHT = 0.99  # of all verdicts; the rest may only be doubts
+PLAIN_CASES = 10  # of 2,000 all but 6 are right, cartoons in inches of which the file does not say so
 
 
-def _verdicts(index: int) -> dict[str, str]:
-    return judged(family_case(SEED, index))[0]
+def _verdicts(index: int, plain: bool) -> tuple[str, dict[str, str]]:
+    case = family_case(SEED, index, plain=plain)
+    return in_words(case.values), judged(case)[0]
 
 
 @pytest.fixture(scope="module")
-def verdicts() -> list[dict[str, str]]:
+def verdicts() -> list[tuple[str, dict[str, str]]]:
     with ProcessPoolExecutor(2) as pool:
-        return list(pool.map(_verdicts, range(CASES), chunksize=4))
+        return list(pool.map(_verdicts, range(CASES), [False] * CASES, chunksize=4))
 
 
 @pytest.mark.parametrize("question", QUESTIONS)
 def test_no_face_is_read_wrong_without_a_doubt(verdicts, question):
-    wrong = [case_name(SEED, i) for i, verdict in enumerate(verdicts) if verdict[question] == "wrong"]
-    assert not wrong
+    assert not [case for case, verdict in verdicts if verdict[question] == "wrong"]
 
 
-@pytest.mark.xfail(
-    reason="emotions of sealed or eyeless heads, cartoons and inches leave doubts",
-    raises=AssertionError,
-    strict=True,
-)
-def test_nearly_all_faces_are_read_right(verdicts):
-    assert np.mean([v == "right" for verdict in verdicts for v in verdict.values()]) >= RIGHT
+def test_plain_files_of_a_face_are_read_right_whatever_is_worn_and_however_they_lie():
+    with ProcessPoolExecutor(2) as pool:
+        found = list(pool.map(_verdicts, range(PLAIN_CASES), [True] * PLAIN_CASES, chunksize=2))
+    assert not [case for case, verdict in found if set(verdict.values()) != {"right"}]
 
 
 # ---------------------------------------------------------------- the family itself

@@ -197,7 +197,9 @@ def mixed(**weights):
     """The sample with one nameless blendshape more, a sum of its own."""
     rig = sample_rig()
     delta = sum(w * rig.deltas[rig.names.index(name)] for name, w in weights.items())
-    return replace(rig, names=(*rig.names, "shape"), deltas=np.concatenate([rig.deltas, delta[None]]).astype(np.float32))
+    return replace(
+        rig, names=(*rig.names, "shape"), deltas=np.concatenate([rig.deltas, delta[None]]).astype(np.float32)
+    )
 
 
 @pytest.mark.parametrize(("sign", "inner", "outer"), [(1, "up", "down"), (-1, "down", "up")])
