@@ -18,6 +18,7 @@ from capture_plan.rig.sequence.record import UNUSED
 from capture_plan.visibility import FEWEST_PIXELS
 
 EDGE_ON = 1.0  # pixels: a dot that is seen narrower lies nearly along the view, where a larger one helps little
+FREE_OF_WISHES = {"single set cover": " (without spacing and wishes)"}
 
 
 def summary(plan: Plan) -> tuple[str, ...]:
@@ -44,7 +45,8 @@ def summary(plan: Plan) -> tuple[str, ...]:
         "landmarks.",
         *fine_words(plan),
         *(
-            f"For comparison, {name}: {worth_words(worth, worth.predictions)}{lost_words(layout.motion, name)}."
+            f"For comparison, {name}{FREE_OF_WISHES.get(name, '')}: {worth_words(worth, worth.predictions)}"
+            f"{lost_words(layout.motion, name)}."
             for name, worth in layout.references.items()
         ),
         f"{expression_words(packing)}; the first 5 cover {first_share(plan, 5):.0%} of the "
