@@ -30,6 +30,7 @@ from capture_plan.rig.sequence.laid import frame_rate, lay_onto, orient_take
 from capture_plan.rig.sequence.mapping import drive, map_weights
 from capture_plan.rig.sequence.meshes import MeshTake, read_folder
 from capture_plan.rig.sequence.openness import as_blinks
+from capture_plan.rig.sequence.outliers import without_wild
 from capture_plan.rig.sequence.record import Sequence
 from capture_plan.rig.sequence.scale import Verdict, judge
 from capture_plan.rig.sequence.unfiltered import without_raw
@@ -53,6 +54,7 @@ CONVERT = {
     **dict.fromkeys((".xlsx", ".xls", ".ods", ".numbers"), "a workbook: save its sheet as CSV"),
     ".c3d": "motion of markers, not of a mesh: export blendshape weights or meshes",
 }
+OWN = 10.0  # shares of a name map that give a column a scale of its own: 0.01 of per cent beside weights of 0 to 1
 MOST_WEIGHT = 1e6  # of a full one: what no face does, and what single precision still reckons with
 
 
@@ -125,9 +127,10 @@ def drive_rig(path: Path, take: WeightTable, rig: Rig | None, fps: float | None,
     if rig is None:
         raise RigError(f"{path.name} holds weights, not meshes: give the rig that they drive")
     take = without_raw(take, [*mine.weights, *mine.names] if mine else [])
+    mapping = map_weights(take.columns, rig.names, mine=mine, skipped=take.skipped)
+    take = without_wild(take, mapping.columns)
     columns, told = take.columns, take.notes
     notes = [*told]
-    mapping = map_weights(take.columns, rig.names, mine=mine, skipped=take.skipped)
     driving = [
         c for c, column in enumerate(take.columns) if column in mapping.columns and not INTENSITY.fullmatch(column)
     ]
@@ -150,7 +153,10 @@ def drive_rig(path: Path, take: WeightTable, rig: Rig | None, fps: float | None,
 
 def judge_take(path: Path, take: WeightTable, driving: list[int], mine: NameMap | None) -> Verdict:
     """What a full weight is in these columns of a take. RigError where no scale is known for them."""
-    columns, given = [take.columns[c] for c in driving], mine.full if mine else None
+    given, shares = (mine.full, mine.weights) if mine else (None, {})
+    own = {c for c in driving if (s := shares.get(take.columns[c])) and not 1 / OWN < max(s.values()) < OWN}
+    driving = [c for c in driving if c not in own] or driving
+    columns = [take.columns[c] for c in driving]
     try:
         return judge(columns, take.weights[:, driving], stated=take.stated, given=given)
     except RigError as error:
