@@ -21,7 +21,7 @@ from capture_plan.progress import track
 from capture_plan.rig.formats.raw import FARTHEST
 from capture_plan.rig.sequence.frames import ChosenFrames, Frames, KeptFrames, evenly
 from capture_plan.rig.sequence.rigid import hold
-from capture_plan.rig.sequence.rows import have, much, some_of, were
+from capture_plan.rig.sequence.rows import have, some_of, were
 from capture_plan.rig.sequence.silence import runs
 
 SIZE = 4 / 3  # usual units differ by 2.5 and more, heads and expressions by less
@@ -187,7 +187,7 @@ def sentences(faults: dict[int, Fault], count: int, on: str) -> list[str]:
         by_kind.setdefault(fault.kind, np.zeros(count, dtype=bool))[t] = True
     told = []
     if (lost := by_kind.get(LOST)) is not None:
-        told.append(f"{some_of(lost, 'frames')} {have(lost)} no face and {were(lost)} left out{much(lost)}")
+        told.append(f"{some_of(lost, 'frames')} {have(lost)} no face and {were(lost)} left out")
     if (off := by_kind.get(OFF)) is not None:
         one = off.sum() == 1
         told.append(
