@@ -9,6 +9,7 @@ from capture_plan.errors import RigError
 from capture_plan.rig import sample_rig
 from capture_plan.rig.name_map import read_name_map
 from capture_plan.rig.sequence import read_sequence
+from capture_plan.rig.sequence.outliers import wild_cells
 from capture_plan.rig.sequence.scale import judge
 from tests.test_take_dialects import NAMES, T, driven, named, read, table, weights
 
@@ -122,3 +123,80 @@ def test_action_units_that_end_at_five_are_on_the_scale_of_five(name, most):
     assert verdict.full == (100 if most > 5 else 5)
     assert verdict.sure == (most > 5)
     assert judge(NAMES, most * weights() / weights().max()).full == 100
+
+
+LONG = weights(frames=300)
+MANY = 40  # columns that a rig has
+
+
+def many(frames=300):
+    """Weights of `MANY` of the rig's blendshapes."""
+    names = sample_rig().names[:MANY]
+    t, rng = np.arange(frames)[:, None] / 60, np.random.default_rng(1)
+    return names, np.round(0.5 + 0.49 * np.sin(t * rng.uniform(3, 9, MANY) + rng.uniform(0, 6, MANY)), 3)
+
+
+@pytest.mark.parametrize("full", [1, 100])
+@pytest.mark.parametrize("cells", [[(50, 0, 1e5)], [(50, 0, -1e4), (51, 2, 1e9)], [(0, 1, 2e3)], [(299, 5, 1e6)]])
+def test_single_wild_cells_change_nothing_but_their_own_frames(tmp_path, full, cells):
+    x = full * LONG
+    for t, c, value in cells:
+        x[t, c] = value
+    take = read(tmp_path / "a.csv", table(x, digits="{:.5f}"))
+    whole = read(tmp_path / "b.csv", table(full * LONG, digits="{:.5f}"))
+    assert driven(take) == pytest.approx(np.delete(driven(whole), [t for t, _, _ in cells], axis=0))
+    assert any(NAMES[cells[0][1]] in note and "left out" in note for note in take.notes)
+    assert [note for note in take.notes if "far outside" not in note] == list(whole.notes)
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "poses in per cent",
+        "one pose",
+        "one quiet take with a blink",
+        "few poses, of which each is one frame",
+        "overdriven",
+    ],
+)
+def test_what_a_face_may_do_is_no_wild_cell(kind):
+    x = {
+        "poses in per cent": 100 * np.eye(40, len(NAMES)),
+        "one pose": np.vstack([np.zeros((39, len(NAMES))), [100] * 2 + [0] * 4]),
+        "one quiet take with a blink": np.where(np.arange(300)[:, None] % 100 < 4, 90, 2 + LONG),
+        "few poses, of which each is one frame": np.where(np.eye(3, len(NAMES)) > 0, 90, 0.5),
+        "overdriven": np.where(np.arange(300)[:, None] == 7, 5, LONG),
+    }[kind]
+    assert not wild_cells(x).any()
+
+
+@pytest.mark.parametrize("percent", [[0], [0, 1, 2], [3, 7]])
+def test_columns_in_per_cent_beside_weights_of_1_are_doubted_by_name(tmp_path, percent):
+    names, w = many()
+    x = w.copy()
+    x[:, percent] *= 100
+    take = read(tmp_path / "a.csv", table(x, names=names))
+    doubt = next(note for note in take.notes if "not certain" in note)
+    assert all(names[c] in doubt for c in percent)
+    assert "such as 0.01 in a name map" in doubt
+    assert not any(names[c] in doubt for c in range(10, MANY))
+
+
+def test_a_share_in_the_name_map_settles_a_column_of_its_own_scale(tmp_path):
+    names, w = many()
+    x = w.copy()
+    x[:, 3] *= 100
+    (tmp_path / "names.toml").write_text(f'[weights]\n"{names[3]}" = {{ "{names[3]}" = 0.01 }}\n')
+    take = read(tmp_path / "a.csv", table(x, names=names), name_map=read_name_map(tmp_path / "names.toml"))
+    assert driven(take, names) == pytest.approx(w, abs=1e-4)
+    assert not uncertain(take)
+
+
+@pytest.mark.parametrize("full", [1, 100])
+def test_what_goes_beyond_two_full_weights_again_and_again_is_never_certain(full):
+    names, w = many()
+    x = full * w
+    x[10:20, 4] = 2.5 * full
+    assert not judge(names, x).sure
+    x[10:20, 4] = full
+    assert judge(names, x).sure

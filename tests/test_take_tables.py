@@ -173,3 +173,73 @@ def test_times_in_an_archive_tell_its_rate(tmp_path):
 def test_frames_without_any_number_are_refused_as_such(tmp_path):
     with pytest.raises(RigError, match="holds no number under any name"):
         read(tmp_path / "a.json", json.dumps([dict.fromkeys(NAMES, True)] * 5))
+
+
+OTHER_ROWS = {"every second": lambda t: t % 2 == 1, "the others": lambda t: t % 2 == 0, "all": lambda _: True}
+
+
+@pytest.mark.parametrize("rows", OTHER_ROWS)
+@pytest.mark.parametrize("decimal", [".", ","])
+@pytest.mark.parametrize(("mine", "other"), [(",", ";"), (";", ","), (",", "\t"), ("\t", ";")])
+def test_rows_that_another_sign_cuts_are_read_and_counted(tmp_path, rows, decimal, mine, other):
+    if decimal == "," in (mine, other) and (other == "," or rows != "all"):
+        pytest.skip("decimal commas between commas")
+    lines = table(weights(), delimiter=mine, decimal="." if mine == "," else decimal).splitlines()
+    others = table(weights(), delimiter=other, decimal=decimal).splitlines()
+    text = [lines[0], *(others[t + 1] if OTHER_ROWS[rows](t) else lines[t + 1] for t in range(T))]
+    take = read(tmp_path / "a.csv", "\n".join(text))
+    assert driven(take) == pytest.approx(weights())
+    count = sum(map(OTHER_ROWS[rows], range(T)))
+    assert any(f"{count} of {T} rows are cut by" in note for note in take.notes)
+
+
+def broken(word, rows, suffix):
+    """A take in which one column holds a word in some rows."""
+    if suffix == "json":
+        frames = named(weights())
+        for t in rows:
+            frames[t]["jawOpen"] = word
+        return json.dumps({"fps": 60, "frames": [{"blendShapes": row} for row in frames]})
+    lines = [line.split(",") for line in table(weights()).splitlines()]
+    for t in rows:
+        lines[t + 1][1] = word
+    return "\n".join(map(",".join, lines))
+
+
+@pytest.mark.parametrize("suffix", ["csv", "json"])
+@pytest.mark.parametrize("word", ["err", "inf", "-inf", "1.#QNAN", "#REF!"])
+def test_a_word_in_place_of_a_weight_is_never_0(tmp_path, word, suffix):
+    rows = list(range(0, T, 9))
+    take = read(tmp_path / f"a.{suffix}", broken(word, rows, suffix))
+    assert driven(take) == pytest.approx(np.delete(weights(), rows, axis=0))
+    assert any(f"'{word}' for 'jawOpen'" in note for note in take.notes)
+    assert len(take.notes) == 1
+    with pytest.raises(RigError, match="for 'jawOpen'"):
+        read(tmp_path / f"a.{suffix}", broken(word, range(0, T, 3), suffix))
+
+
+@pytest.mark.parametrize("suffix", ["csv", "json"])
+def test_one_column_with_gaps_among_many_is_missing_there(tmp_path, suffix):
+    names, rows = sample_rig().names, np.arange(300) % 3 == 0
+    t, rng = np.arange(300)[:, None] / 60, np.random.default_rng(1)
+    w = np.round(0.5 + 0.45 * np.sin(t * rng.uniform(3, 9, len(names)) + rng.uniform(0, 6, len(names))), 3)
+    lines = [line.split(",") for line in table(w, names=names).splitlines()]
+    frames = [dict(zip(names, row, strict=True)) for row in w.tolist()]
+    for one in np.flatnonzero(rows).tolist():
+        lines[one + 1][4] = ""
+        del frames[one][names[3]]
+    if suffix == "csv":
+        with pytest.raises(RigError, match=f"no number for '{names[3]}'"):
+            read(tmp_path / "a.csv", "\n".join(map(",".join, lines)))
+    else:
+        take = read(tmp_path / "a.json", json.dumps({"fps": 60, "frames": frames}))
+        assert driven(take, names)[~rows] == pytest.approx(w[~rows])
+        assert driven(take, names)[1:, 3].min() > 0.04
+        assert any(f"keep their last value there ({names[3]})" in note for note in take.notes)
+
+
+def test_a_word_under_a_name_of_its_own_is_said_once(tmp_path):
+    frames = [{"blendShapes": {**row, "mood": "glad"}} for row in named(weights())]
+    take = read(tmp_path / "a.json", json.dumps({"fps": 60, "frames": frames}))
+    assert driven(take) == pytest.approx(weights())
+    assert any("'mood' holds no number and is not read" in note for note in take.notes)

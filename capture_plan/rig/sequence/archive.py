@@ -3,7 +3,7 @@
 Meshes   frames (t v 3), also called vertices, verts, ...; without a rig faces (f 3); with or without neutral (v 3),
          fps, units. NPY: frames alone. Axes may stand in other orders (`axes_of.py`)
 Weights  weights (t c), names (c), fps; or an array (t) for each name
-Frames that hold no numbers, or whose vertices all lie in one place, have no face: left out and counted.
+Whole numbers are positions as well as others.
 """
 
 import warnings
@@ -13,18 +13,17 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from capture_plan.errors import RigError
 from capture_plan.rig.formats.bounds import check_cells, check_names, check_plain
-from capture_plan.rig.formats.raw import FARTHEST, UNITS_MM
+from capture_plan.rig.formats.raw import UNITS_MM
 from capture_plan.rig.sequence.axes_of import as_frames
 from capture_plan.rig.sequence.clock import Timing, timing_of
 from capture_plan.rig.sequence.columns import kind_of, unit_of
 from capture_plan.rig.sequence.frames import StoredFrames
 from capture_plan.rig.sequence.json_weights import known
 from capture_plan.rig.sequence.meshes import MeshTake
-from capture_plan.rig.sequence.rows import Rows, have, some_of, table_of, were
+from capture_plan.rig.sequence.rows import Rows, table_of
 from capture_plan.rig.sequence.weights import WeightTable, rate_of
 
 FRAME_NAMES = ("frames", "vertices", "verts", "v", "vertex", "positions", "points", "meshes")
@@ -33,7 +32,6 @@ FACE_NAMES = ("faces", "triangles", "f", "tris")
 COLUMN_NAMES = ("names", "columns", "blendshapes", "blendshape_names")
 FEWEST_NAMES = 2  # of a face
 MOST_BYTES = 3 << 29  # 1.6 GB: 5,000 frames of 26,719 vertices in float32
-CHUNK = 64  # frames looked through at once
 DAMAGE = (ValueError, EOFError, OSError, zipfile.BadZipFile, NotImplementedError, RuntimeError, SyntaxError)
 
 
@@ -72,11 +70,17 @@ def read_array(path: Path, counts: Collection[int] = ()) -> MeshTake:
         raise RigError(f"is no NumPy array of numbers ({str(error)[:80]}): save it again with np.save") from error
     frames, told = as_frames(frames, counts)
     if not is_frames(frames):
-        weights = "; weights need their names: save NPZ with weights (t, k) and names" if frames.ndim == 2 else ""
-        found = f"holds an array {frames.shape} of {frames.dtype}, expected frames (t, v, 3)"
-        raise RigError(f"{found}: save meshes{weights}")
-    kept, notes = kept_frames(frames)
-    return MeshTake(kept, None, None, notes=(*told, *notes))
+        raise RigError(no_frames(frames, counts))
+    return MeshTake(StoredFrames(frames), None, None, notes=told)
+
+
+def no_frames(array: np.ndarray, counts: Collection[int]) -> str:
+    """What has to be said of one array that holds no frames of a mesh of `counts` vertices."""
+    found = f"holds an array {array.shape} of {array.dtype}, expected frames (t, v, 3)"
+    mesh = f" of {max(counts):,} vertices" if counts else ""
+    if array.ndim != 2 or array.dtype.kind not in "fiu":
+        return f"{found}{mesh}: save meshes"
+    return f"{found}{mesh}: weights without names cannot be told apart, save NPZ with weights (t, k) and names"
 
 
 def check_size(count: int) -> None:
@@ -125,14 +129,13 @@ def stored(arrays: Mapping[str, np.ndarray], counts: Collection[int] = ()) -> Me
         raise RigError(f"has 'faces' of the shape {faces.shape}, expected (f, 3) of integers: split polygons")
     if faces is not None and faces.size and not 0 <= faces.min() <= faces.max() < frames.shape[1]:
         raise RigError(f"has a face that uses vertex {faces.max():,} of {frames.shape[1]:,}: count from 0")
-    kept, notes = kept_frames(frames)
     return MeshTake(
-        kept,
+        StoredFrames(frames),
         triangles=None if faces is None else faces.astype(np.int32),
         neutral=None if neutral is None else neutral.astype(np.float64),
         fps=rate_of(arrays),
         unit_mm=UNITS_MM.get(str(arrays.get("units", "")).strip("[]'\" ").partition(" ")[0].lower()),
-        notes=(*(turned[name][1] if name in turned else ()), *notes),
+        notes=turned[name][1] if name in turned else (),
     )
 
 
@@ -145,26 +148,7 @@ def frames_in(arrays: Mapping[str, np.ndarray]) -> str | None:
 
 def is_frames(array: np.ndarray) -> bool:
     """Whether an array has the shape of frames."""
-    return array.ndim == 3 and array.shape[2] == 3 and array.shape[0] > 0 and array.dtype.kind == "f"
-
-
-def kept_frames(frames: Float[np.ndarray, "t v 3"]) -> tuple[StoredFrames, tuple[str, ...]]:
-    """Frames with a face, and a note on those without. RigError where none has one."""
-    lost = ~with_face(frames)
-    if lost.all():
-        raise RigError("has no frame of finite vertices: save it again")
-    if not lost.any():
-        return StoredFrames(frames), ()
-    return StoredFrames(frames[~lost]), (f"{some_of(lost, 'frames')} {have(lost)} no face and {were(lost)} left out",)
-
-
-def with_face(frames: Float[np.ndarray, "t v 3"]) -> Bool[np.ndarray, " t"]:
-    """Which frames are finite and not all in one place."""
-    found = []
-    for start in range(0, len(frames), CHUNK):
-        some = np.asarray(frames[start : start + CHUNK])
-        found.append((np.abs(some) < FARTHEST).all(axis=(1, 2)) & (some != some[:, :1]).any(axis=(1, 2)))
-    return np.concatenate(found)
+    return array.ndim == 3 and array.shape[2] == 3 and array.shape[0] > 0 and array.dtype.kind in "fiu"
 
 
 def from_arrays(arrays: Mapping[str, np.ndarray]) -> WeightTable:

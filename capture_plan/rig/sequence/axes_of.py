@@ -14,7 +14,7 @@ FEWEST_VERTICES = 100  # fewer in a row of numbers are weights without names
 
 def as_frames(array: np.ndarray, counts: Collection[int] = ()) -> tuple[np.ndarray, tuple[str, ...]]:
     """A view of the array as (t, v, 3), and a sentence where it had other axes; as it is where it holds no frames."""
-    if array.dtype.kind != "f" or array.size == 0:
+    if array.dtype.kind not in "fiu" or array.size == 0:
         return array, ()
     x = array[0] if array.ndim == 4 and len(array) == 1 else array
     turned = in_rows(x, counts) if x.ndim == 2 else by_axes(x, counts) if x.ndim == 3 else x
@@ -27,11 +27,11 @@ def as_frames(array: np.ndarray, counts: Collection[int] = ()) -> tuple[np.ndarr
 
 def in_rows(x: np.ndarray, counts: Collection[int]) -> np.ndarray:
     """Frames of an array of two axes, of which one holds x, y and z of all vertices."""
-    long = [n % 3 == 0 and n >= 3 * FEWEST_VERTICES for n in x.shape]
+    long = x.shape[1] % 3 == 0 and x.shape[1] >= 3 * max(FEWEST_VERTICES, *counts)
     known = [n % 3 == 0 and n // 3 in counts for n in x.shape]
-    if known[1] or (long[1] and not known[0]):
+    if known[1] or (long and not known[0]):
         return x.reshape(len(x), -1, 3)
-    if known[0] or long[0]:
+    if known[0]:  # nothing else tells the frames of a small mesh from weights without names
         return x.reshape(-1, 3, x.shape[1]).transpose(2, 0, 1)
     return x
 

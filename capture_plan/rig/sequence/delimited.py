@@ -2,6 +2,7 @@
 
 Delimiter   of comma, semicolon, tab and bar the one that cuts the line of names into as many fields as most of some
             rows taken evenly from the whole file; what "sep=" says counts where two do equally well
+            Rows that another one cuts as well are joined anew, and said
 Decimal     a comma where more of the cells that are numbers have one than a full stop
 Lines       of messages (`messages.py`), cells between spaces (`spaced.py`) and a row for each weight (`long_table.py`)
             are first brought into the form of a table
@@ -32,6 +33,7 @@ from capture_plan.rig.sequence.around import (
     without_doubles,
     without_sums,
 )
+from capture_plan.rig.sequence.cells import SAMPLE, numeric_columns, parse, per_cent_of_some, without_words
 from capture_plan.rig.sequence.clock import Timing, timing_of
 from capture_plan.rig.sequence.columns import kind_of, of_path, plain, unit_of, why_not
 from capture_plan.rig.sequence.face_cap import as_table, is_face_cap
@@ -45,14 +47,21 @@ from capture_plan.rig.sequence.rows import Rows, table_of
 from capture_plan.rig.sequence.scale import stated_in
 from capture_plan.rig.sequence.spaced import with_names, without_spaces
 from capture_plan.rig.sequence.sparse import fill_cells
-from capture_plan.rig.sequence.text import COMMA, NOTHING, Lines, TextTable, lines_of, split, text_of, to_number
+from capture_plan.rig.sequence.text import (
+    COMMA,
+    NOTHING,
+    Lines,
+    TextTable,
+    lines_of,
+    of_one_delimiter,
+    split,
+    text_of,
+)
 from capture_plan.rig.sequence.turned import upright
 from capture_plan.rig.sequence.weights import WeightTable
 
 DELIMITERS = (",", ";", "\t", "|")
 FIRST = 12  # lines among which the names are looked for
-SAMPLE = 200  # rows that tell delimiter, decimal sign and which columns are numbers
-BLOCK = 4096  # rows parsed at once
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
 JSON = re.compile(r"\s*(?:\{\s*\"|\[\s*[\[{\"])")
 POWER = re.compile(r"(?<=[\d.,])e[+-]?(?=\d)", re.IGNORECASE)  # 1,2E-05
@@ -86,12 +95,20 @@ def weights_of(table: TextTable) -> WeightTable:
     chosen = [c for c, reason in enumerate(reasons) if not reason]
     if not chosen:
         raise RigError(f"has no column of numbers besides {', '.join(table.names[:4])}: export the weights")
-    x, faults = parse(table, chosen)
-    lost, other = lost_rows(table, x)
     faces = np.array([known(table.names[c]) for c in chosen])
-    x, told = fill_cells(x, ~lost & ~np.isin(np.arange(len(x)), list(faults)), faces if faces.any() else ~faces)
-    skipped = [(name or "a column without a name", reason)
-               for name, reason in zip(table.names, reasons, strict=True) if reason]  # fmt: skip
+    x, faults = without_words(table, chosen, *parse(table, chosen), faces if faces.any() else ~faces)
+    lost, other = lost_rows(table, x)
+    x, told = fill_cells(
+        x,
+        ~lost & ~np.isin(np.arange(len(x)), list(faults)),
+        faces if faces.any() else ~faces,
+        [table.names[c] for c in chosen],
+    )
+    skipped = [
+        (name or f"column {c:,}", reason)
+        for c, (name, reason) in enumerate(zip(table.names, reasons, strict=True), 1)
+        if reason
+    ]
     rows, mixed = Rows(tuple(table.names[c] for c in chosen), x, lost, faults), per_cent_of_some(table, chosen)
     if mixed.any():
         signs = (
@@ -112,6 +129,7 @@ def find_table(lines: Lines) -> TextTable:
     if len(lines.texts) < 2:
         raise RigError("has no frames: it needs a line of names and one line for each frame")
     delimiter, first = find_header(lines)
+    lines = of_one_delimiter(lines, first, delimiter, DELIMITERS)
     names = [of_path(name.strip().strip('"')) for name in split(lines.texts[first], delimiter)]
     while len(names) > 1 and not names[-1]:
         names.pop()
@@ -193,67 +211,6 @@ def find_header(lines: Lines) -> tuple[str, int]:
 def mostly_numbers(fields: Sequence[str]) -> bool:
     """Whether half of these or more are numbers."""
     return 2 * sum(bool(NUMBER.fullmatch(field.strip())) for field in fields) >= len(fields)
-
-
-def numeric_columns(table: TextTable) -> list[bool]:
-    """Columns whose cells are mostly numbers, by some rows taken evenly from all."""
-    some = [table.cells(table.rows[t]) for t in evenly(len(table.rows), SAMPLE)]
-    columns = [
-        [fields[c] for fields in some if len(fields) > c and fields[c].strip().lower() not in NOTHING]
-        for c in range(len(table.names))
-    ]
-    return [2 * int(np.isfinite([to_number(cell) for cell in cells]).sum()) >= len(cells) for cells in columns]
-
-
-def parse(table: TextTable, chosen: Sequence[int]) -> tuple[Float[np.ndarray, "t c"], dict[int, str]]:
-    """Numbers of the chosen columns in all rows, NaN where there is none, and what is wrong with a row."""
-    x, faults = np.full((len(table.rows), len(chosen)), np.nan), {}
-    whole = len(table.names) - 1
-    for start in range(0, len(table.rows), BLOCK):
-        block = table.rows[start : start + BLOCK]
-        even = np.array([row.count(table.delimiter) == whole for row in block])
-        if even.all():
-            x[start : start + len(block)] = numbers(table, block, chosen)
-            continue
-        fine = np.flatnonzero(even)
-        if len(fine):
-            x[start + fine] = numbers(table, [block[t] for t in fine], chosen)
-        for t in np.flatnonzero(~even).tolist():
-            x[start + t], fault = uneven(table, start + t, chosen)
-            faults |= {start + t: fault} if fault else {}
-    x[~np.isfinite(x)] = np.nan
-    x[:, per_cent_of_some(table, chosen)] /= 100
-    return x, faults
-
-
-def per_cent_of_some(table: TextTable, chosen: Sequence[int]) -> Bool[np.ndarray, " c"]:
-    """Columns whose cells carry a %, where others do not: these are hundredths."""
-    some = [table.cells(table.rows[t]) for t in evenly(len(table.rows), SAMPLE)] if table.percent else []
-    signs = [[fields[c].strip().strip('"').endswith("%") for fields in some if len(fields) > c and fields[c].strip()]
-             for c in chosen]  # fmt: skip
-    mostly = np.array([2 * sum(column) > len(column) for column in signs], dtype=bool)
-    return mostly & ~mostly.all()
-
-
-def numbers(table: TextTable, rows: Sequence[str], chosen: Sequence[int]) -> Float[np.ndarray, "t c"]:
-    """Numbers of rows with as many fields as there are names."""
-    texts = [row.replace(",", ".") for row in rows] if table.comma and table.delimiter != "," else rows
-    texts = [row.replace("%", "") for row in texts] if table.percent else texts
-    try:
-        return np.loadtxt(texts, delimiter=table.delimiter, usecols=chosen, comments=None, quotechar='"', ndmin=2)
-    except ValueError:  # a cell without a number
-        cells = [split(row, table.delimiter) for row in rows]
-        return np.array([[to_number(fields[c]) if c < len(fields) else np.nan for c in chosen] for fields in cells])
-
-
-def uneven(table: TextTable, t: int, chosen: Sequence[int]) -> tuple[Float[np.ndarray, " c"], str]:
-    """A row with another number of delimiters: its numbers, and what is wrong where it is neither whole nor empty."""
-    fields = table.cells(table.rows[t])
-    x = np.array([to_number(fields[c]) if c < len(fields) else np.nan for c in chosen])
-    whole = len(fields) == len(table.names) or not np.isfinite(x).any()
-    told = f"line {table.numbers[t]:,} has {len(fields)} values, expected {len(table.names)}"
-    commas = table.delimiter == "," and len(fields) > len(table.names)
-    return x, "" if whole else told + (", decimal commas between commas?" if commas else "")
 
 
 def one_face(table: TextTable) -> TextTable:

@@ -12,7 +12,7 @@ from capture_plan.rig.sequence.text import Lines, TextTable
 
 POSE = ("headX", "headY", "headZ", "headPitch", "headYaw", "headRoll")
 EYES = ("leftEyePitch", "leftEyeYaw", "rightEyePitch", "rightEyeYaw")
-LEAD = ("", "timestamp_ms", *POSE, *EYES)
+LEAD = ("timestamp_ms", *POSE, *EYES)
 USUAL = (
     *("browInnerUp", "browDown_L", "browDown_R", "browOuterUp_L", "browOuterUp_R"),
     *(f"eyeLook{way}_{side}" for way in ("Up", "Down", "In", "Out") for side in "LR"),
@@ -40,10 +40,12 @@ def as_table(lines: Lines) -> TextTable:
     """The frames as a table below one line of names."""
     named = [text.split(",")[1:] for text in lines.texts if text.startswith("bs,")]
     names = tuple(name.strip() for name in named[0]) if named else USUAL
-    frames = [(text, number) for text, number in zip(lines.texts, lines.numbers, strict=True) if text.startswith("k,")]
+    frames = [
+        (text[2:], number) for text, number in zip(lines.texts, lines.numbers, strict=True) if text.startswith("k,")
+    ]
     width = max(len(text.split(",")) for text, _ in frames[:20])
-    if width < len(names) + 2:
-        raise RigError(f"has {width - 2} numbers in a frame for {len(names)} blendshapes: export the take again")
+    if width < len(names) + 1:
+        raise RigError(f"has {width - 1} numbers in a frame for {len(names)} blendshapes: export the take again")
     lead = LEAD[: width - len(names)] + ("",) * max(0, width - len(names) - len(LEAD))
     notes = () if named else ("it names no blendshapes: Face Cap's usual order of 52 is taken",)
     rows, numbers = tuple(text for text, _ in frames), tuple(number for _, number in frames)

@@ -61,11 +61,12 @@ class PosedFrames:
 
 @dataclass(frozen=True, eq=False)
 class FileFrames:
-    """One file for each frame, of `count` vertices, read when asked for."""
+    """One file for each frame, of `count` vertices as the file `like` has them, read when asked for."""
 
     paths: tuple[Path, ...]
     read: Callable[[Path], Float[np.ndarray, "v 3"]]
     count: int
+    like: Path
 
     def __len__(self) -> int:
         return len(self.paths)
@@ -79,7 +80,7 @@ class FileFrames:
         vertices = self.read(path)
         if len(vertices) != self.count:
             raise RigError(
-                f"{path.name} has {len(vertices):,} vertices, the first frame {self.paths[0].name} has "
+                f"{path.name} has {len(vertices):,} vertices, the frame {self.like.name} has "
                 f"{self.count:,}: every frame must be of the same mesh"
             )
         return vertices
@@ -98,6 +99,23 @@ class ChosenFrames:
     def block(self, start: int, stop: int) -> Float[np.ndarray, "t n 3"]:
         """Frames `start` to `stop` - 1."""
         return self.frames.block(start, stop)[:, self.chosen]
+
+
+@dataclass(frozen=True, eq=False)
+class KeptFrames:
+    """The frames `kept` of `frames`, in ascending order: a take without what does not show its mesh."""
+
+    frames: Frames
+    kept: Int[np.ndarray, " n"]
+
+    def __len__(self) -> int:
+        return len(self.kept)
+
+    def block(self, start: int, stop: int) -> Float[np.ndarray, "n v 3"]:
+        """Frames `start` to `stop` - 1 of those kept, each run of neighbours read at once."""
+        kept = self.kept[start:stop]
+        some = np.split(kept, np.flatnonzero(np.diff(kept) > 1) + 1)
+        return np.concatenate([self.frames.block(int(run[0]), int(run[-1]) + 1) for run in some])
 
 
 def evenly(count: int, most: int) -> Sequence[int]:

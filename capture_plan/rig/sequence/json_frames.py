@@ -74,7 +74,8 @@ class DamagedFrameError(Exception):
 class Recording:
     """Frames as they come. `orders`: rows of weights by the names in their order; `names` those of bare numbers.
 
-    `beside[kind, key]` is what rows say beside their weights, by row: times, faces, whether one was tracked.
+    `wordy[name]` is what rows hold in place of a number, by row; `beside[kind, key]` what they say beside their
+    weights, by row too: times, faces, whether one was tracked.
     """
 
     names: Sequence[str] = ()
@@ -88,6 +89,7 @@ class Recording:
     written: bool = False
     mixed: int = 0
     aside: dict[str, None] = field(default_factory=dict)
+    wordy: dict[str, dict[int, str]] = field(default_factory=dict)
 
     def add(self, frame: Any) -> None:
         """One frame, a row for each of its faces where these have names."""
@@ -156,7 +158,7 @@ class Recording:
         """How parts of a frame can look, and what reads them: the first that fits."""
         return (
             (lambda value: has_key(value, SHAPE_KEYS), self.shapes_and_more),
-            (has_numbers, named_numbers),
+            (has_numbers, self.numbers_in),
             (lambda value: has_key(value, NEST_KEYS), lambda value: self.weights_in(by_key(value, NEST_KEYS))),
             (lambda value: isinstance(value, dict), lambda _: None),
             (listed, listed),
@@ -174,8 +176,14 @@ class Recording:
         """The weights of an object in which every name should be one; what is none is remembered."""
         if isinstance(value, dict) and value and not has_key(value, SHAPE_KEYS):
             self.aside |= dict.fromkeys(unread(value))
-            return named_numbers(value) or None
+            return self.numbers_in(value) or None
         return self.weights_in(value)
+
+    def numbers_in(self, value: Mapping[str, Any]) -> Mapping[str, Any]:
+        """The numbers in an object; what is none is remembered, for it may stand in place of a weight."""
+        for name in unread(value):
+            self.wordy.setdefault(name, {})[len(self.lost) - 1] = str(value[name])[:24]
+        return named_numbers(value)
 
     def first_face(self, faces: list[Any]) -> Mapping[str, Any] | None:
         """The weights of the first of several faces."""
@@ -206,9 +214,13 @@ class Recording:
             columns = np.ix_(rows, [place[name] for name in order])
             x[columns], given[columns] = np.stack(values), True
         x[np.isinf(x)] = np.nan
-        x, left_out = fill(x[kept], given[kept])
-        gone, told = self.gone()
+        for name in self.wordy.keys() & place.keys():
+            self.aside.pop(name, None)
+            self.faults |= {t: f"frame {t:,} has '{word}' for '{name}'" for t, word in self.wordy[name].items()}
         faults = {t: self.faults[row] for t, row in enumerate(kept.tolist()) if row in self.faults}
+        x, sound = x[kept], ~np.isin(np.arange(len(kept)), list(faults))
+        x[sound], left_out = fill(x[sound], given[kept][sound], names)
+        gone, told = self.gone()
         rows = Rows(names, x, gone[kept], faults)
         return table_of(
             rows,
@@ -257,7 +269,8 @@ class Recording:
         if self.aside:
             some, more = ", ".join(f"'{name}'" for name in list(self.aside)[:SOME]), len(self.aside) - SOME
             also = f" and {more:,} more" if more > 0 else ""
-            notes.append(f"{some}{also} hold no number and are not read")
+            one = len(self.aside) == 1
+            notes.append(f"{some}{also} {'holds' if one else 'hold'} no number and {'is' if one else 'are'} not read")
         if self.mixed:
             notes.append(f"in {self.mixed:,} frames only some weights carry a %: these are taken as hundredths")
         if self.crowded:

@@ -1,10 +1,12 @@
 """Takes that are meshes in a folder of numbered OBJ or PLY files.
 
 Folder  neutral.obj (where there is one), head.0001.obj, head.0002.obj, ...: numbers in the names give the order
-The vertex order is the files' own. Every frame has as many vertices as the first; a file is read when it is needed.
+The vertex order is the files' own. A frame has as many vertices as most of some files; each is read when it is needed.
 """
 
 import re
+from collections import Counter
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,9 +17,10 @@ from capture_plan.errors import RigError
 from capture_plan.rig.formats.obj import load, natural, parse_faces, parse_vertices
 from capture_plan.rig.formats.ply import read_faces, read_vertices
 from capture_plan.rig.formats.raw import FARTHEST, fan
-from capture_plan.rig.sequence.frames import FileFrames, Frames
+from capture_plan.rig.sequence.frames import FileFrames, Frames, evenly
 
 NEUTRAL = re.compile(r"neutral|base|basis|rest", re.IGNORECASE)
+COUNTED = 3  # files that tell how many vertices a frame has: one of them may be cut off
 NUMBER = re.compile(r"^(.*?)(\d+)(\D*)$")
 
 
@@ -55,13 +58,26 @@ def read_folder(folder: Path) -> MeshTake:
         told = ", ".join([*(numbered[name][0].name for name in takes), *odd, *(p.name for p in neutrals)][:4])
         raise RigError(f"holds more or less than one take ({told}): number the frames of one take, head.0001.obj")
     paths = tuple(numbered[takes[0]])
-    first = read(paths[0])
+    first, count = first_and_count(paths, read)
     neutral = read(neutrals[0]) if neutrals else None
     numbers = [int(match[2]) for path in paths if (match := NUMBER.match(path.stem))]
     missing = numbers[-1] - numbers[0] + 1 - len(numbers)
     notes = (f"{missing:,} of the numbers {numbers[0]} to {numbers[-1]} are missing",) if missing else ()
-    frames = FileFrames(paths, read, len(first))
-    return MeshTake(frames, triangles_of(neutrals[0] if neutrals else paths[0]), neutral, notes=notes)
+    frames = FileFrames(paths, read, count, first)
+    return MeshTake(frames, triangles_of(neutrals[0] if neutrals else first), neutral, notes=notes)
+
+
+def first_and_count(paths: Sequence[Path], read: Callable[[Path], Float[np.ndarray, "v 3"]]) -> tuple[Path, int]:
+    """How many vertices most of some files have, and the first file of that count. RigError where none can be read."""
+    counts: dict[Path, int] = {}
+    for t in evenly(len(paths), COUNTED):
+        try:
+            counts[paths[t]] = len(read(paths[t]))
+        except RigError:
+            if t == len(paths) - 1 and not counts:
+                raise
+    usual = Counter(counts.values()).most_common(1)[0][0]
+    return next(path for path, count in counts.items() if count == usual), usual
 
 
 def obj_vertices(path: Path) -> Float[np.ndarray, "v 3"]:

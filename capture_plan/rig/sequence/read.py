@@ -12,29 +12,26 @@ from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
 
 from capture_plan.errors import RigError
 from capture_plan.progress import tell
-from capture_plan.rig.face.axes import axes_matrix
-from capture_plan.rig.face.frame import check_given, find_frame
-from capture_plan.rig.formats.raw import UNITS_MM, RawRig
+from capture_plan.rig.face.frame import check_given
 from capture_plan.rig.formats.usd import SUFFIXES as USD
 from capture_plan.rig.name_map import NameMap
-from capture_plan.rig.neutral import read_neutral
 from capture_plan.rig.read import read_rig
 from capture_plan.rig.recognise import INTENSITY
 from capture_plan.rig.record import Rig
 from capture_plan.rig.sequence.animation import read_animation
 from capture_plan.rig.sequence.archive import read_archive, read_array
 from capture_plan.rig.sequence.delimited import read_csv
-from capture_plan.rig.sequence.frames import ChosenFrames, Frames, PosedFrames, evenly
+from capture_plan.rig.sequence.frames import PosedFrames
 from capture_plan.rig.sequence.json_take import read_json
+from capture_plan.rig.sequence.laid import frame_rate, lay_onto, orient_take
 from capture_plan.rig.sequence.mapping import drive, map_weights
 from capture_plan.rig.sequence.meshes import MeshTake, read_folder
 from capture_plan.rig.sequence.openness import as_blinks
+from capture_plan.rig.sequence.outliers import without_wild
 from capture_plan.rig.sequence.record import Sequence
-from capture_plan.rig.sequence.rigid import HeldFrames, hold, still_vertices, stillness
 from capture_plan.rig.sequence.scale import Verdict, judge
 from capture_plan.rig.sequence.unfiltered import without_raw
 from capture_plan.rig.sequence.usd_take import read_usd_take
@@ -57,11 +54,8 @@ CONVERT = {
     **dict.fromkeys((".xlsx", ".xls", ".ods", ".numbers"), "a workbook: save its sheet as CSV"),
     ".c3d": "motion of markers, not of a mesh: export blendshape weights or meshes",
 }
-USUAL_FPS = 30.0
+OWN = 10.0  # shares of a name map that give a column a scale of its own: 0.01 of per cent beside weights of 0 to 1
 MOST_WEIGHT = 1e6  # of a full one: what no face does, and what single precision still reckons with
-SAME_HEAD_MM = 0.5  # so near the rig's own neutral, a take shows the same head
-NO_FIT_MM = 25.0  # a person's head on another person's mesh is within 10; a mesh of another vertex order is beyond
-ORIENT_SAMPLE = 12  # frames that stand for blendshapes when unit and axes are looked for
 
 
 def read_sequence(
@@ -133,9 +127,10 @@ def drive_rig(path: Path, take: WeightTable, rig: Rig | None, fps: float | None,
     if rig is None:
         raise RigError(f"{path.name} holds weights, not meshes: give the rig that they drive")
     take = without_raw(take, [*mine.weights, *mine.names] if mine else [])
+    mapping = map_weights(take.columns, rig.names, mine=mine, skipped=take.skipped)
+    take = without_wild(take, mapping.columns)
     columns, told = take.columns, take.notes
     notes = [*told]
-    mapping = map_weights(take.columns, rig.names, mine=mine, skipped=take.skipped)
     driving = [
         c for c, column in enumerate(take.columns) if column in mapping.columns and not INTENSITY.fullmatch(column)
     ]
@@ -158,116 +153,11 @@ def drive_rig(path: Path, take: WeightTable, rig: Rig | None, fps: float | None,
 
 def judge_take(path: Path, take: WeightTable, driving: list[int], mine: NameMap | None) -> Verdict:
     """What a full weight is in these columns of a take. RigError where no scale is known for them."""
-    columns, given = [take.columns[c] for c in driving], mine.full if mine else None
+    given, shares = (mine.full, mine.weights) if mine else (None, {})
+    own = {c for c in driving if (s := shares.get(take.columns[c])) and not 1 / OWN < max(s.values()) < OWN}
+    driving = [c for c in driving if c not in own] or driving
+    columns = [take.columns[c] for c in driving]
     try:
         return judge(columns, take.weights[:, driving], stated=take.stated, given=given)
     except RigError as error:
         raise RigError(f"{path.name}: it {error}") from error
-
-
-def lay_onto(
-    path: Path, take: MeshTake, rig: Rig, neutral: str | Path | None, fps: float | None, unit_mm: float | None
-) -> Sequence:
-    """Frames of the rig's mesh, laid onto its neutral."""
-    notes = [*take.notes]
-    frames, shape = on_rig(path, take, rig)
-    still = stillness(rig.displacement.max(axis=0)) * rig.skin
-    start = frames.block(0, 1)[0] if shape is None else shape
-    if neutral is not None:
-        start = read_neutral(Path(neutral), rig)
-    unit = unit_mm or take.unit_mm or find_scale(path, start, rig, still)
-    placed = hold(start * unit, rig.neutral, still)
-    apart = float(still @ np.linalg.norm(placed - rig.neutral, axis=1) / still.sum())
-    if apart > NO_FIT_MM:
-        raise RigError(
-            f"{path.name} lies {apart:.0f} mm off the rig {rig.name} where the face is still: "
-            "it is another mesh, its vertex order was lost, or it holds displacements: export positions of the rig's "
-            "own mesh, with its vertex order kept"
-        )
-    if neutral is None and shape is None and apart < SAME_HEAD_MM:
-        placed = rig.neutral
-    elif neutral is None and shape is None:
-        notes.append("the first frame stands for the neutral: give the actor's neutral where it is none")
-    held = HeldFrames(frames, placed, still, unit)
-    rate = frame_rate(fps, take.fps, notes)
-    return Sequence(path.stem, placed, rig.triangles, held, rate, rig, None, tuple(notes))
-
-
-def on_rig(path: Path, take: MeshTake, rig: Rig) -> tuple[Frames, Float[np.ndarray, "v 3"] | None]:
-    """Frames and neutral of the rig's vertices, where the take has those of the artist's whole file."""
-    count = take.frames.block(0, 1).shape[1]
-    if count == len(rig.neutral):
-        return take.frames, take.neutral
-    if count <= rig.source_index.max():
-        raise RigError(
-            f"{path.name} has {count:,} vertices, the rig {rig.name} has {len(rig.neutral):,}: "
-            "bring the take onto the rig's mesh first"
-        )
-    shape = None if take.neutral is None else take.neutral[rig.source_index]
-    return ChosenFrames(take.frames, rig.source_index), shape
-
-
-def find_scale(path: Path, start: Float[np.ndarray, "v 3"], rig: Rig, still: Float[np.ndarray, " v"]) -> float:
-    """Millimetres in the take's unit: the usual one that makes its head as large as the rig's, within a third."""
-    a = still / still.sum()
-    spread = [float(np.sqrt(a @ ((x - a @ x) ** 2).sum(axis=1))) for x in (rig.neutral, start)]
-    if spread[1] == 0:
-        raise RigError(f"{path.name}: all vertices of its first frame lie in one place: export it again")
-    scale = spread[0] / spread[1]
-    near = min((rig.unit_mm, *UNITS_MM.values()), key=lambda unit: abs(np.log(scale / unit)))
-    return near if abs(np.log(scale / near)) < np.log(4 / 3) else scale
-
-
-def orient_take(
-    path: Path,
-    take: MeshTake,
-    neutral: str | Path | None,
-    fps: float | None,
-    unit_mm: float | None,
-    up: str | None,
-    facing: str | None,
-) -> Sequence:
-    """Frames of a mesh that no rig describes: unit and axes as found from the neutral and some frames."""
-    if take.triangles is None or len(take.triangles) == 0:
-        raise RigError(f"{path.name} has frames without faces: add 'faces', or give the rig of the same mesh")
-    notes = [*take.notes]
-    start = take.frames.block(0, 1)[0] if take.neutral is None else take.neutral
-    if neutral is not None:
-        raise RigError(f"{path.name}: a neutral of its own needs a rig: put it beside the frames as neutral.obj")
-    if take.neutral is None:
-        notes.append("the first frame stands for the neutral")
-    size = float(np.ptp(start, axis=0).max())
-    rough = 250 / size if size > 0 else 1.0  # a head is about that tall: enough to tell still from moving
-    still = still_vertices(take.frames, start * rough, rough)
-    some = evenly(len(take.frames), ORIENT_SAMPLE)
-    held = np.stack([hold(take.frames.block(t, t + 1)[0] * rough, start * rough, still) for t in some]) / rough
-    moving = [t for t, x in zip(some, held, strict=True) if np.abs(x - start).max() > 1e-6 * size]
-    if not moving:
-        raise RigError(f"{path.name} moves in none of its frames: give a take of a face that moves")
-    v = len(start)
-    raw = RawRig(
-        name=path.stem,
-        neutral=start,
-        triangles=take.triangles,
-        deltas=np.stack([x - start for t, x in zip(some, held, strict=True) if t in moving]).astype(np.float32),
-        names=tuple(f"frame {t}" for t in moving),
-        parts=np.zeros(v, dtype=np.int32),
-        part_names=("mesh",),
-        source_index=np.arange(v, dtype=np.int32),
-        unit_mm=take.unit_mm,
-        up=take.up,
-        facing=take.facing,
-    )
-    frame = find_frame(raw, unit_mm=unit_mm, up=up, facing=facing)
-    notes += [frame.note] if frame.note else []
-    placed = start @ (frame.unit_mm * axes_matrix(frame.up, frame.facing)).T
-    frames = HeldFrames(take.frames, placed, still, frame.unit_mm)
-    rate = frame_rate(fps, take.fps, notes)
-    return Sequence(path.stem, placed, take.triangles, frames, rate, None, None, tuple(notes))
-
-
-def frame_rate(given: float | None, told: float | None, notes: list[str]) -> float:
-    """What is given, else what the file says, else the usual one with a note."""
-    if given is None and told is None:
-        notes.append(f"neither the file nor its times tell a frame rate: {USUAL_FPS:g} in a second is assumed")
-    return given or told or USUAL_FPS

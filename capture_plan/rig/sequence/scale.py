@@ -11,7 +11,8 @@ Full     1 where they do not; else what names, units or cells say (%, 0-255), el
          gets: 100 in most takes, 255 or 1000 above what per cent reach, 10 where many columns end just below it, 5
          where most are action units and none gets beyond it (A to E of Ekman and Friesen 1978, counted as 1 to 5)
 What is unlikely or has two answers is said to be uncertain: all near 0, all a little above 1, nobody past half of
-the way, some columns or some frames on another scale. A name map settles it: full = 255.
+the way, some columns or some frames on another scale, columns beyond twice a full weight. A name map settles it:
+full = 255. Single cells far outside a take decide nothing: they are left out before (`outliers.py`).
 """
 
 import re
@@ -25,6 +26,7 @@ from capture_plan.errors import RigError
 from capture_plan.rig.sequence.frames import evenly
 
 OVERDRIVEN = 1.5  # weights above it are rare in any take; per cent are beyond it even in a quiet one
+MOST_DRIVEN = 2.0  # full weights; rigs are overdriven to 1.5, and a jaw at 2 opens by 80 mm
 PLAINLY, BARELY = 5.0, 2.5  # of a typical value: no rig is driven that far; some are driven so far
 TENTH, HIGH = 0.1, 0.95
 SURE = 5.0
@@ -74,10 +76,18 @@ def judge(
     """
     if given is not None:
         return Verdict(given, True, f"a full weight is {given:g}, as the name map says")
+    verdict = scale_of(columns, x, stated)
+    doubts = driven_too_far(columns, x, verdict.full)
+    note = "; ".join([*([verdict.note] if verdict.note else []), *doubts])
+    return Verdict(verdict.full, verdict.sure and not doubts, note)
+
+
+def scale_of(columns: Sequence[str], x: Float[np.ndarray, "t c"], stated: float | None) -> Verdict:
+    """The verdict on the columns together."""
     highest = np.maximum(x.max(axis=0), -x.min(axis=0))
     below = (x.min(axis=0) < -BELOW * highest) & (highest > TINY)
     if below.sum() > max(1, NEGATIVE * len(columns)):
-        return below_zero(judge(columns, np.abs(x), stated=stated), columns, x, int(below.sum()))
+        return below_zero(scale_of(columns, np.abs(x), stated), columns, x, int(below.sum()))
     if not highest.any():
         return Verdict(1.0, True)
     stated = stated_in(columns) or stated
@@ -90,6 +100,27 @@ def judge(
     if score <= 0:
         return weights_of_one(columns, highest, score)
     return beyond_one(columns, size, highest, reach, whole=bool(whole_numbers(size)))
+
+
+def driven_too_far(columns: Sequence[str], x: Float[np.ndarray, "t c"], full: float) -> list[str]:
+    """A sentence on columns that go beyond `MOST_DRIVEN` full weights in more than a single frame."""
+    far = (np.abs(x) > MOST_DRIVEN * full).sum(axis=0) > 1
+    if not far.any():
+        return []
+    names = [column for column, here in zip(columns, far, strict=True) if here]
+    more = f" and {len(names) - FEW} more" if len(names) > FEW else ""
+    times = np.abs(x[:, far]).max() / full
+    one = len(names) == 1
+    return [
+        f"it is not certain that {', '.join(names[:FEW])}{more}, which {'reaches' if one else 'reach'} {times:.3g} "
+        f"times a full weight, {'has' if one else 'have'} the same scale: if not, give {'it' if one else 'them'} "
+        f"{'a share' if one else 'shares'} such as {share_of(times):g} in a name map"
+    ]
+
+
+def share_of(times: float) -> float:
+    """What one unit of a column is worth that reaches so many full weights: 0.01 where it seems to be in per cent."""
+    return 0.01 if times <= PER_CENT_MOST else round(1 / next((s for s in SCALES if times <= s), times), 8)
 
 
 def below_zero(verdict: Verdict, columns: Sequence[str], x: Float[np.ndarray, "t c"], below: int) -> Verdict:
@@ -124,7 +155,7 @@ def weights_of_one(columns: Sequence[str], highest: Float[np.ndarray, " c"], sco
         sure = abs(score) >= SURE
         told = f"weights of {beyond} of {len(columns)} columns exceed {OVERDRIVEN:g}, one"
         told = f"{told} reaches {furthest(columns, highest)}"
-        told = f"{'' if sure else doubt}{told}: they are taken as they are, not as per cent"
+        told = f"{'' if sure else doubt}{told}: they are taken as they are"
         return Verdict(1.0, sure, told if sure else f"{told}; {STATE}100")
     if over > 0.3 * (highest > 0).sum():
         told = f"weights of {over} of {len(columns)} columns exceed 1, one reaches {furthest(columns, highest)}"

@@ -9,6 +9,8 @@ Cells    blank cells of a table are such only where they are many, in rows that 
          are blank between steady ones: every sixth has numbers. Else they are damage or a lost face (`rows.py`)
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Bool, Float
 
@@ -21,28 +23,34 @@ FAR = 3.0  # usual steps
 MOSTLY = 0.6  # of the gaps
 MANY = 0.2  # of the rows: as many damaged ones refuse a table
 LEAP = 1.3  # steps after a blank cell, of those without one
+FEW = 4  # names in a sentence
 STEADY = 0.9  # of the distances between rows with numbers are the same
 
 
 def fill(
-    x: Float[np.ndarray, "t c"], given: Bool[np.ndarray, "t c"]
+    x: Float[np.ndarray, "t c"], given: Bool[np.ndarray, "t c"], names: Sequence[str]
 ) -> tuple[Float[np.ndarray, "t c"], tuple[str, ...]]:
-    """The weights with what frames leave out, and a sentence about it; frames that name nothing stay without."""
+    """The weights with what frames leave out, and a sentence about it; frames that name nothing stay without.
+
+    Columns without gaps tell nothing: they move alike whatever stands in the gaps.
+    """
     named = np.flatnonzero(given.any(axis=1))
     seldom = ~np.asarray(given[named].all(axis=0))
     if not seldom.any():
         return x, ()
     y, here = x[named], given[named]
     rank, zero, held = last_rank(y, here), np.where(here, y, 0.0), hold(y, here)
-    calm = moved(held) < CALMER * moved(zero)
+    calm = moved(held[:, seldom]) < CALMER * moved(zero[:, seldom])
     as_before = (rank > LIKE_ANY and calm) or resting(held, y, here)
     filled = x.copy()
     filled[named] = held if as_before else zero
     told = f"{seldom.sum():,} of {seldom.size:,} names are missing in some frames and "
+    some = [name for name, here_not in zip(names, seldom, strict=True) if here_not]
+    which = f" ({', '.join(some)})" if len(some) <= FEW else ""
     if as_before:
-        return filled, (f"{told}keep their last value there: the file seems to write only what changes",)
+        return filled, (f"{told}keep their last value there{which}: the file seems to write only what changes",)
     doubt = " (not certain: they may be unchanged instead)" if rank > LOW and calm else ""
-    return filled, (f"{told}count as 0 there{doubt}",)
+    return filled, (f"{told}count as 0 there{which}{doubt}",)
 
 
 def hold(x: Float[np.ndarray, "t c"], given: Bool[np.ndarray, "t c"]) -> Float[np.ndarray, "t c"]:
@@ -86,7 +94,7 @@ def last_rank(x: Float[np.ndarray, "t c"], given: Bool[np.ndarray, "t c"]) -> fl
 
 
 def fill_cells(
-    x: Float[np.ndarray, "t c"], usable: Bool[np.ndarray, " t"], faces: Bool[np.ndarray, " c"]
+    x: Float[np.ndarray, "t c"], usable: Bool[np.ndarray, " t"], faces: Bool[np.ndarray, " c"], names: Sequence[str]
 ) -> tuple[Float[np.ndarray, "t c"], str]:
     """A table with what blank cells of its columns of a face leave out in usable rows, and a sentence about it.
 
@@ -104,16 +112,18 @@ def fill_cells(
         return filled, f"numbers stand in 1 of every {every} rows: the rows between keep the last ones"
     if not many:
         return x, ""
-    filled[where], told = fill_many(x[where], given)
+    filled[where], told = fill_many(x[where], given, [name for name, here in zip(names, faces, strict=True) if here])
     return filled, told
 
 
-def fill_many(x: Float[np.ndarray, "t c"], given: Bool[np.ndarray, "t c"]) -> tuple[Float[np.ndarray, "t c"], str]:
+def fill_many(
+    x: Float[np.ndarray, "t c"], given: Bool[np.ndarray, "t c"], names: Sequence[str]
+) -> tuple[Float[np.ndarray, "t c"], str]:
     """What `fill` makes of many blank cells; where these keep their values, rows without any number do so too.
 
     Values that went on in between tell that numbers are missing: these cells stay blank.
     """
-    y, notes = fill(x, given)
+    y, notes = fill(x, given, names)
     told = notes[0].replace("names are missing in some frames", "columns are blank in some rows")
     blank = ~given.any(axis=1)
     if not held_in(y, x, given):

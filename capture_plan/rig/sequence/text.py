@@ -10,6 +10,7 @@ import codecs
 import csv
 import gzip
 import io
+import math
 import re
 import zlib
 from array import array
@@ -171,3 +172,40 @@ def to_number(cell: str) -> float:
         return float(text)
     except ValueError:
         return float(text.replace(",", ".")) if COMMA.fullmatch(text) else float("nan")
+
+
+def of_one_delimiter(lines: Lines, first: int, delimiter: str, others: Sequence[str]) -> Lines:
+    """The lines with one delimiter, and a note: rows below line `first` that another one cuts into as many cells as
+    there are names, more of them numbers, are joined anew; decimal commas become points."""
+    whole = lines.texts[first].count(delimiter)
+    texts, told = list(lines.texts), dict.fromkeys(others, 0)
+    for t in range(first + 1, len(texts)):
+        ways = [other for other in others if other != delimiter and texts[t].count(other) == whole]
+        best = max((delimiter, *ways), key=lambda way: numbers_in(split(texts[t], way))) if ways else delimiter
+        if best != delimiter:
+            texts[t] = delimiter.join(plain_cell(cell, delimiter) for cell in split(texts[t], best))
+            told[best] += 1
+    notes = [
+        f"{n:,} of {len(texts) - first - 1:,} rows are cut by {spelled(other)}, not by {spelled(delimiter)} as "
+        "the names are: they are read as the others"
+        for other, n in told.items()
+        if n
+    ]
+    return replace(lines, texts=tuple(texts), notes=(*lines.notes, *notes)) if notes else lines
+
+
+def numbers_in(cells: Sequence[str]) -> int:
+    """How many of these cells are numbers."""
+    return sum(not math.isnan(to_number(cell)) for cell in cells)
+
+
+def plain_cell(cell: str, delimiter: str) -> str:
+    """A cell as it can stand between these delimiters."""
+    if delimiter not in cell:
+        return cell
+    return cell.replace(",", ".") if COMMA.fullmatch(cell.strip()) else f'"{cell}"'
+
+
+def spelled(delimiter: str) -> str:
+    """A delimiter as it is called."""
+    return "a tab" if delimiter == "\t" else f"'{delimiter}'"
