@@ -15,12 +15,12 @@ import numpy as np
 
 from capture_plan.rig.agreement import agreed_meanings
 from capture_plan.rig.gaze import Gaze, gazes
+from capture_plan.rig.names import DIRECTIONS, base_name
 from capture_plan.rig.pairs import ONE_SIDED, laterality
 from capture_plan.rig.recognise import IN_WORDS, Recognised
 from capture_plan.rig.record import Rig
 from capture_plan.rig.regions import face_regions
 
-DIRECTIONS = ("jawLeft", "jawRight", "mouthLeft", "mouthRight")  # where something moves, no side of the face
 OF_PARTS = ("MetaHuman", "VRM", "MB-Lab")  # whose names say a part of a movement, or several at once
 OF_ONE_MIND = 0.5  # of the movement goes that way: jaws moved aside have 0.84 to 0.99, mouths 0.75 to 0.89
 CHIN_ALONG = 0.4  # of the largest motion goes half of a chin under an open jaw: 0.76 to 0.97; under parted lips 0.14
@@ -31,11 +31,6 @@ REMEMBERED = 8  # rigs of a session
 def arkit_by_motion(rig: Rig, name: str) -> str | None:
     """ARKit's name for what blendshape `name` does; None where neither its name nor its motion tells."""
     return _all(rig)[name]
-
-
-def base_name(arkit: str) -> str:
-    """ARKit's name without the side of the face: 'eyeBlink', but 'jawLeft', which says where the jaw moves."""
-    return arkit if arkit in DIRECTIONS else arkit.removesuffix("Left").removesuffix("Right")
 
 
 @lru_cache(maxsize=REMEMBERED)
