@@ -4,12 +4,13 @@ Data     pairs          left and right halves of one movement, from geometry (`p
          b[k, v]        vertex v of the skin moves by at least ACTIVE of the largest displacement of blendshape k
 Partner  a sided blendshape without a mirror image, or halves that mirror each other poorly
 Overlap  |b[i] & b[j]| over the smaller of |b[i]|, |b[j]|: where it is large, one expression shows the sum of both
-Name     names that say another side or another partner than the geometry (`symmetry.py`)
+Name     names that say another side or another partner than the geometry (`symmetry.py`), or another way (`meaning.py`)
 """
 
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.face.sense import contradicted
 from capture_plan.rig.findings import Finding
+from capture_plan.rig.meaning import other_ways
 from capture_plan.rig.names import side_of
 from capture_plan.rig.pairs import ACTIVE, blendshape_pairs
 from capture_plan.rig.record import Rig
@@ -72,16 +73,36 @@ def misnamed(rig: Rig, symmetry: SymmetryReport) -> list[Finding]:
             "all sided blendshapes" if len(turned) == len(sided) else f"{len(turned)} of {len(sided)} sided blendshapes"
         )
         message = f"{every} move the other side than their names say: {', '.join(names)}"
-        lies = face_reading(rig).axes.sure and not contradicted(rig)
         advice = "Exchange left and right in these names (the subject's own sides). The plan goes by what moves."
-        if not lies:
-            advice = "Settle first how the head lies: where it was read wrong, the names may be right."
-        findings.append(Finding("name", names, message, advice, False, "rigger" if lies else "know"))
+        findings.append(_to_exchange(rig, names, message, advice))
+    findings += _turned(rig)
     if others:
         told = "; ".join(one.words for one in others)
         advice = "Rename them if the shapes are right. The plan pairs them by what moves."
         findings.append(Finding("name", tuple(one.blendshape for one in others), told, advice, False))
     return findings
+
+
+def _turned(rig: Rig) -> list[Finding]:
+    """Eyes, jaws and mouths that go the other way than their names say."""
+    ways = {name: " and ".join(sorted(pair)).lower() for name, pair in other_ways(rig).items()}
+    findings = []
+    for both in dict.fromkeys(ways.values()):
+        two = "up and down" if both == "down and up" else both
+        names = tuple(name for name, found in ways.items() if found == both)
+        go = "goes the other way than its name says" if len(names) == 1 else "go the other way than their names say"
+        message = f"{', '.join(names)} {go}: {two} are exchanged"
+        advice = f"Exchange {two} in these names (the subject's own sides). The plan goes by what moves."
+        findings.append(_to_exchange(rig, names, message, advice))
+    return findings
+
+
+def _to_exchange(rig: Rig, names: tuple[str, ...], message: str, advice: str) -> Finding:
+    """Names to exchange; nobody has to where it is not certain how the head lies."""
+    lies = face_reading(rig).axes.sure and not contradicted(rig)
+    if not lies:
+        advice = "Settle first how the head lies: where it was read wrong, the names may be right."
+    return Finding("name", names, message, advice, False, "rigger" if lies else "know")
 
 
 def crooked(symmetry: SymmetryReport) -> list[Finding]:

@@ -11,7 +11,8 @@ Measures   up        sum_r U / sum_r e: -1 straight down, 1 straight up
            puffs     N / e of the cheeks: puffed 0.6 to 1, in any other movement 0.3 at most
            lifts     U / e of the cheeks: raised 0.8 to 1, puffed 0.3 at most
            nose      e[nose] / sum_r e: a sneer 0.1 to 0.9, a raised or puffed cheek 0.02 at most
-Figures are those of sixteen rigs; a measure whose regions hold less than SEEN of the energy says nothing.
+Figures are of sixteen rigs. A measure whose regions hold less than SEEN of the energy says nothing, but that cheeks
+that stay behind go nowhere; and none says anything of what moves no skin.
 """
 
 from typing import Literal, NamedTuple
@@ -21,6 +22,7 @@ from jaxtyping import Float
 
 from capture_plan.mesh import vertex_areas
 from capture_plan.rig.face.sense import outward
+from capture_plan.rig.findings import NOISE_MM
 from capture_plan.rig.record import Rig
 from capture_plan.rig.regions import FaceRegions, face_regions
 
@@ -91,20 +93,23 @@ def _measured(rig: Rig, regions: FaceRegions) -> dict[Measure, Float[np.ndarray,
     N = (weight * np.einsum("kvx,vx->kv", rig.deltas, outward(rig))) @ places
     r = {name: place for place, name in enumerate(regions.names)}
     total = e.sum(axis=1)
+    total = np.where((rig.displacement[:, rig.skin].max(axis=1) >= NOISE_MM) & (total > 0), total, np.nan)
+    cheek = e[:, r["cheek"]]
+    behind = cheek < SEEN * total
     upper_lid, lower_lid = r["upper eyelid"], r["lower eyelid"]
     upper, lower = r["upper lip"], r["lower lip"]
     lids, lips = e[:, upper_lid] + e[:, lower_lid], e[:, upper] + e[:, lower]
     lowers = _of(U[:, r["mouth corner"]], e[:, r["mouth corner"]], SEEN * total)
     lip = _of(U[:, upper], e[:, upper], SEEN * total)
     return {
-        "up": _of(U.sum(axis=1), total, 0 * total),
+        "up": U.sum(axis=1) / total,
         "opens": _of(U[:, upper_lid] - U[:, lower_lid], lids, SEEN * total),
         "corners": np.where(np.isnan(lowers), np.nan, np.fmax(lowers, lip)),
         "lowers": lowers,
         "upper": _of(e[:, upper] - e[:, lower], lips, LIPS_SEEN * total),
-        "puffs": _of(N[:, r["cheek"]], e[:, r["cheek"]], SEEN * total),
-        "lifts": _of(U[:, r["cheek"]], e[:, r["cheek"]], SEEN * total),
-        "nose": _of(e[:, r["nose"]], total, 0 * total),
+        "puffs": np.where(behind, 0, _of(N[:, r["cheek"]], cheek, SEEN * total)),
+        "lifts": np.where(behind, 0, _of(U[:, r["cheek"]], cheek, SEEN * total)),
+        "nose": e[:, r["nose"]] / total,
     }
 
 
