@@ -6,7 +6,8 @@ Letters    C[k]     centre of what blendshape k moves, by energy (`face/channels
 Doubt      an eye or a brow whose motion has h < MOUTH_HIGH; a jaw, a mouth or a lip with h > EYES_LOW; a jaw
            that opens, a brow that goes up or down against its own word, |D| > WAY; lids, lips, cheeks, a jaw or a nose
            that does not do what the one movement of the name does there (`said_motion.py`)
-The user's own name map is always believed, and every name where eyes and mouth are not beyond doubt.
+The user's own name map is always believed, and every name where eyes and mouth are not beyond doubt or whose blendshape
+was exported wrongly.
 """
 
 from functools import lru_cache
@@ -18,6 +19,7 @@ from jaxtyping import Float
 from capture_plan.rig.face.of_rig import rig_channels
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.findings import Finding
+from capture_plan.rig.misexported import misexported
 from capture_plan.rig.movements import Movement, movements_of, said_of
 from capture_plan.rig.name_map import NameMap
 from capture_plan.rig.names import base_name
@@ -50,13 +52,14 @@ def name_doubts(rig: Rig) -> tuple[Doubt, ...]:
     if heights is None:
         return ()
     moves = rig.displacement.max(axis=1) > 0
-    own, means = {name for name, _ in rig.meanings}, recognise_all(rig.names)
+    silent = {name for name, _ in rig.meanings} | {one.name for one in misexported(rig)}
+    means = recognise_all(rig.names)
     placed = dict(zip(rig.names, _against_place(rig, heights), strict=True))
     done = dict(zip(rig.names, _against_motion(rig, means), strict=True))
     return tuple(
         Doubt(name, f"{message}: the name is not believed")
         for name, moving in zip(rig.names, moves.tolist(), strict=True)
-        if moving and name not in own and (message := placed[name] or done[name])
+        if moving and name not in silent and (message := placed[name] or done[name])
     )
 
 

@@ -27,6 +27,7 @@ from capture_plan.rig.findings_mesh import fine, flown, holes, sizes, untidy, wi
 from capture_plan.rig.findings_sides import crooked, misnamed, overlaps, partners
 from capture_plan.rig.kinds import Kind, expression_kinds, set_apart
 from capture_plan.rig.meaning import arkit_by_motion
+from capture_plan.rig.misexported import wrongly_exported
 from capture_plan.rig.pairs import blendshape_pairs
 from capture_plan.rig.recognise import Recognised, recognise
 from capture_plan.rig.record import Rig
@@ -93,7 +94,7 @@ class Audit(Struct, frozen=True, forbid_unknown_fields=True):
 
 def audit(rig: Rig) -> Audit:
     """What a rig holds and every finding; `used` leaves out exactly the blendshapes of findings with `left_out`."""
-    findings, kinds = motionless(rig) + flown(rig), expression_kinds(rig)
+    findings, kinds = motionless(rig) + flown(rig) + wrongly_exported(rig), expression_kinds(rig)
     findings += apart_findings(kinds, {name for finding in findings for name in finding.blendshapes})
     unseen = {name for finding in findings for name in finding.blendshapes}
     names = tuple(name for name in rig.names if name not in unseen)

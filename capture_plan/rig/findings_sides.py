@@ -11,8 +11,9 @@ from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.face.sense import contradicted
 from capture_plan.rig.findings import Finding
 from capture_plan.rig.meaning import other_ways
+from capture_plan.rig.misexported import misexported
 from capture_plan.rig.names import side_of
-from capture_plan.rig.pairs import ACTIVE, blendshape_pairs
+from capture_plan.rig.pairs import ACTIVE, blendshape_pairs, other_names
 from capture_plan.rig.record import Rig
 from capture_plan.rig.symmetry import SymmetryReport, pair_disagreements
 
@@ -24,10 +25,10 @@ CROOKED_MM = 2.0  # a quarter of the usual spacing of markers
 def partners(rig: Rig, used: tuple[str, ...], symmetry: SymmetryReport) -> list[Finding]:
     """Used blendshapes without a mirror image in the rig (their own included), and pairs that mirror poorly."""
     image = {one.blendshape: one for one in symmetry.blendshapes}
-    pairs = blendshape_pairs(rig)
+    pairs, wrong = blendshape_pairs(rig), {one.name for one in misexported(rig)}
     findings = []
     for name in used:
-        if image[name].partner is None:
+        if image[name].partner is None and wrong.isdisjoint(other_names(name)):
             sided = f"{name} has no partner on the other side"
             what = sided if side_of(name) else f"{name} is lopsided and has no mirror image"
             message = f"{what}: pairs and symmetric poses pass it by"
@@ -62,7 +63,12 @@ def overlaps(rig: Rig, used: tuple[str, ...]) -> list[Finding]:
 
 def misnamed(rig: Rig, symmetry: SymmetryReport) -> list[Finding]:
     """Names that say another side, or another partner, than what moves."""
-    found = pair_disagreements(rig, symmetry.blendshapes)
+    wrong = {one.name for one in misexported(rig)}
+    found = [
+        one
+        for one in pair_disagreements(rig, symmetry.blendshapes)
+        if wrong.isdisjoint((one.blendshape, *other_names(one.blendshape)))
+    ]
     turned = [one for one in found if f"is called {side_of(one.blendshape)} and moves" in one.words]
     others = [one for one in found if one not in turned]
     findings = []

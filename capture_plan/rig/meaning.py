@@ -6,7 +6,7 @@ Rule   what moves a name says; which side and which way the motion says, where i
        sided       Left and Right are exchanged where three quarters of the movement lie on the other side
        direction   jawLeft and jawRight are exchanged where the skin moves the other way
        jaw         words such as "mouth open" are no jawOpen where the chin stays behind and only lips part
-       unclear     the name stands
+       unclear     the name stands; what was exported wrongly does nothing that could be said
 The subject's own sides throughout; a rig whose names are the viewer's sides is told by its motion.
 """
 
@@ -17,6 +17,7 @@ import numpy as np
 from capture_plan.rig.agreement import agreed_meanings
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.gaze import Gaze, gazes
+from capture_plan.rig.misexported import misexported
 from capture_plan.rig.names import DIRECTIONS, base_name
 from capture_plan.rig.pairs import ONE_SIDED, laterality
 from capture_plan.rig.recognise import IN_WORDS, Recognised
@@ -52,7 +53,11 @@ def _all(rig: Rig) -> dict[str, str | None]:
     opened = [name for name, arkit in said.items() if arkit == "jawOpen" and _in_words(meant[name])]
     said |= dict.fromkeys(_lips_alone(rig, opened))
     turned = set(face_reading(rig).sides.disagree) - {name for name, _ in rig.meanings}
-    return {name: _confirmed(rig, name, said[name], looks.get(name), side[name], name in turned) for name in rig.names}
+    wrong = {one.name for one in misexported(rig)}
+    return {
+        name: None if name in wrong else _confirmed(rig, name, said[name], looks.get(name), side[name], name in turned)
+        for name in rig.names
+    }
 
 
 def _said(meaning: Recognised | None) -> str | None:
