@@ -220,3 +220,18 @@ def test_opposites_and_differences_are_planned_and_are_no_mix_of_others():
     assert less.used == (*rig.names, "less")
     (same,) = [one for one in less.findings if one.kind == "dependent"]
     assert same.message.startswith("1.00 less + 1.00 mouthSmileLeft is the same movement as 1.00 jawOpen")
+
+
+def test_a_sum_names_no_part_that_explains_nothing():
+    smiles = delta("mouthSmileLeft") + delta("mouthSmileRight")
+    for tiny in (1e-3, 1e-6):
+        rig = with_blendshapes(RIG, look=tiny * delta("eyeWideLeft"), both=smiles + tiny * delta("eyeWideLeft"))
+        assert kind_of(rig)["both"] == "face"  # the halves of one movement, and nothing else
+
+
+def test_a_sum_of_what_no_marker_sees_is_planned_itself():
+    weak = 0.009 * delta("jawForward")
+    seen = with_blendshapes(RIG, part=20 * weak, mix=20 * weak + 0.6 * delta("browDownLeft"))
+    unseen = with_blendshapes(RIG, part=weak, mix=weak + 0.03 * delta("browDownLeft"))
+    assert kind_of(seen)["mix"] == "calls others"
+    assert kind_of(unseen)["mix"] == "face"

@@ -32,7 +32,9 @@ def make_plan(
     settings = settings or Settings()
     report = audit_once(rig)
     if not report.used:
-        raise RigError(f"{rig.name}: no blendshape moves the face skin: export deltas that do, or name the skin")
+        wrong = [f"{one.message}. {one.advice}" for one in report.findings if one.kind == "export"]
+        nothing = ["no blendshape moves the face skin: export deltas that do, or name the skin"]
+        raise RigError(f"{rig.name}: {' '.join(wrong or nothing)}")
     cameras = read_cameras_of(rig, settings, folder)
     takes = read_takes_of(rig, settings, folder, reference.names if reference else None)
     face, wishes = see_face(rig, report.used, cameras), with_zones_found(settings, folder).landmarks

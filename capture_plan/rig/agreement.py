@@ -4,8 +4,10 @@ Letters    C[k]     centre of what blendshape k moves, by energy (`face/channels
            h        its height, 0 at the mouth and 1 at the eyes
            D[k, y]  how far it moves up, of how far it moves at all: -1 straight down, 1 straight up
 Doubt      an eye or a brow whose motion has h < MOUTH_HIGH; a jaw, a mouth or a lip with h > EYES_LOW; a jaw
-           that opens, a brow that goes up or down against its own word, |D| > WAY
-The user's own name map is always believed, and every name where eyes and mouth are not beyond doubt.
+           that opens, a brow that goes up or down against its own word, |D| > WAY; lids, lips, cheeks, a jaw or a nose
+           that does not do what the one movement of the name does there (`said_motion.py`)
+The user's own name map is always believed, and every name where eyes and mouth are not beyond doubt or whose blendshape
+was exported wrongly.
 """
 
 from functools import lru_cache
@@ -17,10 +19,13 @@ from jaxtyping import Float
 from capture_plan.rig.face.of_rig import rig_channels
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.findings import Finding
+from capture_plan.rig.misexported import misexported
 from capture_plan.rig.movements import Movement, movements_of, said_of
 from capture_plan.rig.name_map import NameMap
+from capture_plan.rig.names import base_name
 from capture_plan.rig.recognise import Recognised, recognise_all
 from capture_plan.rig.record import Rig
+from capture_plan.rig.said_motion import instead, measures
 
 MOUTH_HIGH, EYES_LOW = 0.35, 0.75  # of the way from the mouth to the eyes; smiles reach 0.4, squints come down to 0.7
 WAY = 0.4  # of the length of the motion: brows and jaws of real rigs have over 0.6
@@ -46,15 +51,16 @@ def name_doubts(rig: Rig) -> tuple[Doubt, ...]:
     heights = _heights(rig)
     if heights is None:
         return ()
-    ways, moves = rig_channels(rig).direction[:, 1], rig.displacement.max(axis=1) > 0
-    told = zip(rig.names, movements_of(rig.names), heights.tolist(), ways.tolist(), moves.tolist(), strict=True)
-    own = {name for name, _ in rig.meanings}
-    found = [
-        Doubt(name, message)
-        for name, movement, height, way, moving in told
-        if movement and moving and name not in own and (message := _against(name, movement, height, way))
-    ]
-    return tuple(found)
+    moves = rig.displacement.max(axis=1) > 0
+    silent = {name for name, _ in rig.meanings} | {one.name for one in misexported(rig)}
+    means = recognise_all(rig.names)
+    placed = dict(zip(rig.names, _against_place(rig, heights), strict=True))
+    done = dict(zip(rig.names, _against_motion(rig, means), strict=True))
+    return tuple(
+        Doubt(name, f"{message}: the name is not believed")
+        for name, moving in zip(rig.names, moves.tolist(), strict=True)
+        if moving and name not in silent and (message := placed[name] or done[name])
+    )
 
 
 def agreed_meanings(rig: Rig) -> dict[str, Recognised | None]:
@@ -81,13 +87,35 @@ def _heights(rig: Rig) -> Float[np.ndarray, " k"] | None:
     return (rig_channels(rig).centre[:, 1] - mouth.at[1]) / above if above > 0 else None
 
 
+def _against_place(rig: Rig, heights: Float[np.ndarray, " k"]) -> list[str | None]:
+    """What speaks against each name by where it moves, and by the way of jaws and brows."""
+    ways = rig_channels(rig).direction[:, 1].tolist()
+    told = zip(rig.names, movements_of(rig.names), heights.tolist(), ways, strict=True)
+    return [movement and _against(name, movement, height, way) for name, movement, height, way in told]
+
+
+def _against_motion(rig: Rig, means: dict[str, Recognised | None]) -> list[str | None]:
+    """What speaks against each name that says one movement by what this does to the skin."""
+    measured = measures(rig)
+    found = []
+    for k, (name, movement) in enumerate(zip(rig.names, movements_of(rig.names), strict=True)):
+        meaning = means[name]
+        bases = {base_name(one) for one in meaning.arkit} if meaning else set()
+        if len(bases) != 1 or ("jawOpen" in bases and movement and movement.kind != "jaw open"):
+            found.append(None)  # lips alone may open a mouth
+            continue
+        does = instead(bases.pop(), {measure: float(each[k]) for measure, each in measured.items()})
+        found.append(f"{name} says '{meaning.words}', but {does}" if meaning and does else None)
+    return found
+
+
 def _against(name: str, movement: Movement, height: float, way: float) -> str | None:
     """The sentence of a name that its motion speaks against; None where they agree or the name says no place."""
     says = f"{name} says '{said_of(movement)}', but "
     if movement.kind in AT_EYES and height < MOUTH_HIGH:
-        return f"{says}what it moves lies at the mouth or below: the name is not believed"
+        return f"{says}what it moves lies at the mouth or below"
     if movement.kind in AT_MOUTH and height > EYES_LOW:
-        return f"{says}what it moves lies at the eyes or above: the name is not believed"
+        return f"{says}what it moves lies at the eyes or above"
     if GOES.get(movement.kind, 0) * way < -WAY:
-        return f"{says}it moves {'up' if way > 0 else 'down'}: the name is not believed"
+        return f"{says}it moves {'up' if way > 0 else 'down'}"
     return None

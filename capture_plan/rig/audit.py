@@ -26,19 +26,24 @@ from capture_plan.rig.findings_cover import covers
 from capture_plan.rig.findings_mesh import fine, flown, holes, sizes, untidy, windings
 from capture_plan.rig.findings_sides import crooked, misnamed, overlaps, partners
 from capture_plan.rig.kinds import Kind, expression_kinds, set_apart
+from capture_plan.rig.meaning import arkit_by_motion
+from capture_plan.rig.misexported import wrongly_exported
 from capture_plan.rig.pairs import blendshape_pairs
+from capture_plan.rig.recognise import Recognised, recognise
 from capture_plan.rig.record import Rig
 from capture_plan.rig.symmetry import SymmetryReport, symmetry_report
 
 __all__ = ["Audit", "BlendshapeFacts", "Finding", "Symmetry", "audit"]
 
+NOTHING = ("", "", "", 0.0)  # standard, meaning, words and confidence of a name that follows none
+
 
 class BlendshapeFacts(Struct, frozen=True, forbid_unknown_fields=True):
     """One blendshape: what its name means and by which standard, how far it moves the skin, its mirror image.
 
-    `standard` and `meaning` are empty where the name follows none; `mirror` is the blendshape that comes nearest to
-    its mirror image (itself where it moves both sides alike, none where nothing comes near) and `off_percent` by how
-    much of their length the two differ.
+    `words` say the side and the way that it moves, whatever the name says. `standard` and `meaning` are empty where the
+    name follows none; `mirror` is the blendshape that comes nearest to its mirror image (itself where it moves both
+    sides alike, none where nothing comes near) and `off_percent` by how much of their length the two differ.
     """
 
     name: str
@@ -89,7 +94,7 @@ class Audit(Struct, frozen=True, forbid_unknown_fields=True):
 
 def audit(rig: Rig) -> Audit:
     """What a rig holds and every finding; `used` leaves out exactly the blendshapes of findings with `left_out`."""
-    findings, kinds = motionless(rig) + flown(rig), expression_kinds(rig)
+    findings, kinds = motionless(rig) + flown(rig) + wrongly_exported(rig), expression_kinds(rig)
     findings += apart_findings(kinds, {name for finding in findings for name in finding.blendshapes})
     unseen = {name for finding in findings for name in finding.blendshapes}
     names = tuple(name for name in rig.names if name not in unseen)
@@ -153,10 +158,19 @@ def _details(rig: Rig, symmetry: SymmetryReport) -> tuple[BlendshapeFacts, ...]:
     facts = []
     for image, skin_mm in zip(symmetry.blendshapes, largest.tolist(), strict=True):
         known = means[image.blendshape]
-        said = (known.standard, known.name, known.words, known.confidence) if known else ("", "", "", 0.0)
+        said = (
+            (known.standard, known.name, _words(rig, image.blendshape, known), known.confidence) if known else NOTHING
+        )
         mirrored = (image.partner, round(image.percent, 1))
         facts.append(BlendshapeFacts(image.blendshape, *said, round(skin_mm, 3), *mirrored))
     return tuple(facts)
+
+
+def _words(rig: Rig, name: str, known: Recognised) -> str:
+    """What a blendshape does in words: by its name, or by the way and the side of its motion where these differ."""
+    does = arkit_by_motion(rig, name)
+    other = recognise(does) if does and len(known.arkit) == 1 and does != known.arkit[0] else None
+    return other.words if other else known.words
 
 
 def _gram(rig: Rig, names: tuple[str, ...]) -> Float[np.ndarray, "k k"]:

@@ -21,6 +21,7 @@ MIXED_UP = 0.25  # of the blendshapes left out: more are no accident
 FEW = 5  # blendshapes: fewer are rather a part of a character's than all of them
 NOUNS: dict[Kind, str] = {
     "size": "the size",
+    "export": "what was exported wrongly",
     "winding": "the normals",
     "static": "what does not move",
     "noise": "what is too weak",
@@ -32,6 +33,7 @@ NOUNS: dict[Kind, str] = {
     "geometry": "the mesh",
 }
 REASONS: dict[Kind, str] = {
+    "export": "exported wrongly",
     "static": "moves nothing",
     "noise": "too weak to see",
     "non-face": "moves no skin",
@@ -47,6 +49,9 @@ def verdict(found: Audit) -> str:
     out, k = found.blendshapes - len(found.used), found.blendshapes
     if found.reading and found.reading.no_face:
         return "No: no face was found, neither eyes nor a mouth; see below what to give."
+    wrong = {name for finding in found.findings if finding.kind == "export" for name in finding.blendshapes}
+    if not found.used and len(wrong) == k:
+        return "No: every blendshape was exported wrongly; see below what to change."
     if not found.used:
         return "No: no blendshape moves the face skin."
     every = {1: "the only blendshape is planned", 2: "both blendshapes are planned"}.get(

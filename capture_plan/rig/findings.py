@@ -36,10 +36,11 @@ REMEMBERED = 16  # rigs of a session, each with all of its blendshapes and with 
 
 Kind = Literal[
     "static", "noise", "duplicate", "dependent", "opposite", "non-face", "partner", "overlap", "corrective", "name",
-    "size", "winding", "cover", "geometry", "head", "elsewhere", "calls", "fine",
+    "size", "export", "winding", "cover", "geometry", "head", "elsewhere", "calls", "fine",
 ]  # fmt: skip
 KINDS: dict[Kind, str] = {
     "size": "Size",
+    "export": "Exported wrongly",
     "winding": "Normals",
     "static": "Does not move",
     "noise": "Too weak to see",

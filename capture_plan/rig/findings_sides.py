@@ -4,14 +4,16 @@ Data     pairs          left and right halves of one movement, from geometry (`p
          b[k, v]        vertex v of the skin moves by at least ACTIVE of the largest displacement of blendshape k
 Partner  a sided blendshape without a mirror image, or halves that mirror each other poorly
 Overlap  |b[i] & b[j]| over the smaller of |b[i]|, |b[j]|: where it is large, one expression shows the sum of both
-Name     names that say another side or another partner than the geometry (`symmetry.py`)
+Name     names that say another side or another partner than the geometry (`symmetry.py`), or another way (`meaning.py`)
 """
 
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.face.sense import contradicted
 from capture_plan.rig.findings import Finding
+from capture_plan.rig.meaning import other_ways
+from capture_plan.rig.misexported import misexported
 from capture_plan.rig.names import side_of
-from capture_plan.rig.pairs import ACTIVE, blendshape_pairs
+from capture_plan.rig.pairs import ACTIVE, blendshape_pairs, other_names
 from capture_plan.rig.record import Rig
 from capture_plan.rig.symmetry import SymmetryReport, pair_disagreements
 
@@ -23,10 +25,10 @@ CROOKED_MM = 2.0  # a quarter of the usual spacing of markers
 def partners(rig: Rig, used: tuple[str, ...], symmetry: SymmetryReport) -> list[Finding]:
     """Used blendshapes without a mirror image in the rig (their own included), and pairs that mirror poorly."""
     image = {one.blendshape: one for one in symmetry.blendshapes}
-    pairs = blendshape_pairs(rig)
+    pairs, wrong = blendshape_pairs(rig), {one.name for one in misexported(rig)}
     findings = []
     for name in used:
-        if image[name].partner is None:
+        if image[name].partner is None and wrong.isdisjoint(other_names(name)):
             sided = f"{name} has no partner on the other side"
             what = sided if side_of(name) else f"{name} is lopsided and has no mirror image"
             message = f"{what}: pairs and symmetric poses pass it by"
@@ -61,7 +63,12 @@ def overlaps(rig: Rig, used: tuple[str, ...]) -> list[Finding]:
 
 def misnamed(rig: Rig, symmetry: SymmetryReport) -> list[Finding]:
     """Names that say another side, or another partner, than what moves."""
-    found = pair_disagreements(rig, symmetry.blendshapes)
+    wrong = {one.name for one in misexported(rig)}
+    found = [
+        one
+        for one in pair_disagreements(rig, symmetry.blendshapes)
+        if wrong.isdisjoint((one.blendshape, *other_names(one.blendshape)))
+    ]
     turned = [one for one in found if f"is called {side_of(one.blendshape)} and moves" in one.words]
     others = [one for one in found if one not in turned]
     findings = []
@@ -72,16 +79,36 @@ def misnamed(rig: Rig, symmetry: SymmetryReport) -> list[Finding]:
             "all sided blendshapes" if len(turned) == len(sided) else f"{len(turned)} of {len(sided)} sided blendshapes"
         )
         message = f"{every} move the other side than their names say: {', '.join(names)}"
-        lies = face_reading(rig).axes.sure and not contradicted(rig)
         advice = "Exchange left and right in these names (the subject's own sides). The plan goes by what moves."
-        if not lies:
-            advice = "Settle first how the head lies: where it was read wrong, the names may be right."
-        findings.append(Finding("name", names, message, advice, False, "rigger" if lies else "know"))
+        findings.append(_to_exchange(rig, names, message, advice))
+    findings += _turned(rig)
     if others:
         told = "; ".join(one.words for one in others)
         advice = "Rename them if the shapes are right. The plan pairs them by what moves."
         findings.append(Finding("name", tuple(one.blendshape for one in others), told, advice, False))
     return findings
+
+
+def _turned(rig: Rig) -> list[Finding]:
+    """Eyes, jaws and mouths that go the other way than their names say."""
+    ways = {name: " and ".join(sorted(pair)).lower() for name, pair in other_ways(rig).items()}
+    findings = []
+    for both in dict.fromkeys(ways.values()):
+        two = "up and down" if both == "down and up" else both
+        names = tuple(name for name, found in ways.items() if found == both)
+        go = "goes the other way than its name says" if len(names) == 1 else "go the other way than their names say"
+        message = f"{', '.join(names)} {go}: {two} are exchanged"
+        advice = f"Exchange {two} in these names (the subject's own sides). The plan goes by what moves."
+        findings.append(_to_exchange(rig, names, message, advice))
+    return findings
+
+
+def _to_exchange(rig: Rig, names: tuple[str, ...], message: str, advice: str) -> Finding:
+    """Names to exchange; nobody has to where it is not certain how the head lies."""
+    lies = face_reading(rig).axes.sure and not contradicted(rig)
+    if not lies:
+        advice = "Settle first how the head lies: where it was read wrong, the names may be right."
+    return Finding("name", names, message, advice, False, "rigger" if lies else "know")
 
 
 def crooked(symmetry: SymmetryReport) -> list[Finding]:

@@ -6,6 +6,7 @@ Apart   is listed in the audit, the plan, the sheets and the page, and takes no 
         importance and minutes
 """
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -14,6 +15,8 @@ from msgspec import Struct
 
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.findings import NOISE_MM, SAME, STILL_MM
+from capture_plan.rig.flying import flying
+from capture_plan.rig.misexported import misexported
 from capture_plan.rig.motion_kinds import FACE_REACH, MotionKind, motion_kinds
 from capture_plan.rig.movements import movements_of
 from capture_plan.rig.pairs import blendshape_pairs
@@ -27,12 +30,14 @@ HEADINGS: dict[MotionKind, str] = {
     "not of the face": "Not of the face",
     "calls others": "Mixes of others",
     "moves nothing": "Move nothing",
+    "exported wrongly": "Exported wrongly",
 }
 TODO: dict[MotionKind, str] = {
     "head movement": "film them with the head's own markers if the character needs them, the face relaxed",
     "not of the face": "capture or animate them without the face's markers",
     "calls others": "their parts are scanned; mix these",
     "moves nothing": "export them again, or delete them from the rig",
+    "exported wrongly": "export them again as the audit says",
 }
 
 
@@ -59,12 +64,24 @@ class Kind(Struct, frozen=True, forbid_unknown_fields=True):
 @lru_cache(maxsize=REMEMBERED)
 def expression_kinds(rig: Rig) -> tuple[Kind, ...]:
     """The kind of every blendshape, in the rig's order."""
+    kinds = {one.name: Kind(one.name, "exported wrongly", one.why) for one in misexported(rig)}
+    rows = [k for k, name in enumerate(rig.names) if name not in kinds]
+    if rows:
+        right = replace(rig, names=tuple(rig.names[k] for k in rows), deltas=rig.deltas[rows]) if kinds else rig
+        kinds |= {one.name: one for one in _kinds(right)}
+    return tuple(kinds[name] for name in rig.names)
+
+
+def _kinds(rig: Rig) -> list[Kind]:
+    """The kinds of blendshapes that were exported as they should be."""
     index = {name: k for k, name in enumerate(rig.names)}
     halves = tuple((index[a], index[b]) for a, b in blendshape_pairs(rig))
     skin = rig.triangles[rig.skin[rig.triangles].all(axis=1)]
-    said = called(rig)
-    found = motion_kinds(rig.neutral, skin, rig.deltas, face=face_sphere(rig), halves=halves, called=said)
-    return tuple(_kind(rig, k, kind, said[k], found.shares[k]) for k, kind in enumerate(found.kinds))
+    said, seen = called(rig), rig.displacement[:, rig.skin].max(axis=1) >= NOISE_MM
+    planned = seen & ~flying(rig.neutral, rig.deltas)
+    face = face_sphere(rig)
+    found = motion_kinds(rig.neutral, skin, rig.deltas, face=face, halves=halves, called=said, planned=planned)
+    return [_kind(rig, k, kind, said[k], found.shares[k]) for k, kind in enumerate(found.kinds)]
 
 
 def called(rig: Rig) -> tuple[MotionKind | None, ...]:

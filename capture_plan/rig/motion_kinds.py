@@ -7,6 +7,7 @@ Elsewhere  nearly none of e[k] lies within reach of the face; or less than half,
            place of the face: less than half of it where blendshapes move that are not called so, and a name that is
 Calls      a plain sum of others (`sums.py`)
 Face       everything else, and whatever is in doubt
+Wrong      what was exported wrongly (`misexported.py`) comes from a rig's file and is asked before any of these
 """
 
 from typing import Literal, NamedTuple, get_args
@@ -18,7 +19,7 @@ from capture_plan.mesh import vertex_areas
 from capture_plan.rig.sums import Halves, calls
 from capture_plan.rig.whole_head import MOST, MOVES, Sphere, head_movements, within
 
-MotionKind = Literal["moves nothing", "head movement", "not of the face", "calls others", "face"]
+MotionKind = Literal["moves nothing", "head movement", "not of the face", "calls others", "face", "exported wrongly"]
 KINDS: tuple[MotionKind, ...] = get_args(MotionKind)
 STILL = 1e-6  # of the largest extent: no file is finer
 INSIDE = 0.1  # of e within reach of the face: a breath that pulls at the neck has less
@@ -40,10 +41,11 @@ def motion_kinds(
     face: Sphere | None = None,
     halves: Halves = (),
     called: tuple[MotionKind | None, ...] | None = None,
+    planned: Bool[np.ndarray, " k"] | None = None,
 ) -> Motions:
     """What each blendshape is. `triangles` are those of the skin where it is known, else all of them; `face` says where
     the face is where that is known; `halves` are left and right of one movement; `called` is what its name says it is:
-    a sign beside the others, which never decides alone.
+    a sign beside the others, which never decides alone; only what is `planned` where that is given is part of a sum.
     """
     says = {kind: np.array([said == kind for said in called or [None] * len(deltas)]) for kind in KINDS}
     a = vertex_areas(neutral, triangles)
@@ -52,7 +54,8 @@ def motion_kinds(
     head = head_movements(neutral, a, deltas, face=face, called=says["head movement"])
     e = np.where((head | nothing)[:, None], 0, a * length**2)
     away = elsewhere(neutral, e, face=face, called=says["not of the face"])
-    shares = calls(deltas[:, a > 0], np.flatnonzero(~nothing & ~head & ~away), halves)
+    parts = ~nothing & ~head & ~away & (True if planned is None else planned)
+    shares = calls(deltas[:, a > 0], np.flatnonzero(parts), halves)
     which = np.select([nothing, head, away, shares.any(axis=1)], range(4), 4)
     return Motions(tuple(KINDS[i] for i in which), shares)
 

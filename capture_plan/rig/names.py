@@ -32,6 +32,7 @@ UNIT = re.compile(
 )
 INTENSITY = re.compile(r"AU\d\d_[rc]")  # OpenFace: r for regressed, c for classified, neither a side
 SOUND = re.compile("viseme|phoneme|phon|vis|v")  # viseme_R is the sound
+DIRECTIONS = ("jawLeft", "jawRight", "mouthLeft", "mouthRight")  # where something moves, no side of the face
 FACE_WORD = re.compile("brow|eye|lid|cheek|nose|jaw|mouth|lips?|tongue|chin")
 
 
@@ -48,6 +49,11 @@ def side_of(name: str) -> Side | None:
         if words[place] in sides and not _is_direction(words, place):
             return sides[words[place]]
     return None
+
+
+def base_name(arkit: str) -> str:
+    """ARKit's name without the side of the face: 'eyeBlink', but 'jawLeft', which says where the jaw moves."""
+    return arkit if arkit in DIRECTIONS else arkit.removesuffix("Left").removesuffix("Right")
 
 
 def arkit_name(name: str) -> str | None:

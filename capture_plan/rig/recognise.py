@@ -140,7 +140,10 @@ def _metahuman(name: str) -> Recognised | None:
 
 def _vrm(name: str) -> Recognised | None:
     for preset, entry in _data("vrm").items():
-        if name in (preset, preset.capitalize()) or name.lower() in (preset.lower(), entry.get("vrm0")):
+        if name in (preset, preset.capitalize()) or name.lower() in (
+            *(preset.lower(), entry.get("vrm0")),
+            *entry.get("also", ()),
+        ):
             sided = preset.endswith(("Left", "Right")) and not preset.startswith("look")
             side: Side | None = side_of(preset) if sided else None
             own = OWN if name == preset and any(map(str.isupper, name)) else SHARED if len(name) > 1 else SHAPE

@@ -1,8 +1,9 @@
 """Which blendshapes only call others: plain sums of them, with weights from 0 to 1.
 
 Data    d[k]  deltas, in any unit;  C  their cosines
-Sum     d[k] = sum_j w[j] d[j], two parts or more, 0 < w <= 1, none of which another one takes back: a corrective is no
-        part. One pair of halves is no sum, since an actor does both sides at once and halves are cut from that scan
+Sum     d[k] = sum_j w[j] d[j], two parts or more that are each longer than what is left over, 0 < w <= 1, none of which
+        another one takes back: a corrective is no part. One pair of halves is no sum, since an actor does both sides at
+        once and halves are cut from that scan
 Way     those that the others explain with any weights (1 / (C^-1)_kk is what they leave over) are explained again with
         none below 0, the longest first, each by those that are not yet sums themselves
 """
@@ -34,7 +35,7 @@ def calls(
     for k in sorted(dependent(cosine).tolist(), key=lambda k: -length[k]):
         kept[k] = False
         w = sum_of(cosine, k, np.flatnonzero(kept)) * length[k] / length
-        at = np.flatnonzero(w > PART)
+        at = np.flatnonzero((w > PART) & (w * length > UNEXPLAINED * length[k]))  # what is shorter explains nothing
         shows = cosine[k, at] * length[k] / (w[at] * length[at])
         parts = among[at].tolist()
         plain = len(at) > 1 and w.max() <= FULL and shows.min() >= SHOWS and set(parts) not in [set(p) for p in halves]

@@ -11,6 +11,7 @@ from capture_plan.rig.face.channels import Channels
 from capture_plan.rig.face.of_rig import REMEMBERED, rig_channels, rig_points
 from capture_plan.rig.face.points import ALONE, NEAR, Found, Points
 from capture_plan.rig.face.record import Axes, Eyes, Reading, Sides, Sign, Spot, Understood, Unit, Vector
+from capture_plan.rig.misexported import misexported
 from capture_plan.rig.movements import Movement
 from capture_plan.rig.record import Rig
 
@@ -28,6 +29,7 @@ def face_reading(rig: Rig) -> Reading:
     mouth_sure = points.mouth.sure and not anchors.against_mouth
     eyes_sure = eyes_hold(points.eyes, anchors.against_mouth) and not anchors.against_eyes
     both = eyes_sure and mouth_sure
+    wrong = frozenset(one.name for one in misexported(rig))
     ears = "ears" in anchors.found and both
     found = points.eyes.places is not None
 
@@ -51,7 +53,7 @@ def face_reading(rig: Rig) -> Reading:
         nose=Spot(vector(anchors.nose_tip) if both else None, sure=both),
         chin=Spot(vector(anchors.chin) if both else None, sure=both and anchors.chin_sure),
         ears=Eyes(vector(anchors.ear_left) if ears else None, vector(anchors.ear_right) if ears else None, sure=ears),
-        sides=find_sides(channels, rig.names, points.x0, sure=file.axes.sure),
+        sides=find_sides(channels, rig.names, points.x0, sure=file.axes.sure, but=wrong),
         left_out=file.left_out,
         set_aside=file.set_aside,
     )
@@ -81,14 +83,18 @@ def by_hand(rig: Rig) -> Understood:
     )
 
 
-def find_sides(channels: Channels, names: tuple[str, ...], x0: float, *, sure: bool) -> Sides:
-    """Whether blendshapes move the subject's left, and to the left, where their names say so; which do not."""
+def find_sides(
+    channels: Channels, names: tuple[str, ...], x0: float, *, sure: bool, but: frozenset[str] = frozenset()
+) -> Sides:
+    """Whether blendshapes move the subject's left, and to the left, where their names say so; which do not. Those in
+    `but` say nothing."""
     agrees = {
         name: agree
         for name, movement, centre, direction in zip(
             names, channels.movements, channels.centre, channels.direction, strict=True
         )
         if movement is not None
+        and name not in but
         and (agree := _as_called(movement, float(centre[0] - x0) / channels.rho, direction)) is not None
     }
     agree, several = sum(agrees.values()), len(agrees)

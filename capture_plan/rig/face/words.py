@@ -8,6 +8,7 @@ from typing import NamedTuple
 from capture_plan.rig.face.facts import PairFacts, ReadingFacts, SpotFacts
 from capture_plan.rig.face.record import Sign
 from capture_plan.rig.face.unit import HUMAN_MM
+from capture_plan.rig.movements import movement_of
 
 SPOKEN = 3  # signs that a line names
 NOT_FOUND = "not found"
@@ -181,12 +182,23 @@ def _face_doubts(read: ReadingFacts) -> list[str]:
 
 def _side_doubts(read: ReadingFacts) -> list[str]:
     if read.sides.disagree and _lies(read):
+        looks = [name for name in read.sides.disagree if _says_height(name)]
+        sides = [name for name in read.sides.disagree if name not in looks]
+        behind = ", or give --facing if the picture shows the head from behind"
+        both = (("up and down", looks, ""), ("left and right", sides, behind))
         return [
-            f"Names and movements disagree about left and right in {some(read.sides.disagree)}: exchange these names, "
-            "or give --facing if the picture shows the head from behind."
+            f"Names and movements disagree about {what} in {some(names)}: exchange these names{otherwise}."
+            for what, names, otherwise in both
+            if names
         ]
     certain = read.sides.sure or not _lies(read)
     return [] if certain else ["Left and right are not certain: compare the picture, and give --facing."]
+
+
+def _says_height(name: str) -> bool:
+    """Whether a name says that eyes look up or down."""
+    movement = movement_of(name)
+    return movement is not None and movement.kind in ("gaze up", "gaze down")
 
 
 def _lies(read: ReadingFacts) -> bool:
