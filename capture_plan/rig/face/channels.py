@@ -10,7 +10,7 @@ Left out   what moves with the face and stands beside it (`islands.py`): its del
 Set aside  by name (hats, hair, bodies, head turns), where it folds what it moves to a third of its size (a part that
            is hidden), where a few vertices fly off (`flying.py`), where it moves no surface (neighbours go each their
            own way, as after vertices were exchanged), where it moves nearly all rigidly (a head turn), or where it lies
-           far from the others
+           far from the others: skin that is one with theirs may lie farther off, as the brow of a long head does
 On four human heads rho is 54 to 77 mm: it is the unit of length until the eyes are found.
 """
 
@@ -21,7 +21,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from capture_plan.errors import RigError
-from capture_plan.mesh import edges, vertex_areas
+from capture_plan.mesh import edges, pieces, vertex_areas
 from capture_plan.rig.face.edge import cut_off, outer_edge
 from capture_plan.rig.face.islands import beside
 from capture_plan.rig.flying import flying
@@ -35,8 +35,9 @@ FOLDS = 0.3  # of the extent of what moves: lids that close keep their width, a 
 RIGID = 0.12  # of the motion left after the best rigid fit: a wide open jaw leaves 0.4
 MOST_OF_IT = 0.6  # of the area within reach: a jaw that opens moves up to half of a head
 CALLED = 2  # blendshapes named for the face, whose size is then the typical one
-FAR = 5.0  # median radii from the middle of the face
+FAR, FAR_ON_SKIN = 5.0, 10.0  # median radii from the middle of the face: of another piece, of one piece with the face
 TOO_WIDE = 3.0  # median radii
+ON_SKIN = 0.5  # of a blendshape's energy
 FEW = 5  # blendshapes
 LITTLE = 0.5  # of the usual distance between movements: where each moves a single vertex
 SMALLEST = 0.02  # of the diagonal of the pieces that move: a single vertex that moves is no face
@@ -157,7 +158,8 @@ def _all_channels(
     middle, near = _densest(centre, typical, w)
     if (near & called).sum() >= CALLED:
         typical = max(float(np.median(radius[near & called])), least)
-    beyond = (np.linalg.norm(centre - middle, axis=1) > FAR * typical) | (radius > TOO_WIDE * typical)
+    far = np.where(_on_one_skin(triangles, energy, w * near), FAR_ON_SKIN, FAR) * typical
+    beyond = (np.linalg.norm(centre - middle, axis=1) > far) | (radius > TOO_WIDE * typical)
     if (w > 0).sum() < FEW:  # a jaw and two blinks lie far from each other for their size
         beyond &= ~called
     elsewhere = beyond & called & (radius <= TOO_WIDE * typical)
@@ -175,6 +177,15 @@ def _kept(w: Float[np.ndarray, " k"], aside: Bool[np.ndarray, " k"]) -> Float[np
     """The weights without those set aside; all of them where nothing else is left."""
     kept = np.where(aside, 0, w)
     return kept if kept.any() else w
+
+
+def _on_one_skin(
+    triangles: Int[np.ndarray, "f 3"], energy: Float[np.ndarray, "k v"], w: Float[np.ndarray, " k"]
+) -> Bool[np.ndarray, " k"]:
+    """Which blendshapes move mostly the connected piece that those of weight w move most."""
+    piece = pieces(triangles, energy.shape[1])
+    face = int(np.bincount(piece, w @ energy).argmax())
+    return energy[:, piece == face].sum(axis=1) > ON_SKIN
 
 
 def _settled(
