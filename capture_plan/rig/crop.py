@@ -7,7 +7,7 @@ Data     m[v] how far the movements of the face move a vertex at most (`face/cha
          B the box around the vertices with m > MOVES max m, D its diagonal
 Crop     when the mesh's own diagonal exceeds WHOLE_FIGURE D: the triangles with a vertex within REACH D of B's middle
 Few      fewer than WHOLE_RIG blendshapes show too little of a face for that: only still pieces that lie wholly further
-         off than the size of the pieces that move are left out, a floor or a sky
+         off than WHOLE_FIGURE times the size of the pieces that move are left out, a floor or a sky
 """
 
 import dataclasses
@@ -43,7 +43,7 @@ def without_stage(raw: RawRig, facial: Bool[np.ndarray, " k"]) -> RawRig:
     """The rig without still pieces all of whose vertices lie far from those that move."""
     moves = moving_pieces(raw.triangles, raw.deltas[facial])
     low, high = raw.neutral[moves].min(axis=0), raw.neutral[moves].max(axis=0)
-    near = np.linalg.norm(raw.neutral - (low + high) / 2, axis=1) <= REACH * np.linalg.norm(high - low)
+    near = np.linalg.norm(raw.neutral - (low + high) / 2, axis=1) <= WHOLE_FIGURE * np.linalg.norm(high - low)
     piece = pieces(raw.triangles, len(raw.neutral))
     kept = (np.bincount(piece, near | moves) > 0)[piece]
     return raw if kept[raw.triangles].all() else keep(raw, kept, "a stage")
