@@ -176,6 +176,6 @@ def test_a_vertex_that_flies_off_decides_about_nothing_and_goes_back(rig, metres
 
 def test_a_strong_tongue_or_a_far_whole_does_not_fly_off():
     rig = sample_rig()
-    assert not flying(rig.neutral, rig.deltas).any()
-    assert not flying(rig.neutral, 4 * rig.deltas).any()
-    assert not flying(rig.neutral, rig.deltas + 1e4).any()
+    assert not flying(rig.neutral, rig.triangles, rig.deltas).any()
+    assert not flying(rig.neutral, rig.triangles, 4 * rig.deltas).any()
+    assert not flying(rig.neutral, rig.triangles, rig.deltas + 1e4).any()

@@ -163,10 +163,17 @@ def test_a_file_that_is_no_whole_blendshape_is_left_out_and_named_while_half_are
     assert says in str(error.value)
 
 
-def test_one_file_of_other_faces_speaks_against_all(tmp_path):
-    files = {name: MOVED + "f 1 2 3 4\n" for name in "bcde"}
-    with pytest.raises(RigError, match=r"a\.obj joins its vertices into other faces"):
-        read_obj_folder(write(tmp_path / "r", neutral=SQUARE + "f 1 2 3 4\n", a=MOVED + "f 4 3 2 1\n", **files))
+@pytest.mark.parametrize("others", [1, 2, 3])
+def test_files_of_other_faces_are_left_out_and_named_unless_most_are(tmp_path, others):
+    files = {name: MOVED + ("f 4 3 2 1\n" if i < others else "f 1 2 3 4\n") for i, name in enumerate("abcde")}
+    folder = write(tmp_path / "r", neutral=SQUARE + "f 1 2 3 4\n", **files)
+    if others > 2:
+        with pytest.raises(RigError, match=r"a\.obj joins its vertices into other faces"):
+            read_obj_folder(folder)
+    else:
+        rig = read_obj_folder(folder)
+        assert rig.names == tuple("abcde"[others:])
+        assert "a.obj joins its vertices into other faces than the neutral neutral.obj" in rig.note
 
 
 def test_decimal_commas_are_read(tmp_path):

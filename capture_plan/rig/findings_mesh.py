@@ -43,7 +43,7 @@ def sizes(rig: Rig, pupils_mm: float | None, used: tuple[str, ...], unit: float)
         message = f"the pupils are {pupils_mm:.0f} mm apart, a person's {HUMAN_MM[0]:g} to {HUMAN_MM[1]:g} mm"
         advice = f"{change}. If the character is no human, scale the rig to the actor who wears the markers."
         found.append(Finding("size", (), message, advice, False, "stop"))
-    flies = flying(rig.neutral, rig.deltas)
+    flies = flying(rig.neutral, rig.triangles, rig.deltas)
     moved = rig.displacement[~flies].max(axis=0, initial=0) * rig.skin
     x = rig.neutral[moved > MOVES * moved.max(), 0] if moved.any() else rig.neutral[:0, 0]
     if pupils_mm is None and len(x) and not BREADTH_MM[0] <= np.ptp(x) <= BREADTH_MM[1]:
@@ -61,7 +61,7 @@ def sizes(rig: Rig, pupils_mm: float | None, used: tuple[str, ...], unit: float)
 
 def flown(rig: Rig) -> list[Finding]:
     """Blendshapes in which a few vertices fly off: they are left out, and go back to who made them."""
-    far = np.flatnonzero(flying(rig.neutral, rig.deltas))
+    far = np.flatnonzero(flying(rig.neutral, rig.triangles, rig.deltas))
     if not len(far):
         return []
     told = ", ".join(f"{rig.names[k]} ({rig.displacement[k].max():,.0f} mm)" for k in far)

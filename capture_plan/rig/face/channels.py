@@ -10,7 +10,7 @@ Left out   what moves with the face and stands beside it (`islands.py`): its del
 Set aside  by name (hats, hair, bodies, head turns), where it folds what it moves to a third of its size (a part that
            is hidden), where a few vertices fly off (`flying.py`), where it moves no surface (neighbours go each their
            own way, as after vertices were exchanged), where it moves nearly all rigidly (a head turn), or where it lies
-           far from the others
+           far from the others: skin that is one with theirs may lie farther off, as the brow of a long head does
 On four human heads rho is 54 to 77 mm: it is the unit of length until the eyes are found.
 """
 
@@ -21,11 +21,12 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from capture_plan.errors import RigError
-from capture_plan.mesh import edges, vertex_areas
+from capture_plan.mesh import edges, pieces, vertex_areas
 from capture_plan.rig.face.edge import cut_off, outer_edge
 from capture_plan.rig.face.islands import beside
 from capture_plan.rig.flying import flying
 from capture_plan.rig.movements import Movement, movements_of
+from capture_plan.rig.moving import moving_pieces
 
 BY_NAME, WITHOUT_NAME = 1.0, 0.6
 NOT_OF_THE_FACE = ("hide or shrink", "head turn", "body", "hair or clothes", "neutral")
@@ -34,11 +35,12 @@ FOLDS = 0.3  # of the extent of what moves: lids that close keep their width, a 
 RIGID = 0.12  # of the motion left after the best rigid fit: a wide open jaw leaves 0.4
 MOST_OF_IT = 0.6  # of the area within reach: a jaw that opens moves up to half of a head
 CALLED = 2  # blendshapes named for the face, whose size is then the typical one
-FAR = 5.0  # median radii from the middle of the face
+FAR, FAR_ON_SKIN = 5.0, 10.0  # median radii from the middle of the face: of another piece, of one piece with the face
 TOO_WIDE = 3.0  # median radii
+ON_SKIN = 0.5  # of a blendshape's energy
 FEW = 5  # blendshapes
 LITTLE = 0.5  # of the usual distance between movements: where each moves a single vertex
-SMALLEST = 0.02  # of the mesh's diagonal: a single vertex that moves is no face
+SMALLEST = 0.02  # of the diagonal of the pieces that move: a single vertex that moves is no face
 ROUNDING = 4e-7  # of the largest coordinate: single precision rounds to a seventh of that
 SCRAMBLED, MANY = 0.6, 24  # of what neighbours move, that they move apart: 1 by chance, 25 faces 0.46 at most; vertices
 REACH = 3.5  # rho: on a human head past the crown and the throat
@@ -50,7 +52,8 @@ class Channels:
 
     `elsewhere` are blendshapes that are named for a face and lie far from this one. `still` says that all that moves is
     rounding of the coordinates or no surface, which tells of no face. `cut` are those that go on beyond the edge of the
-    mesh (`edge.py`). `beside` are vertices that move with the face and are none of it.
+    mesh (`edge.py`). `beside` are vertices that move with the face and are none of it. `extent` is the largest one of
+    the pieces that move, along an axis of the file.
     """
 
     energy: Float[np.ndarray, "k v"]
@@ -64,6 +67,7 @@ class Channels:
     rho: float
     cut: Bool[np.ndarray, " k"]
     beside: Bool[np.ndarray, " v"]
+    extent: float
     still: bool = False
 
     @property
@@ -142,25 +146,29 @@ def _all_channels(
     w = np.array([WITHOUT_NAME if movement is None else BY_NAME for movement in movements]) * moves
     folds = np.array([_folds(neutral, delta, far) for delta, far in zip(deltas, length, strict=True)])
     aside = folds | np.array([movement is not None and movement.kind in NOT_OF_THE_FACE for movement in movements])
-    rounding = length.max(axis=1) < ROUNDING * np.abs(neutral).max()
+    part = neutral[moving_pieces(triangles, deltas)]  # a stage that stands still has no say in any size
+    smallest = SMALLEST * float(np.linalg.norm(np.ptp(part, axis=0)))
+    rounding = length.max(axis=1) < ROUNDING * np.abs(part).max()
     nothing = rounding | scrambled(triangles, deltas, length)
-    w = _kept(_kept(_kept(w, nothing), flying(neutral, deltas)), aside)
+    w = _kept(_kept(_kept(w, nothing), flying(neutral, triangles, deltas)), aside)
     called = np.array([movement is not None for movement in movements]) & (w > 0)
     apart = np.linalg.norm(centre[w > 0] - np.median(centre[w > 0], axis=0), axis=1)
-    least = max(SMALLEST * float(np.linalg.norm(np.ptp(neutral, axis=0))), LITTLE * float(np.median(apart)))
+    least = max(smallest, LITTLE * float(np.median(apart)))
     typical = max(float(np.median(radius[called if called.sum() >= CALLED else w > 0])), least)
     middle, near = _densest(centre, typical, w)
     if (near & called).sum() >= CALLED:
         typical = max(float(np.median(radius[near & called])), least)
-    beyond = (np.linalg.norm(centre - middle, axis=1) > FAR * typical) | (radius > TOO_WIDE * typical)
+    far = np.where(_on_one_skin(triangles, energy, w * near), FAR_ON_SKIN, FAR) * typical
+    beyond = (np.linalg.norm(centre - middle, axis=1) > far) | (radius > TOO_WIDE * typical)
     if (w > 0).sum() < FEW:  # a jaw and two blinks lie far from each other for their size
         beyond &= ~called
     elsewhere = beyond & called & (radius <= TOO_WIDE * typical)
     w = _kept(w, beyond)
-    w, middle, rho = _settled(neutral, a, deltas, energy, w)
+    w, middle, rho = _settled(neutral, a, deltas, energy, w, smallest)
     none, nowhere = np.zeros(len(w), dtype=bool), np.zeros(len(neutral), dtype=bool)
     return Channels(
         *(energy, centre, radius, D, w, movements, elsewhere & (w == 0), middle, rho, none, nowhere),
+        extent=float(np.ptp(part, axis=0).max()),
         still=bool(nothing.all()),
     )
 
@@ -171,30 +179,40 @@ def _kept(w: Float[np.ndarray, " k"], aside: Bool[np.ndarray, " k"]) -> Float[np
     return kept if kept.any() else w
 
 
+def _on_one_skin(
+    triangles: Int[np.ndarray, "f 3"], energy: Float[np.ndarray, "k v"], w: Float[np.ndarray, " k"]
+) -> Bool[np.ndarray, " k"]:
+    """Which blendshapes move mostly the connected piece that those of weight w move most."""
+    piece = pieces(triangles, energy.shape[1])
+    face = int(np.bincount(piece, w @ energy).argmax())
+    return energy[:, piece == face].sum(axis=1) > ON_SKIN
+
+
 def _settled(
     neutral: Float[np.ndarray, "v 3"],
     a: Float[np.ndarray, " v"],
     deltas: Float[np.ndarray, "k v 3"],
     energy: Float[np.ndarray, "k v"],
     w: Float[np.ndarray, " k"],
+    smallest: float,
 ) -> tuple[Float[np.ndarray, " k"], Float[np.ndarray, " 3"], float]:
     """Weights, middle and size of the face once the head's own motion is set aside."""
-    middle, rho = _size(neutral, energy, w)
+    middle, rho = _size(neutral, energy, w, smallest)
     near = np.linalg.norm(neutral - middle, axis=1) < REACH * rho
     rigid = np.array([k for k in np.flatnonzero(w) if moves_rigidly(neutral[near], a[near], deltas[k, near])])
     if len(rigid):
         w = _kept(w, np.isin(np.arange(len(w)), rigid))
-        middle, rho = _size(neutral, energy, w)
+        middle, rho = _size(neutral, energy, w, smallest)
     return w, middle, rho
 
 
 def _size(
-    neutral: Float[np.ndarray, "v 3"], energy: Float[np.ndarray, "k v"], w: Float[np.ndarray, " k"]
+    neutral: Float[np.ndarray, "v 3"], energy: Float[np.ndarray, "k v"], w: Float[np.ndarray, " k"], smallest: float
 ) -> tuple[Float[np.ndarray, " 3"], float]:
     moved = w @ energy / w.sum()
     middle = moved @ neutral
     rho = float(np.sqrt(moved @ ((neutral - middle) ** 2).sum(axis=1)))
-    return middle, max(rho, SMALLEST * float(np.linalg.norm(np.ptp(neutral, axis=0))))
+    return middle, max(rho, smallest)
 
 
 def _folds(neutral: Float[np.ndarray, "v 3"], delta: Float[np.ndarray, "v 3"], length: Float[np.ndarray, " v"]) -> bool:

@@ -78,8 +78,8 @@ def find_frame(
         if points.mouth.places is not None and points.mouth.sure:
             drop = float(np.linalg.norm(points.eyes.places.mean(axis=0) - points.mouth.places[0]))
     unit = Unit(unit_mm, True, (Sign("given", f"{unit_mm:g} mm", 0.0),)) if unit_mm else None
-    extent = float(np.ptp(raw.neutral, axis=0).max())
-    unit = unit or find_unit(raw.unit_mm, pupils, shape.channels.rho, extent, drop=drop, few=shape.channels.few)
+    moves = shape.channels
+    unit = unit or find_unit(raw.unit_mm, pupils, moves.rho, moves.extent, drop=drop, few=moves.few)
     agrees = stated == (axes.up, axes.facing) and not (up or facing)
     found: tuple[Found, Found] = ("given" if up else "detected", "given" if facing else "detected")
     return Frame(

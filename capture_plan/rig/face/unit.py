@@ -2,7 +2,7 @@
 
 Letters    p     pupil distance, rho  size of what moves (`channels.py`), both in the file's unit
 Score of a unit u, nats = its commonness + FORMAT where the format states it + log f(p u) + log g(rho u)
-                         + log h(extent of the mesh u) where the eyes were not found
+                         + log h(extent u of what moves) where the eyes were not found
            f, g, h  mixtures of log-normal densities over the usual one: human, roughly human, anything
 Sure       the lead over every other unit is LEAD, and the face has a size that faces have
 The format's unit stands while the face is as large as those of mascots and dolls may be, but is not sure of what no
@@ -43,8 +43,8 @@ def find_unit(
 ) -> Unit:
     """Millimetres in a unit of the file; `pupils` is None where the eyes were not found for sure.
 
-    `extent` is the largest one of the whole mesh, `drop` the way from the eyes down to the mouth, None where either was
-    not found for sure; where `few` blendshapes move, rho says little.
+    `extent` is the largest one of the pieces that move, `drop` the way from the eyes down to the mouth, None where
+    either was not found for sure; where `few` blendshapes move, rho says little.
     """
     units = sorted(set(COMMON) | set(UNITS_MM.values()) | ({stated} if stated else set()))
     sizes = ((1.0, 1.4),) if few else SIZES

@@ -110,7 +110,7 @@ def what_belongs(raw: RawRig) -> RawRig:
 
 def spare_bodies(raw: RawRig) -> list[Body]:
     """Copies of the face that do not move, and what goes with them."""
-    flies = flying(raw.neutral, raw.deltas)
+    flies = flying(raw.neutral, raw.triangles, raw.deltas)
     moves = np.linalg.norm(raw.deltas if flies.all() else raw.deltas[~flies], axis=2)
     moves = moves > MOVES * moves.max()
     moving = moves.any(axis=0)

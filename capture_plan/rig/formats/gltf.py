@@ -9,11 +9,9 @@ by a node or one above it, are left out.
 Letters: v vertices, f triangles, k blendshapes. Sections are those of the glTF 2.0 specification.
 """
 
-import json
 import re
-import struct
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,9 +25,25 @@ from capture_plan.rig.formats.gltf_scene import (
     Worlds,
     hidden_nodes,
     placement,
-    scene_nodes,
+    scene_told,
     titles,
     world_matrices,
+)
+from capture_plan.rig.formats.gltf_whole import (
+    DAMAGE,
+    FAN,
+    TRIANGLES,
+    Piece,
+    Size,
+    block_of,
+    broken_mesh,
+    mesh_of,
+    readable,
+    target_count,
+    told_of,
+    usable,
+    what_is_wrong,
+    without_flaws,
 )
 from capture_plan.rig.formats.hidden import SceneMesh, choose
 from capture_plan.rig.formats.naming import LISTED, fitting, left_on, numbered, printable, sentences
@@ -37,25 +51,8 @@ from capture_plan.rig.formats.raw import RawRig, vertex_parts
 from capture_plan.rig.formats.source import Source
 from capture_plan.rig.formats.weld import weld_seams
 
-TRIANGLES, STRIP, FAN = 4, 5, 6
 TECHNICAL = re.compile(r"accessor|buffer|position|mesh|target", re.IGNORECASE)  # what programs call data
 MOST_CORNERS = 48_000_000
-DAMAGE = (
-    *(KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError, ArithmeticError),
-    *(RecursionError, MemoryError, struct.error),
-)
-
-
-@dataclass(frozen=True, eq=False)
-class Piece:
-    """One mesh of the scene, placed in the world; `labels` says of which of `part_names` a triangle is."""
-
-    vertices: Float[np.ndarray, "v 3"]
-    triangles: Int[np.ndarray, "f 3"]
-    labels: Int[np.ndarray, " f"]
-    part_names: tuple[str, ...]
-    names: tuple[str, ...]
-    deltas: Float[np.ndarray, "k v 3"]
 
 
 def read_gltf(path: Source) -> RawRig:
@@ -68,53 +65,49 @@ def read_gltf(path: Source) -> RawRig:
         named = told.startswith((f"{path.stem}:", f"{path.name} "))
         raise RigError(told if named else f"{path.name} {told}") from error
     except DAMAGE as error:
-        found = " ".join(f"{type(error).__name__}: {error}".split())[:160]
-        raise RigError(f"{path.name} does not follow glTF 2.0 ({found}): {AGAIN} as .glb") from error
+        raise RigError(f"{path.name} {what_is_wrong(error)}: {AGAIN} as .glb") from error
 
 
 def read_document(name: str, gltf: Gltf) -> RawRig:
     """The rig of a document, with what VRM says of it."""
     worlds = world_matrices(gltf)
-    nodes, left_out, hiding = shown_meshes(gltf)
+    nodes, sizes, broken = readable(gltf)
+    nodes, left_out, hiding = shown_meshes(gltf, nodes)
     shown, expressions = titles(gltf, nodes), vrm.read_expressions(gltf)
     named, said = target_names(gltf, shown, vrm.given_names(expressions))
-    check_size(gltf, nodes, named)
-    pieces = [read_mesh(gltf, index, title, worlds, named) for index, title in shown.items()]
-    pieces = [piece for piece in pieces if len(piece.triangles)]
+    check_size([sizes[index] for index in nodes], named)
+    pieces: list[Piece] = []
+    for index, title in shown.items():
+        try:
+            pieces.append(read_mesh(gltf, index, title, worlds, named))
+        except (RigError, *DAMAGE) as error:
+            broken.append(broken_mesh(gltf, index, error))
+    pieces, broken = usable([piece for piece in pieces if len(piece.triangles)], broken)
     if not pieces:
         raise RigError("has no mesh with triangles in its scene: export the face mesh")
+    pieces, flawed = without_flaws(pieces)
 
     def blendshape(mesh: int, target: int) -> str | None:
         names = named.get(mesh, ())
         return names[target] if 0 <= target < len(names) else None
 
-    told = sentences(vrm.note(expressions, blendshape), *said, default_weights(gltf, shown, named), hiding)
+    found = (scene_told(gltf), hiding, told_of(broken), *flawed)
+    told = sentences(vrm.note(expressions, blendshape), *said, default_weights(gltf, shown, named), *found)
+    left_out = (*left_out, *dict.fromkeys(one.title for one in broken))
     rig = replace(join(name, pieces, vrm.facing(gltf), told), left_out=left_out)
     assert rig.meshes is not None
     return weld_seams(rig, rig.meshes)
 
 
-def shown_meshes(gltf: Gltf) -> tuple[list[int], tuple[str, ...], str]:
-    """Nodes of the scene whose meshes belong to the rig, names of meshes left out, and the sentence about them."""
+def shown_meshes(gltf: Gltf, nodes: list[int]) -> tuple[list[int], tuple[str, ...], str]:
+    """Of these nodes those whose meshes belong to the rig, names of meshes left out, and the sentence about them."""
     hidden = hidden_nodes(gltf)
-    nodes = [index for index in scene_nodes(gltf) if "mesh" in gltf.entry("nodes", index)]
     title = titles(gltf, nodes)
     counts = [target_count(mesh_of(gltf, gltf.entry("nodes", index)["mesh"])[1]) for index in nodes]
     kept, left_out, told = choose(
         [SceneMesh(printable(title[index]), index in hidden, k) for index, k in zip(nodes, counts, strict=True)]
     )
     return [index for index, belongs in zip(nodes, kept, strict=True) if belongs], left_out, told
-
-
-def mesh_of(gltf: Gltf, index: int) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """A mesh, and those of its primitives that are surfaces."""
-    mesh = gltf.entry("meshes", index)
-    surfaces = [
-        primitive
-        for primitive in mesh["primitives"]
-        if primitive.get("mode", TRIANGLES) in (TRIANGLES, STRIP, FAN) and "POSITION" in primitive["attributes"]
-    ]
-    return mesh, surfaces
 
 
 def target_names(
@@ -137,11 +130,6 @@ def target_names(
         named[index], told = numbered(names)
         said.append(told)
     return named, said
-
-
-def target_count(primitives: list[dict[str, Any]]) -> int:
-    """How many morph targets a mesh has; primitives with fewer stand still in the last ones."""
-    return max((len(primitive.get("targets") or []) for primitive in primitives), default=0)
 
 
 def own_names(
@@ -177,10 +165,18 @@ def given_lists(gltf: Gltf, mesh: dict[str, Any], primitives: list[dict[str, Any
             yield found[:k] if repeated else found
     for targets in (primitive.get("targets") or [] for primitive in primitives):
         own = [(target.get("extras") or target.get("extra") or {}).get("name") for target in targets]
-        data = [gltf.entry("accessors", t["POSITION"]).get("name") if "POSITION" in t else None for t in targets]
+        data = [data_name(gltf, target) for target in targets]
         for names in (own, data):
             if len(names) == k == len(set(names)) and all(names) and not any(map(TECHNICAL.search, map(str, names))):
                 yield [printable(name) for name in names]
+
+
+def data_name(gltf: Gltf, target: dict[str, Any]) -> str | None:
+    """What a morph target's data are called, if they are there and called anything."""
+    try:
+        return gltf.entry("accessors", target["POSITION"]).get("name")
+    except (RigError, *DAMAGE):
+        return None
 
 
 def default_weights(gltf: Gltf, shown: dict[int, str], named: dict[int, tuple[str, ...]]) -> str:
@@ -193,26 +189,14 @@ def default_weights(gltf: Gltf, shown: dict[int, str], named: dict[int, tuple[st
     return left_on(on)
 
 
-def check_size(gltf: Gltf, nodes: list[int], named: dict[int, tuple[str, ...]]) -> None:
+def check_size(sizes: list[Size], named: dict[int, tuple[str, ...]]) -> None:
     """RigError when what the scene shows would not fit: small files can show one mesh or one buffer many times."""
-    k, v, corners = len({name for names in named.values() for name in names}), 0, 0
-    for index in nodes:
-        _, primitives = mesh_of(gltf, gltf.entry("nodes", index)["mesh"])
-        blocks = {block_of(primitive): primitive["attributes"]["POSITION"] for primitive in primitives}
-        v += sum(whole(gltf.entry("accessors", position), "count") for position in blocks.values())
-        for primitive in primitives:
-            counted = primitive.get("indices", primitive["attributes"]["POSITION"])
-            corners += whole(gltf.entry("accessors", counted), "count")
+    k = len({name for names in named.values() for name in names})
+    v, corners = (sum(getattr(size, what) for size in sizes) for what in ("vertices", "corners"))
     if (1 + k) * v > MOST_DISPLACEMENTS or k > MOST_BLENDSHAPES or corners > MOST_CORNERS:
         raise RigError(
             f"shows {v:,} vertices in {corners:,} corners with {k:,} blendshapes, more than fit: export the head alone"
         )
-
-
-def block_of(primitive: dict[str, Any]) -> str:
-    """What tells sets of vertices apart, of which several primitives may use the same."""
-    targets = [target.get("POSITION") for target in primitive.get("targets") or []]
-    return json.dumps([primitive["attributes"], targets], sort_keys=True)
 
 
 def read_mesh(gltf: Gltf, index: int, title: str, worlds: Worlds, named: dict[int, tuple[str, ...]]) -> Piece:
@@ -222,6 +206,7 @@ def read_mesh(gltf: Gltf, index: int, title: str, worlds: Worlds, named: dict[in
     names = named[node["mesh"]]
     materials = list(dict.fromkeys(primitive.get("material") for primitive in primitives))
     blocks: dict[str, int] = {}  # first vertex of each set of vertices
+    flaws: dict[str, str] = {}
     count, labels, corners = 0, [np.zeros(0, np.int64)], [np.zeros((0, 3), np.int64)]
     vertices, deltas = [np.zeros((0, 3))], [np.zeros((len(names), 0, 3), np.float32)]
     for primitive in primitives:
@@ -235,8 +220,11 @@ def read_mesh(gltf: Gltf, index: int, title: str, worlds: Worlds, named: dict[in
             targets = [target.get("POSITION") for target in primitive.get("targets") or []]
             deltas.append(np.zeros((len(names), v, 3), np.float32))
             for k, target in enumerate(targets):
-                if target is not None:
-                    deltas[-1][k] = placed(gltf, M, target)
+                try:
+                    if target is not None:
+                        deltas[-1][k] = placed(gltf, M, target)
+                except (RigError, *DAMAGE) as error:
+                    deltas[-1][k], flaws[names[k]] = np.nan, what_is_wrong(error)
         triangles = primitive_triangles(gltf, primitive, v)
         if v and np.linalg.det(M[0, :3, :3]) < 0:  # a mirrored node turns its triangles over
             triangles = triangles[:, ::-1]
@@ -244,6 +232,8 @@ def read_mesh(gltf: Gltf, index: int, title: str, worlds: Worlds, named: dict[in
         labels.append(np.full(len(triangles), materials.index(primitive.get("material"))))
     part_names = (title,) if len(materials) < 2 else tuple(f"{title}/{material_name(gltf, m)}" for m in materials)
     return Piece(
+        title=title,
+        flaws=flaws,
         vertices=np.concatenate(vertices),
         triangles=np.concatenate(corners),
         labels=np.concatenate(labels),
@@ -259,11 +249,10 @@ def material_name(gltf: Gltf, index: int | None) -> str:
 
 
 def placed(gltf: Gltf, M: Float[np.ndarray, "v 4 4"], index: int) -> Float[np.ndarray, "v 3"]:
-    """Vectors of an accessor, turned and scaled but not moved; nowhere (NaN) where they are of another mesh, so that
-    `raw.finite` leaves their blendshape out and names it."""
+    """Vectors of an accessor, turned and scaled but not moved. RigError where they are of another mesh."""
     vectors = gltf.accessor(index)
     if vectors.shape != (len(M), 3):
-        return np.full((len(M), 3), np.nan)
+        raise RigError(f"has {len(vectors):,} rows of {vectors.shape[1]} numbers, expected {len(M):,} of 3: {AGAIN}")
     return np.einsum("vij,vj->vi", M[:, :3, :3], vectors)
 
 

@@ -32,6 +32,7 @@ HARMLESS = (
 )
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 MOST_BYTES = 1 << 30  # of one array, and of all packed views together
+MOST_TORN = 8  # packed views that are tried in vain: each may take as long as a whole one
 AGAIN = "export it again"
 
 
@@ -39,13 +40,15 @@ AGAIN = "export it again"
 class Gltf:
     """The document and the bytes of its buffers.
 
-    `unpacked` holds the packed views that were asked for, `decoded` the values of accessors that Draco compressed.
+    `unpacked` holds the packed views that were asked for, `decoded` the values of accessors that Draco compressed,
+    `torn` what was wrong with packed views that cannot be unpacked, so that none is tried twice.
     """
 
     document: dict[str, Any]
     buffers: tuple[bytes, ...]
     unpacked: dict[int, bytes] = field(default_factory=dict)
     decoded: dict[int, np.ndarray] = field(default_factory=dict)
+    torn: dict[int, str] = field(default_factory=dict)
 
     def entry(self, key: str, index: object) -> dict[str, Any]:
         """Entry `index` of the document's list `key`."""
@@ -109,8 +112,16 @@ class Gltf:
         packing = packing_of(view)
         if packing is None:
             return self.span(view)
+        if index in self.torn:
+            raise RigError(self.torn[index])
+        if len(self.torn) >= MOST_TORN:
+            raise RigError(f"has {MOST_TORN} packed buffers that cannot be unpacked: {AGAIN}")
         if index not in self.unpacked:
-            self.unpacked[index] = self.unpack(packing, whole(view, "byteLength"))
+            try:
+                self.unpacked[index] = self.unpack(packing, whole(view, "byteLength"))
+            except RigError as error:
+                self.torn[index] = str(error)
+                raise
         return self.unpacked[index]
 
     def unpack(self, packing: dict[str, Any], length: int) -> bytes:

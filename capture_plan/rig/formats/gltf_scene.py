@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from capture_plan.errors import RigError
 from capture_plan.rig.formats.gltf_file import AGAIN, Gltf
+from capture_plan.rig.formats.naming import printable
 
 Worlds = dict[int, Float[np.ndarray, "4 4"]]
 
@@ -45,13 +46,43 @@ def scene_nodes(gltf: Gltf) -> list[int]:
     below = {child for node in nodes for child in node.get("children", [])}
     roots = [index for index in range(len(nodes)) if index not in below]
     if gltf.document.get("scenes"):
-        roots = gltf.entry("scenes", gltf.document.get("scene", 0)).get("nodes", [])
+        roots = gltf.entry("scenes", scene_shown(gltf)).get("nodes", [])
     waiting, found = list(reversed(roots)), []
     while waiting:
         found.append(waiting.pop())
         waiting += reversed(gltf.entry("nodes", found[-1]).get("children", []))
         if len(found) > len(nodes):
             raise RigError(f"has a scene that shows a node twice: {AGAIN}")
+    return found
+
+
+def scene_shown(gltf: Gltf) -> int:
+    """The number of the file's default scene, or of the first that shows a mesh where that one shows none."""
+    scenes, default = gltf.document.get("scenes", []), gltf.document.get("scene", 0)
+    holders = mesh_holders(gltf)
+    with_mesh = [number for number, scene in enumerate(scenes) if holders.intersection(scene.get("nodes", []))]
+    shows = holders.intersection(gltf.entry("scenes", default).get("nodes", []))
+    return default if shows or not with_mesh else with_mesh[0]
+
+
+def scene_told(gltf: Gltf) -> str:
+    """The sentence that says which scene was taken, where it is not the default one."""
+    if not gltf.document.get("scenes") or (shown := scene_shown(gltf)) == gltf.document.get("scene", 0):
+        return ""
+    name = printable(gltf.entry("scenes", shown).get("name") or f"number {shown}")
+    return f"the file's default scene shows no mesh: the first that shows one was taken, {name}"
+
+
+def mesh_holders(gltf: Gltf) -> set[int]:
+    """Nodes that have a mesh, and all nodes above them."""
+    nodes = gltf.document.get("nodes", [])
+    above = {child: index for index, node in enumerate(nodes) for child in node.get("children", [])}
+    found: set[int] = set()
+    for index in (index for index, node in enumerate(nodes) if "mesh" in node):
+        at: int | None = index
+        while at is not None and at not in found:
+            found.add(at)
+            at = above.get(at)
     return found
 
 

@@ -19,7 +19,7 @@ from capture_plan.rig.formats.naming import numbered, sentences
 from capture_plan.rig.formats.neutral_file import find_neutral
 from capture_plan.rig.formats.raw import RawRig, fan, vertex_parts
 from capture_plan.rig.formats.source import Source, folder_name, is_kind
-from capture_plan.rig.formats.whole_files import OtherMeshError, whole_deltas
+from capture_plan.rig.formats.whole_files import whole_deltas
 
 VERTEX = re.compile(rb"^[ \t]*v[ \t]+([^\n]*)", re.MULTILINE)
 FACE = re.compile(rb"^[ \t]*f[ \t][^\n]*", re.MULTILINE)
@@ -214,14 +214,14 @@ def name_parts(keys: list[tuple[str, ...]]) -> tuple[str, ...]:
 
 
 def check_same_faces(neutral: Faces, neutral_path: Source, faces: Faces, path: Source) -> None:
-    """OtherMeshError unless both files have the same polygons, wherever each starts and in whatever order they come."""
+    """RigError unless both files have the same polygons, wherever each starts and in whatever order they come."""
     if len(faces.sizes) != len(neutral.sizes):
-        raise OtherMeshError(
+        raise RigError(
             f"{path.name} has {len(faces.sizes):,} faces, the neutral {neutral_path.name} has {len(neutral.sizes):,}: "
             "export both from the same mesh; if the file was cut off, export it again"
         )
     if cycles(faces) != cycles(neutral):
-        raise OtherMeshError(
+        raise RigError(
             f"{path.name} joins its vertices into other faces than the neutral {neutral_path.name}: "
             "export both from the same mesh with 'keep vertex order' on"
         )

@@ -80,7 +80,7 @@ def with_strays(raw: RawRig, at: Int[np.ndarray, " n"]) -> Int[np.ndarray, " m"]
 def moving_vertices(raw: RawRig) -> Bool[np.ndarray, "k v"]:
     """Which vertices every blendshape moves by more than rounding."""
     length = np.linalg.norm(raw.deltas, axis=2)
-    flies = flying(raw.neutral, raw.deltas)
+    flies = flying(raw.neutral, raw.triangles, raw.deltas)
     most = length.max() if flies.all() else length[~flies].max()
     return length > MOVES * most
 

@@ -1,5 +1,8 @@
 """Files of a folder that are no whole blendshapes: left out and named, while at least half of the files are whole.
 
+A file whose faces join other vertices has an order of its own, so that what it adds to the neutral means nothing; where
+most files do, it is the neutral that is of another mesh.
+
 Letters: k files, v vertices.
 """
 
@@ -16,16 +19,12 @@ from capture_plan.rig.formats.source import Source
 ENOUGH = 0.5  # of the files of blendshapes
 
 
-class OtherMeshError(RigError):
-    """A file has the neutral's vertices in other faces: its order means something else, and so may that of all."""
-
-
 def whole_deltas(
     neutral: Float[np.ndarray, "v 3"], paths: list[Source], read: Callable[[Source], Float[np.ndarray, "v 3"]]
 ) -> tuple[list[Source], Float[np.ndarray, "k v 3"], str]:
     """The files that are whole, what they add to the neutral, and the sentence that names the others.
 
-    `read` raises a RigError for a file that is not. RigError where too few are, or where one is of another mesh.
+    `read` raises a RigError for a file that is not. RigError where too few are.
     """
     deltas = np.empty((len(paths), *neutral.shape), dtype=np.float32)
     kept: list[Source] = []
@@ -33,8 +32,6 @@ def whole_deltas(
     for path in track(paths, "Reading blendshapes"):
         try:
             deltas[len(kept)] = read(path) - neutral
-        except OtherMeshError:
-            raise
         except RigError as error:
             broken.append(error)
         else:
