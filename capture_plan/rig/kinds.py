@@ -78,7 +78,7 @@ def _kinds(rig: Rig) -> list[Kind]:
     halves = tuple((index[a], index[b]) for a, b in blendshape_pairs(rig))
     skin = rig.triangles[rig.skin[rig.triangles].all(axis=1)]
     said, seen = called(rig), rig.displacement[:, rig.skin].max(axis=1) >= NOISE_MM
-    planned = seen & ~flying(rig.neutral, rig.deltas)
+    planned = seen & ~flying(rig.neutral, rig.triangles, rig.deltas)
     face = face_sphere(rig)
     found = motion_kinds(rig.neutral, skin, rig.deltas, face=face, halves=halves, called=said, planned=planned)
     return [_kind(rig, k, kind, said[k], found.shares[k]) for k, kind in enumerate(found.kinds)]

@@ -100,7 +100,7 @@ def wrongly_exported(rig: Rig) -> list[Finding]:
 
 def _found(rig: Rig) -> Iterator[Misexported]:
     S = float(np.linalg.norm(np.ptp(rig.neutral, axis=0)))
-    moving = (rig.displacement.max(axis=1) >= NOISE_MM) & ~flying(rig.neutral, rig.deltas)
+    moving = (rig.displacement.max(axis=1) >= NOISE_MM) & ~flying(rig.neutral, rig.triangles, rig.deltas)
     order = scrambled(rig.triangles, rig.deltas, rig.displacement) & moving
     for k, movement in enumerate(movements_of(rig.names)):
         if not moving[k] or (movement is not None and movement.kind in MOVES_HEADS):
