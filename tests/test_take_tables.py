@@ -243,3 +243,12 @@ def test_a_word_under_a_name_of_its_own_is_said_once(tmp_path):
     take = read(tmp_path / "a.json", json.dumps({"fps": 60, "frames": frames}))
     assert driven(take) == pytest.approx(weights())
     assert any("'mood' holds no number and is not read" in note for note in take.notes)
+
+
+@pytest.mark.parametrize("word", ["", "NaN", "n/a"])
+def test_a_word_for_nothing_is_a_name_left_out_and_said_once(tmp_path, word):
+    take = read(tmp_path / "a.json", broken(word, range(0, T, 3), "json"))
+    rest = np.arange(T) % 3 > 0
+    assert driven(take)[rest] == pytest.approx(weights()[rest])
+    assert len(take.notes) == 1
+    assert "keep their last value there (jawOpen)" in take.notes[0]

@@ -36,6 +36,7 @@ from capture_plan.rig.sequence.json_weights import (
 from capture_plan.rig.sequence.presence import other_faces, refuse_takes, without_face
 from capture_plan.rig.sequence.rows import Rows, table_of
 from capture_plan.rig.sequence.sparse import fill
+from capture_plan.rig.sequence.text import NOTHING
 from capture_plan.rig.sequence.weights import WeightTable
 
 SHAPE_KEYS = (
@@ -182,7 +183,8 @@ class Recording:
     def numbers_in(self, value: Mapping[str, Any]) -> Mapping[str, Any]:
         """The numbers in an object; what is none is remembered, for it may stand in place of a weight."""
         for name in unread(value):
-            self.wordy.setdefault(name, {})[len(self.lost) - 1] = str(value[name])[:24]
+            if (word := str(value[name])[:24].strip()).lower() not in NOTHING:
+                self.wordy.setdefault(name, {})[len(self.lost) - 1] = word
         return named_numbers(value)
 
     def first_face(self, faces: list[Any]) -> Mapping[str, Any] | None:
@@ -214,8 +216,8 @@ class Recording:
             columns = np.ix_(rows, [place[name] for name in order])
             x[columns], given[columns] = np.stack(values), True
         x[np.isinf(x)] = np.nan
+        self.aside = {name: None for name in self.aside if name not in place}
         for name in self.wordy.keys() & place.keys():
-            self.aside.pop(name, None)
             self.faults |= {t: f"frame {t:,} has '{word}' for '{name}'" for t, word in self.wordy[name].items()}
         faults = {t: self.faults[row] for t, row in enumerate(kept.tolist()) if row in self.faults}
         x, sound = x[kept], ~np.isin(np.arange(len(kept)), list(faults))
