@@ -116,7 +116,7 @@ def demo(output: Folder = Path("capture-plan-demo"), paper: Paper = "a4") -> Non
     from capture_plan.plan.make import make_plan
     from capture_plan.plan.summary import summary
     from capture_plan.report import write_html
-    from capture_plan.rig import sample_rig
+    from capture_plan.rig.sample import sample_rig
     from capture_plan.sheets import write_sheets
 
     refuse_folder(output, ("plan.json", "sheets", "plan.html"))
@@ -739,8 +739,8 @@ def open_plan(
 def open_rig(path: str, **corrections: Any) -> "Rig":
     """The rig that a person named, read with their corrections."""
     from capture_plan.errors import RigError
-    from capture_plan.rig import sample_rig
     from capture_plan.rig.read import read_rig
+    from capture_plan.rig.sample import sample_rig
 
     if path != "sample":
         return read_rig(path, **corrections)

@@ -58,7 +58,7 @@ def made(tmp_path_factory):
 @pytest.fixture(scope="session")
 def rig():
     """The sample head."""
-    from capture_plan.rig import sample_rig
+    from capture_plan.rig.sample import sample_rig
 
     return sample_rig()
 

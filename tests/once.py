@@ -18,8 +18,8 @@ from capture_plan.layout.settings import LayoutSettings
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.record import Plan
 from capture_plan.plan.settings import Settings
-from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
+from capture_plan.rig.sample import sample_rig
 
 Made = TypeVar("Made", bound=msgspec.Struct)
 

@@ -34,7 +34,8 @@ from capture_plan.plan.make import make_plan
 from capture_plan.plan.record import Plan, sealed
 from capture_plan.plan.revise import edited_plan
 from capture_plan.plan.settings import Settings
-from capture_plan.rig import Rig, sample_rig
+from capture_plan.rig import Rig
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.sample.motion import sample_motion
 from tests.once import plan_of
 

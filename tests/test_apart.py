@@ -13,8 +13,8 @@ from capture_plan.plan.files import plan_bytes
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.summary import summary
 from capture_plan.report.contents import contents
-from capture_plan.rig import sample_rig
 from capture_plan.rig.kinds import apart_lines
+from capture_plan.rig.sample import sample_rig
 from capture_plan.sheets.page import Booklet, paper
 from capture_plan.sheets.shot_list import draw_shot_list, paged
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from capture_plan.expressions.together import driven
-from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import Audit, audit
 from capture_plan.rig.audit_page import audit_text, verdict
+from capture_plan.rig.sample import sample_rig
 
 NAMES = ("browDownLeft", "browDownRight", "eyeBlinkLeft", "eyeBlinkRight", "jawLeft", "jawOpen", "jawRight")
 NAMES += ("mouthClose", "mouthDimpleLeft", "mouthDimpleRight", "mouthShrugLower", "mouthSmileLeft", "mouthSmileRight")

@@ -10,7 +10,8 @@ from scipy.linalg import qr
 from scipy.sparse import eye_array
 
 from capture_plan.errors import InfeasibleError
-from capture_plan.layout.baselines import BASELINES, GROUND, OMEGA, Candidates, choose_baseline, nearest_to_centres
+from capture_plan.layout.baselines import BASELINES, GROUND, OMEGA, choose_baseline, nearest_to_centres
+from capture_plan.layout.farthest import Candidates
 from capture_plan.layout.pivots import Pivots
 from capture_plan.layout.register import stiffness
 

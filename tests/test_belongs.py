@@ -8,9 +8,9 @@ from scipy.spatial.transform import Rotation
 
 from capture_plan.mesh import vertex_normals
 from capture_plan.mesh.decimate import decimate
-from capture_plan.rig import sample_rig
 from capture_plan.rig.formats.belongs import what_belongs
 from capture_plan.rig.formats.raw import RawRig
+from capture_plan.rig.sample import sample_rig
 
 SAMPLE = sample_rig()
 BESIDE = np.array([260.0, 0, 0])

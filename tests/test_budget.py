@@ -24,7 +24,7 @@ from capture_plan.plan.make import make_plan
 from capture_plan.plan.settings import Settings
 from capture_plan.plan.summary import summary
 from capture_plan.report.proofs import proofs
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from tests.once import QUICK, layout_of, plan_of
 
 NO_CONSTRAINT = np.zeros((0, 9), dtype=bool)

@@ -6,8 +6,8 @@ from scipy.spatial.transform import Rotation
 from solids import patch, sphere, square, together
 
 from capture_plan.errors import RigError
-from capture_plan.rig import sample_rig
 from capture_plan.rig.regions import face_regions
+from capture_plan.rig.sample import sample_rig
 from capture_plan.visibility import PRESETS, Camera, camera_visibility, cameras_for, look_at, read_cameras
 
 

@@ -12,8 +12,8 @@ from capture_plan.plan.differences import differences
 from capture_plan.plan.record import RigReference
 from capture_plan.plan.settings import Settings
 from capture_plan.plan.unchecked import ASKED, unchecked
-from capture_plan.rig import sample_rig
 from capture_plan.rig.face.sense import Sense
+from capture_plan.rig.sample import sample_rig
 from tests.once import QUICK, plan_of
 
 RIG = sample_rig()

@@ -19,7 +19,7 @@ from capture_plan.expressions.collision import (
 from capture_plan.expressions.together import performed_together
 from capture_plan.mesh import boundary_vertices, vertex_normals
 from capture_plan.mesh.mirror import mirror_plane
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 
 RIG = sample_rig()
 PAIRS = performed_together(RIG, RIG.names)

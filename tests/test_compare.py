@@ -25,7 +25,7 @@ from capture_plan.layout.given import read_layouts, take_weights
 from capture_plan.layout.reconstruct import Errors, Score
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.shell.takes import takes_of
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.sequence import Sequence, read_sequence
 from capture_plan.rig.sequence.frames import PosedFrames
 

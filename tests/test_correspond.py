@@ -11,8 +11,10 @@ from solids import square
 
 from capture_plan.errors import RigError
 from capture_plan.layout.correspond import correspond, transfer
-from capture_plan.layout.empirical import EMPIRICAL, empirical_layout, place_layout
-from capture_plan.rig import Rig, sample_rig
+from capture_plan.layout.empirical import empirical_layout, place_layout
+from capture_plan.layout.known import EMPIRICAL
+from capture_plan.rig import Rig
+from capture_plan.rig.sample import sample_rig
 
 SIXTY_EIGHT = empirical_layout("ibug68").vertices
 

@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 
-from capture_plan.rig import sample_rig
 from capture_plan.rig.crop import WHOLE_RIG, crop_to_head
 from capture_plan.rig.formats.raw import RawRig
+from capture_plan.rig.sample import sample_rig
 
 
 def cropped(raw: RawRig) -> RawRig:

@@ -17,7 +17,7 @@ from capture_plan.layout.shell.cross_subject import (
 from capture_plan.layout.shell.evaluate import METHODS, OURS, motion_error
 from capture_plan.layout.shell.people import made_up, people_of
 from capture_plan.layout.shell.take import face_take
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.sample.motion import sample_motion
 from capture_plan.rig.sample.people import bent, made_up_people
 from capture_plan.rig.sequence import Sequence

@@ -9,7 +9,7 @@ from capture_plan.errors import RigError
 from capture_plan.mesh import boundary_vertices, triangle_areas
 from capture_plan.mesh.decimate import decimate
 from capture_plan.mesh.geometry import triangle_cross
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 
 
 @pytest.fixture(scope="module")

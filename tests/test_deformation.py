@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from capture_plan.errors import RigError
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from capture_plan.transfer.deformation import deformation_transfer, frames, similarity
 from capture_plan.transfer.surface import Surface
 from tests.solids import BOX, BOX_SIDES, patch, sphere, together

@@ -8,7 +8,7 @@ from capture_plan.expressions.fallback import fallback, is_upper
 from capture_plan.expressions.pack import pack
 from capture_plan.expressions.sentences import sentence
 from capture_plan.expressions.settings import PackingSettings
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 
 RIG = sample_rig()
 PACKING = pack(RIG, RIG.names, PackingSettings(method="minimum"))

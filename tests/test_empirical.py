@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from capture_plan.errors import PlanError
-from capture_plan.layout.empirical import EMPIRICAL, empirical_layout, place_ibug68, place_layout
+from capture_plan.layout.empirical import empirical_layout, place_ibug68, place_layout
+from capture_plan.layout.known import EMPIRICAL
 from capture_plan.mesh.mirror import mirror_map
-from capture_plan.rig import sample_rig
 from capture_plan.rig.regions import face_regions
+from capture_plan.rig.sample import sample_rig
 
 # subject's right and left of the 68 points, iBUG's order
 MIRROR = [*range(16, -1, -1), *range(26, 16, -1), 27, 28, 29, 30, 35, 34, 33, 32, 31, 45, 44, 43, 42, 47, 46, 39, 38]

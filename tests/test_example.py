@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from capture_plan.errors import RigError
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from capture_plan.transfer.example import best_gradients, energy, rebuild, rebuild_and_weigh
 from capture_plan.transfer.prior import STIR, cells, per_cell, transfer_prior
 from tests.solids import BOX, BOX_SIDES, sphere, together

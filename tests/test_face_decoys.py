@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from capture_plan.mesh import vertex_normals
-from capture_plan.rig import sample_rig
 from capture_plan.rig.anchors import _mouth as anchors_of_mouth
 from capture_plan.rig.anchors import face_anchors
 from capture_plan.rig.face.facts import reading_facts
@@ -14,6 +13,7 @@ from capture_plan.rig.face.of_rig import rig_points, rig_shape
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.formats.raw import RawRig
 from capture_plan.rig.read import rig_from_raw
+from capture_plan.rig.sample import sample_rig
 from tests.face_channels import seven
 from tests.face_heads import cut, mask, sample_head, visible_skin
 

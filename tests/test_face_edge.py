@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from capture_plan.mesh import vertex_areas
-from capture_plan.rig import sample_rig
 from capture_plan.rig.anchors import _eyes as eyes_of
 from capture_plan.rig.anchors import are_ears
 from capture_plan.rig.face.candidate import Candidate
@@ -17,6 +16,7 @@ from capture_plan.rig.face.points import choose
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.lids import against_eyes, before_the_balls
 from capture_plan.rig.read import rig_from_raw
+from capture_plan.rig.sample import sample_rig
 from tests.face_heads import cut, sample_head
 from tests.test_face_decoys import raw_of, with_more
 

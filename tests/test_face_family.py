@@ -9,10 +9,10 @@ from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 import pytest
 
-from capture_plan.rig import sample_rig
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.formats.raw import RawRig
 from capture_plan.rig.read import rig_from_raw
+from capture_plan.rig.sample import sample_rig
 from tests.face_channels import CHANNELS
 from tests.face_family import FACTORS, QUESTIONS, UNITS, Truth, family_case, in_words, judge, judged, raw_rig
 from tests.face_heads import KINDS, sample_head

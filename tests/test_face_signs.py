@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-from capture_plan.rig import sample_rig
 from capture_plan.rig.face.axes import AXES, PAIRS, Vote, axes_matrix, decide, likelihood, vector
 from capture_plan.rig.face.candidate import Candidate
 from capture_plan.rig.face.channels import find_channels, moves_rigidly
@@ -17,6 +16,7 @@ from capture_plan.rig.face.record import Sign
 from capture_plan.rig.face.shape import Shape
 from capture_plan.rig.face.unit import find_unit
 from capture_plan.rig.face.votes import all_votes
+from capture_plan.rig.sample import sample_rig
 
 UP = (Vote("eyes above mouth", "up", vector("+z"), 8.0, 0.02), Vote("brows rise", "up", vector("+z"), 6.0, 0.03))
 FORWARD = (Vote("skin", "facing", vector("-y"), 6.0, 0.03), Vote("nose", "facing", vector("-y"), 5.0, 0.1))

@@ -20,10 +20,11 @@ from fbx_files import (
 from scipy.spatial.transform import Rotation
 
 from capture_plan.errors import RigError
-from capture_plan.rig import read_rig, sample_rig
 from capture_plan.rig.formats.fbx import read_fbx
 from capture_plan.rig.formats.fbx_nodes import local_matrix
 from capture_plan.rig.formats.raw import finite
+from capture_plan.rig.read import read_rig
+from capture_plan.rig.sample import sample_rig
 
 FORMS = {
     "ascii": ascii_text,

@@ -16,7 +16,7 @@ from capture_plan.layout.peers import blendshape_errors, peers, predicted_by_see
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sweep import EpsilonRow
 from capture_plan.layout.variants import single_cover
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from capture_plan.sheets.style import rgb
 from capture_plan.sheets.view import FRONT
 

@@ -16,7 +16,7 @@ from capture_plan.layout.shell.evaluate import OURS as OUR_METHOD
 from capture_plan.layout.shell.evaluation import Evaluation, Rims
 from capture_plan.layout.shell.take import face_take
 from capture_plan.layout.shell.validate import Descents, Folds, Recovery
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.sample.motion import sample_motion
 from capture_plan.sheets.style import rgb
 

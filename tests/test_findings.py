@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
 from capture_plan.rig.audit_page import audit_text, verdict
 from capture_plan.rig.findings import motionless
 from capture_plan.rig.flying import flying
 from capture_plan.rig.formats.raw import RawRig
 from capture_plan.rig.read import rig_from_raw
+from capture_plan.rig.sample import sample_rig
 
 NAMES = ("browDownLeft", "browDownRight", "jawLeft", "jawOpen", "jawRight", "mouthLowerDownLeft", "mouthLowerDownRight")
 NAMES += ("mouthSmileLeft", "mouthSmileRight")

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from solids import sphere, together
 
-from capture_plan.rig import sample_rig
 from capture_plan.rig.anchors import face_anchors
 from capture_plan.rig.findings_cover import covers
 from capture_plan.rig.findings_mesh import holes, sheets, sizes, untidy, windings
+from capture_plan.rig.sample import sample_rig
 
 
 @pytest.fixture(scope="module")

@@ -10,10 +10,10 @@ from capture_plan.expressions.pack import pack
 from capture_plan.expressions.sentences import phrases, sentence
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.expressions.together import performed_together
-from capture_plan.rig import sample_rig
 from capture_plan.rig.anchors import eyeballs
 from capture_plan.rig.gaze import gazes
 from capture_plan.rig.meaning import arkit_by_motion
+from capture_plan.rig.sample import sample_rig
 
 SAMPLE = sample_rig()
 TRUTH = ("eyeLookInLeft", "eyeLookInRight", "eyeLookOutLeft", "eyeLookOutRight", "eyeLookUpLeft", "eyeLookUpRight")

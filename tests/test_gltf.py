@@ -10,9 +10,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from capture_plan.errors import RigError
-from capture_plan.rig import sample_rig
 from capture_plan.rig.formats.gltf import read_gltf
 from capture_plan.rig.formats.raw import finite
+from capture_plan.rig.sample import sample_rig
 
 COMPONENT = {"int8": 5120, "uint8": 5121, "int16": 5122, "uint16": 5123, "uint32": 5125, "float32": 5126}
 TYPE = {1: "SCALAR", 3: "VEC3", 4: "VEC4", 16: "MAT4"}

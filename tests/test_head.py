@@ -20,8 +20,8 @@ from capture_plan.layout.head import (
     pose_error,
     sectors_for,
 )
-from capture_plan.rig import sample_rig
 from capture_plan.rig.regions import face_regions
+from capture_plan.rig.sample import sample_rig
 from capture_plan.visibility import cameras_for, look_at
 
 TRIANGLE = np.array([[60.0, 20, 0], [-60, 20, 0], [0, 80, 40]])

@@ -14,7 +14,7 @@ from capture_plan.expressions.importance import (
     uniqueness,
 )
 from capture_plan.expressions.settings import DistortionForm
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 
 OURS = DistortionForm()
 TRIANGLES = np.array([[0, 1, 2], [1, 3, 2]])

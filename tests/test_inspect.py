@@ -10,7 +10,7 @@ from capture_plan.layout.observe import Separator
 from capture_plan.plan.files import write_plan
 from capture_plan.plan.inspect import Inspection, inspect_plan
 from capture_plan.plan.inspect_page import inspection_text, separator_words, short_text
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from tests.once import plan_of
 
 

@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
 from capture_plan.rig.audit_page import audit_text, verdict
 from capture_plan.rig.kinds import expression_kinds, set_apart
 from capture_plan.rig.motion_kinds import motion_kinds
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.whole_head import Sphere
 
 SAMPLE = sample_rig()

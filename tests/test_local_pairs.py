@@ -8,8 +8,8 @@ import pytest
 from capture_plan.expressions import PackingSettings, active_sets, packing_faults
 from capture_plan.expressions.local_pairs import local_pairs
 from capture_plan.expressions.pack import pack
-from capture_plan.rig import sample_rig
 from capture_plan.rig.regions import face_regions
+from capture_plan.rig.sample import sample_rig
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from capture_plan.errors import RigError
 from capture_plan.exports.expression_meshes import obj_bytes
 from capture_plan.layout.from_take import layout_from_take, on_scan
 from capture_plan.layout.settings import LayoutSettings
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.sequence import Sequence, read_sequence
 from capture_plan.rig.sequence.frames import PosedFrames
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from capture_plan.rig import sample_rig
 from capture_plan.rig.meaning import arkit_by_motion
+from capture_plan.rig.sample import sample_rig
 
 RIG = sample_rig()
 LIPS = ("mouthUpperUpLeft", "mouthUpperUpRight", "mouthLowerDownLeft", "mouthLowerDownRight")

@@ -8,7 +8,7 @@ from solids import sphere
 from capture_plan.layout.face import see_face
 from capture_plan.layout.metrics import conditioning, discarded_metrics, gaussian_curvature, mean_curvature, saliency
 from capture_plan.mesh import boundary_vertices, vertex_areas
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 
 
 def grid(n, shape):

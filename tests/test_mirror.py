@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from capture_plan.mesh.mirror import mirror_error, mirror_map, mirror_plane, reflect
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 
 
 def cloud(seed, plane=0.0, half=60, middle=9):

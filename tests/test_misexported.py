@@ -7,12 +7,12 @@ import pytest
 
 from capture_plan.errors import RigError
 from capture_plan.plan.make import make_plan
-from capture_plan.rig import sample_rig
 from capture_plan.rig.agreement import name_doubts
 from capture_plan.rig.audit import audit
 from capture_plan.rig.audit_page import audit_text, verdict
 from capture_plan.rig.meaning import arkit_by_motion
 from capture_plan.rig.misexported import misexported
+from capture_plan.rig.sample import sample_rig
 
 SAMPLE = sample_rig()
 X, D = SAMPLE.neutral, SAMPLE.deltas

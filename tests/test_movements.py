@@ -4,8 +4,8 @@ import time
 
 import pytest
 
-from capture_plan.rig import sample_rig
 from capture_plan.rig.movements import KINDS, _phrases, movement_of, movements_of
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.words import split_words
 
 TOLD = {

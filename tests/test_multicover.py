@@ -11,7 +11,7 @@ from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.spacing import Spacing
 from capture_plan.mesh import geodesic_distance, near_table, surface_graph
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 
 SETTINGS = LayoutSettings(spacing_mm=10.0)
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from capture_plan.rig import sample_rig
 from capture_plan.rig.names import arkit_name, side_of
+from capture_plan.rig.sample import sample_rig
 
 SPELLINGS = (
     "eyeBlinkLeft EyeBlinkLeft eyeBlink_L EyeBlink_L L_eyeBlink l_eyeBlink lf_eyeBlink eyeBlink.L eyeBlink_left "

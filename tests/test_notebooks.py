@@ -22,8 +22,8 @@ from capture_plan.plan.files import plan_bytes
 from capture_plan.plan.record import Plan, sealed
 from capture_plan.progress import track
 from capture_plan.report.words import millimetres
-from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.sample.motion import sample_motion
 from tests.once import plan_of
 

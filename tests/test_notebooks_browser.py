@@ -17,7 +17,7 @@ from PIL import Image
 
 from capture_plan.mesh.decimate import decimate
 from capture_plan.notebook import notebooks_folder
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 
 START_S = 60  # a server on a busy machine
 WORK_MS = 240_000

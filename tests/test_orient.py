@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from capture_plan.errors import RigError
-from capture_plan.rig import sample_rig
 from capture_plan.rig.face.axes import AXES, axes_matrix
 from capture_plan.rig.face.frame import check_given, find_frame
 from capture_plan.rig.formats.raw import RawRig
+from capture_plan.rig.sample import sample_rig
 
 PAIRS = [(up, facing) for up in AXES for facing in AXES if up[1] != facing[1]]
 pair = st.sampled_from(PAIRS)

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from capture_plan.mesh.mirror import mirror_map
-from capture_plan.rig import Rig, sample_rig
+from capture_plan.rig import Rig
 from capture_plan.rig.findings_sides import partners
 from capture_plan.rig.pairs import blendshape_pairs, laterality, self_symmetry, unlikeness
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.symmetry import pair_disagreements, symmetry_report
 
 

@@ -5,8 +5,8 @@ import pytest
 
 from capture_plan.errors import PlanError
 from capture_plan.layout.empirical import empirical_layout
-from capture_plan.rig import sample_rig
 from capture_plan.rig.regions import face_regions
+from capture_plan.rig.sample import sample_rig
 from capture_plan.sheets import placement_picture
 from capture_plan.sheets.placement import FOOTER_MM, HEAD_MM, HEADER_MM, VIEWS, named_in
 from capture_plan.sheets.style import LOOKS, rgb

@@ -15,8 +15,8 @@ from capture_plan.plan.make import make_plan
 from capture_plan.plan.places import found_from, seen_from
 from capture_plan.plan.replacing import edits_lost, refuse_to_replace
 from capture_plan.plan.settings import Settings
-from capture_plan.rig import sample_rig
 from capture_plan.rig.read import read_rig
+from capture_plan.rig.sample import sample_rig
 from tests.once import QUICK, plan_of
 
 

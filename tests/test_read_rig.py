@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from capture_plan.errors import RigError
-from capture_plan.rig import Rig, read_rig, sample_rig
+from capture_plan.rig import Rig
 from capture_plan.rig.face.axes import axes_matrix
+from capture_plan.rig.read import read_rig
+from capture_plan.rig.sample import sample_rig
 from tests.test_gltf import write_sample_glb
 
 K = 4

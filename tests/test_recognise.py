@@ -5,9 +5,9 @@ import re
 import pytest
 
 from capture_plan.errors import RigError
-from capture_plan.rig import sample_rig
 from capture_plan.rig.name_map import NameMap, read_name_map
 from capture_plan.rig.recognise import _data, recognise, recognise_all, slider_pairs
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.sequence import map_weights
 
 

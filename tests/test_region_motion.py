@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from capture_plan.rig import sample_rig
 from capture_plan.rig.read import rig_from_raw
 from capture_plan.rig.region_motion import clearly_moved, moved_together
 from capture_plan.rig.regions import REGIONS, face_regions
+from capture_plan.rig.sample import sample_rig
 from tests.face_family import Truth, raw_rig
 from tests.face_heads import bend, narrow_mouthed, sample_head
 

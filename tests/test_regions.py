@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from capture_plan.mesh.mirror import mirror_map
-from capture_plan.rig import sample_rig
 from capture_plan.rig.anchors import face_anchors, face_surface, interpupillary
 from capture_plan.rig.regions import REGIONS, face_regions, region_label
+from capture_plan.rig.sample import sample_rig
 
 
 @pytest.fixture(scope="module")

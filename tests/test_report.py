@@ -25,8 +25,9 @@ from capture_plan.report.contents import chart, compare, tiles
 from capture_plan.report.head import material, packed_head
 from capture_plan.report.page import page_html, script_json
 from capture_plan.report.proofs import minimum_proof, packing_proof, proofs
-from capture_plan.rig import Rig, sample_rig
+from capture_plan.rig import Rig
 from capture_plan.rig.audit import Audit, Finding
+from capture_plan.rig.sample import sample_rig
 
 OTHER = Prediction("talking", 0.2, 0.62, 0.5, 0.8, 0.01)
 HOSTILE = (

@@ -11,7 +11,7 @@ from capture_plan.plan.files import plan_bytes
 from capture_plan.plan.settings import Settings
 from capture_plan.report.evidence import evidence
 from capture_plan.report.page import ASSETS
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from tests import test_verify_plan as forged
 from tests.once import plan_of
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from capture_plan.expressions.sentences import phrases, sentence
-from capture_plan.rig import sample_rig
 from capture_plan.rig.agreement import name_doubts
 from capture_plan.rig.audit import audit
 from capture_plan.rig.audit_page import audit_text
@@ -14,6 +13,7 @@ from capture_plan.rig.meaning import arkit_by_motion
 from capture_plan.rig.names import base_name
 from capture_plan.rig.read import rig_from_raw
 from capture_plan.rig.said_motion import CLAIMS, instead, measures
+from capture_plan.rig.sample import sample_rig
 from tests.test_face_invariance import decimated, mirrored, noisy, renumbered, rig, scaled, turned
 
 SAMPLE = sample_rig()

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from capture_plan.rig import sample_rig
 from capture_plan.rig.face.of_rig import rig_points
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.sample.rebuild import fan, read_base, read_target, trim
 
 ARKIT = 52

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from capture_plan.rig import sample_rig
 from capture_plan.rig.findings import correctives
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.sample.motion import FRAMES, LEAST_PEAK, random_weights, sample_motion
 
 

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from capture_plan.errors import RigError
 from capture_plan.layout.reconstruct import random_mixes
 from capture_plan.mesh.mirror import mirror_error
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from capture_plan.transfer.deformation import deformation_transfer
 from capture_plan.transfer.score import Bench, mix_moments, score_orders, score_packing
 from capture_plan.transfer.targets import (

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
 from capture_plan.rig.audit_page import audit_text, verdict
 from capture_plan.rig.face.axes import AXES, axes_matrix
@@ -16,6 +15,7 @@ from capture_plan.rig.face.sense import contradicted, pose_senses, side_senses
 from capture_plan.rig.face.sense_size import likely_unit, size_sense
 from capture_plan.rig.findings_sides import misnamed
 from capture_plan.rig.regions import SIDELESS, face_regions
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.symmetry import symmetry_report
 
 NAMES = ("browInnerUp", "browDownLeft", "browDownRight", "eyeBlinkLeft", "eyeBlinkRight", "jawOpen", "mouthSmileLeft")

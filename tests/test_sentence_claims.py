@@ -11,9 +11,9 @@ from capture_plan.expressions.pack import pack
 from capture_plan.expressions.sentences import mistakes, sentence
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.plan.sentence_claims import largest_unsaid, open_lips_unsaid
-from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
 from capture_plan.rig.meaning import arkit_by_motion
+from capture_plan.rig.sample import sample_rig
 
 NAMES = ("browInnerUp", "eyeBlinkLeft", "eyeBlinkRight", "jawOpen", "mouthClose", "mouthSmileLeft", "mouthSmileRight")
 WHOLE = sample_rig()

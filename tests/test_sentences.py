@@ -12,7 +12,7 @@ from capture_plan.expressions.pack import pack
 from capture_plan.expressions.sentences import from_rest, mistakes, phrases, sentence, spoken, told
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.expressions.together import base_name
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 
 RIG = sample_rig()
 

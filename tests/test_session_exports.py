@@ -13,7 +13,7 @@ from capture_plan.expressions.pack import pack
 from capture_plan.expressions.session import session
 from capture_plan.expressions.session_settings import SessionSettings
 from capture_plan.expressions.settings import PackingSettings
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 
 RIG = sample_rig()
 PACKING = pack(RIG, RIG.names, PackingSettings(method="minimum"))

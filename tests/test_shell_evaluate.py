@@ -29,7 +29,7 @@ from capture_plan.layout.shell.validate import (
     recovery_as_published,
     simulation_recovery,
 )
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.sample.motion import random_weights, sample_motion
 from capture_plan.rig.sequence import Sequence
 from capture_plan.rig.sequence.frames import PosedFrames, StoredFrames

@@ -7,7 +7,7 @@ from capture_plan.errors import RigError
 from capture_plan.layout.shell.handles import drag
 from capture_plan.layout.shell.optimise import optimise
 from capture_plan.layout.shell.take import face_take
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.sample.motion import sample_motion
 
 FRAME = 7

@@ -11,7 +11,7 @@ from capture_plan.layout.face import see_face
 from capture_plan.layout.shell.evaluation import People
 from capture_plan.layout.shell.kept import kept_evaluation, name_of
 from capture_plan.layout.shell.take import face_take
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.sample.motion import sample_motion
 from capture_plan.rig.sequence.frames import PosedFrames
 

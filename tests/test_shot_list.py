@@ -9,7 +9,7 @@ from capture_plan.expressions.session import LAST, session, spare_words
 from capture_plan.expressions.session_settings import SessionSettings
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.report.shots import level_boxes, session_intro, shot_rows
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from capture_plan.sheets.page import PAPERS, Booklet, paper
 from capture_plan.sheets.shot_list import BOTTOM_MM, TOP_MM, draw_shot_list, height, paged
 

@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from capture_plan.layout.empirical import EMPIRICAL, empirical_layout
+from capture_plan.layout.empirical import empirical_layout
+from capture_plan.layout.known import EMPIRICAL
 from capture_plan.layout.similarity import similarities, similarity
-from capture_plan.rig import sample_rig
 from capture_plan.rig.regions import face_regions
+from capture_plan.rig.sample import sample_rig
 
 RIG = sample_rig()
 MPEG4, IBUG = empirical_layout("mpeg4").vertices, empirical_layout("ibug68").vertices

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from solids import sphere
 
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.skin import find_skin, is_ball
 
 

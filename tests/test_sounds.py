@@ -7,8 +7,8 @@ import numpy as np
 from capture_plan.expressions.sentences import sentence, told_apart
 from capture_plan.expressions.sounds import sounds_of
 from capture_plan.plan.sentence_claims import MILLIMETRES
-from capture_plan.rig import sample_rig
 from capture_plan.rig.kinds import expression_kinds
+from capture_plan.rig.sample import sample_rig
 
 
 def renamed(**new: str):

@@ -8,7 +8,7 @@ from capture_plan.expressions.settings import Edits
 from capture_plan.layout.follow import SINGLE_COVER
 from capture_plan.plan.check import check_plan
 from capture_plan.plan.revise import edited_plan, other_plan
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from tests.once import QUICK, plan_of
 
 RIG = sample_rig()

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from capture_plan.mesh.mirror import Plane, find_mirror_plane, mirror_map, mirror_plane, partner_map
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.symmetry import pair_disagreements, symmetry_report
 
 HEAD = sample_rig().neutral

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from capture_plan.errors import RigError
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.sequence import read_sequence
 from capture_plan.rig.sequence.archive import read_archive
 from capture_plan.rig.sequence.axes_of import as_frames

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from capture_plan.errors import RigError
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.sequence import read_sequence
 from capture_plan.rig.sequence.frames import KeptFrames, StoredFrames
 from capture_plan.rig.sequence.sound import MOST_FAULTY, mesh_of, places

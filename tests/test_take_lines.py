@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from capture_plan.errors import RigError
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.sequence import long_table
 from capture_plan.rig.sequence.face_cap import USUAL
 from capture_plan.rig.sequence.messages import seconds

@@ -9,7 +9,7 @@ import pytest
 
 from capture_plan.cli import open_take, unheard
 from capture_plan.progress import listen
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.sequence import map_weights, read_sequence
 from capture_plan.rig.sequence.columns import plain
 from capture_plan.rig.sequence.mapping import drive

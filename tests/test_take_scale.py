@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from capture_plan.errors import RigError
-from capture_plan.rig import sample_rig
 from capture_plan.rig.name_map import read_name_map
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.sequence import read_sequence
 from capture_plan.rig.sequence.outliers import wild_cells
 from capture_plan.rig.sequence.scale import judge

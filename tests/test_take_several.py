@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from capture_plan.errors import RigError
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.sequence.wide import other_columns
 from tests.test_take_dialects import NAMES, T, code, driven, listed, named, read, table, weights
 from tests.test_take_json import split_sides

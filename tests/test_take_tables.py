@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from capture_plan.errors import RigError
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from tests.test_take_dialects import NAMES, T, code, driven, named, read, table, weights
 
 

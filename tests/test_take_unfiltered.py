@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.sequence import read_sequence
 from capture_plan.rig.sequence.frames import PosedFrames
 from capture_plan.rig.sequence.unfiltered import raw_columns

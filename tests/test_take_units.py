@@ -4,7 +4,7 @@ from collections import defaultdict
 
 import pytest
 
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.sequence import map_weights
 
 NAMES = sample_rig().names

@@ -27,7 +27,7 @@ from capture_plan.plan.record import sealed
 from capture_plan.plan.refuted_claims import several_claim, single_cover_claim
 from capture_plan.plan.revise import other_plan
 from capture_plan.plan.unchecked import unchecked
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from tests.lies import LIES
 from tests.tampering import FREE, KINDS, answers_kept, is_free, outcomes, verdict
 

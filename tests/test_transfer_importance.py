@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from capture_plan.errors import RigError
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from capture_plan.transfer.deformation import deformation_transfer
 from capture_plan.transfer.importance import local_maps, transfer_importance
 from capture_plan.transfer.targets import HABIT_SQUARE, another_person, lower, wider

@@ -12,9 +12,9 @@ from capture_plan.layout.settings import LayoutSettings
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.settings import Settings
 from capture_plan.plan.summary import summary
-from capture_plan.rig import sample_rig
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.regions import REGIONS, UNNAMED, face_regions
+from capture_plan.rig.sample import sample_rig
 from capture_plan.sheets.style import LOOKS, looks_of
 from tests.once import QUICK
 

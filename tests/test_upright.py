@@ -9,12 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from capture_plan.rig import read_rig, sample_rig
 from capture_plan.rig.face.axes import Vote, axes_matrix, vector
 from capture_plan.rig.face.frame import find_frame, head_shape
 from capture_plan.rig.face.reading import face_reading
 from capture_plan.rig.formats.raw import RawRig
-from capture_plan.rig.read import rig_from_raw
+from capture_plan.rig.read import read_rig, rig_from_raw
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.upright import PITCH_DEGREES, lifted, pitch_is_sure, rotated, straightened, upright
 from tests.face_heads import bend, sample_head
 from tests.test_face_decoys import raw_of

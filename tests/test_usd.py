@@ -10,10 +10,11 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, UsdUtils, Vt
 
 from capture_plan.errors import RigError
-from capture_plan.rig import read_rig, sample_rig
 from capture_plan.rig.formats import usd, usd_scene
 from capture_plan.rig.formats.raw import finite
 from capture_plan.rig.formats.usd import read_usd
+from capture_plan.rig.read import read_rig
+from capture_plan.rig.sample import sample_rig
 
 # pyright: reportAttributeAccessIssue=false
 TETRAHEDRON = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])

@@ -5,8 +5,8 @@ import pytest
 from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 
 from capture_plan.errors import RigError
-from capture_plan.rig import sample_rig
 from capture_plan.rig.formats import usd, usd_scene
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.sequence import read_sequence
 from capture_plan.rig.sequence.meshes import MeshTake
 from capture_plan.rig.sequence.usd_take import build

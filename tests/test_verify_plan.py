@@ -14,7 +14,7 @@ import pytest
 
 from capture_plan.exports import verify_plan, write_verifier
 from capture_plan.plan.files import read_plan
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from tests.lies import LIES as CONSISTENT
 from tests.lies import source_vertices_zero
 from tests.tampering import KINDS, answers_kept, is_free, tampered, verdict

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from capture_plan.rig import sample_rig
 from capture_plan.rig.formats.raw import RawRig
 from capture_plan.rig.formats.weld import TOLERANCE, weld_seams
+from capture_plan.rig.sample import sample_rig
 
 SAMPLE = sample_rig()
 

@@ -16,8 +16,8 @@ from capture_plan.layout.wishes import OTHER_SHARE, counted, keep_outs
 from capture_plan.mesh import geodesic_distance
 from capture_plan.plan.check import check_plan
 from capture_plan.plan.summary import head_words
-from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
+from capture_plan.rig.sample import sample_rig
 from capture_plan.visibility import cameras_for
 from tests.once import QUICK, plan_of
 

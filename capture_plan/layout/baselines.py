@@ -24,7 +24,6 @@ one factorisation, one solve each; omega^-2 = 0 holds the landmarks exactly.
 
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -33,11 +32,9 @@ from scipy.sparse import csc_array, eye_array
 from scipy.sparse.linalg import splu
 
 from capture_plan.errors import InfeasibleError
-from capture_plan.layout.face import Face
+from capture_plan.layout.farthest import Candidates, farthest_points
 from capture_plan.layout.pivots import Pivots
 from capture_plan.layout.register import stiffness
-from capture_plan.mesh import surface_graph
-from capture_plan.mesh.geodesic import geodesic_distance
 
 KEPT_VARIANCE = 0.99
 KMEANS_ROUNDS = 50
@@ -47,48 +44,9 @@ NOTHING = 1e-30  # mm^2
 GROUND = 1e-6  # of L'L, whose entries are about 1: skin without any landmark stays in the neutral
 
 
-@dataclass(frozen=True, eq=False)
-class Candidates:
-    """Moving skin: ascending vertex numbers, and the whole skin around it; `deltas` of the used blendshapes."""
-
-    vertices: Int[np.ndarray, " n"]
-    deltas: Float[np.ndarray, "k v 3"]
-    neutral: Float[np.ndarray, "v 3"]
-    skin_triangles: Int[np.ndarray, "f 3"]
-
-    @property
-    def rows(self) -> Float[np.ndarray, "n r"]:
-        """X."""
-        return self.rows_at(self.vertices)
-
-    def rows_at(self, vertices: Int[np.ndarray, " m"]) -> Float[np.ndarray, "m r"]:
-        """X at any vertices."""
-        return np.moveaxis(self.deltas[:, vertices], 0, 1).reshape(len(vertices), -1).astype(np.float64)
-
-
-def candidates(face: Face) -> Candidates:
-    """Skin that moves, seen or not: still vertices are out for everybody."""
-    rig = face.rig
-    vertices = np.flatnonzero(face.moving_skin)
-    triangles = rig.triangles[rig.skin[rig.triangles].all(axis=1)]
-    return Candidates(vertices, rig.deltas[face.rows], rig.neutral, triangles)
-
-
 def at_random(among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
     """A random choice, the same start for every count."""
     return np.random.default_rng(seed).permutation(among.vertices)[:count]
-
-
-def farthest_points(among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
-    """Spread over the skin, from a random first vertex on."""
-    graph = surface_graph(among.neutral, among.skin_triangles)
-    chosen = [int(np.random.default_rng(seed).choice(among.vertices))]
-    gap = np.full(len(among.vertices), np.inf)
-    while len(chosen) < count:
-        gap = np.minimum(gap, geodesic_distance(graph, np.array(chosen[-1:]))[0, among.vertices])
-        gap[np.isin(among.vertices, chosen)] = -1
-        chosen.append(int(among.vertices[gap.argmax()]))
-    return np.array(chosen)
 
 
 def rgl15(among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:

@@ -24,12 +24,14 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from capture_plan.errors import InfeasibleError, RigError
-from capture_plan.layout.baselines import BASELINES, candidates, choose_baseline, must_have
+from capture_plan.layout.baselines import BASELINES, choose_baseline, must_have
 from capture_plan.layout.budget import spend_budget
 from capture_plan.layout.by_motion import sites_for
 from capture_plan.layout.design import design_layout
-from capture_plan.layout.empirical import EMPIRICAL, empirical_layout, place_layout
+from capture_plan.layout.empirical import empirical_layout, place_layout
 from capture_plan.layout.face import Face
+from capture_plan.layout.farthest import candidates
+from capture_plan.layout.known import EMPIRICAL
 from capture_plan.layout.methods import within_budget
 from capture_plan.layout.multicover import best_cover
 from capture_plan.layout.observe import blind_spots

@@ -9,7 +9,6 @@ Place    the sample's face is laid onto the rig, once for all layouts (`correspo
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import get_args
 
 import msgspec
 import numpy as np
@@ -17,10 +16,9 @@ from jaxtyping import Int
 
 from capture_plan.errors import PlanError, RigError
 from capture_plan.layout.correspond import transfer
-from capture_plan.layout.settings import Known
-from capture_plan.rig import Rig, sample_rig
-
-EMPIRICAL: tuple[str, ...] = get_args(Known)
+from capture_plan.layout.known import EMPIRICAL
+from capture_plan.rig import Rig
+from capture_plan.rig.sample import sample_rig
 
 
 class Point(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

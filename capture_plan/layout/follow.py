@@ -14,9 +14,9 @@ from msgspec import structs
 from msgspec.structs import replace
 
 from capture_plan.errors import PlanError
-from capture_plan.layout.baselines import candidates, farthest_points
 from capture_plan.layout.by_motion import fit_of
 from capture_plan.layout.face import SIXTY_EIGHT, USUAL, Face
+from capture_plan.layout.farthest import candidates, farthest_points
 from capture_plan.layout.head import pose_error
 from capture_plan.layout.naming import name_head_markers, name_landmarks
 from capture_plan.layout.predict import Performance, performances, predictions

@@ -13,9 +13,10 @@ from jaxtyping import Float, Int
 
 from capture_plan.cache import cached, digest
 from capture_plan.errors import RigError
-from capture_plan.layout.baselines import BASELINES, Candidates, candidates, choose_baseline
+from capture_plan.layout.baselines import BASELINES, choose_baseline
 from capture_plan.layout.empirical import place_ibug68
 from capture_plan.layout.face import SIXTY_EIGHT, Face
+from capture_plan.layout.farthest import Candidates, candidates
 from capture_plan.layout.reconstruct import Score, random_mixes, reconstruct
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.worth import Observation

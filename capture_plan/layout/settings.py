@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from msgspec import Meta, Struct, field
 
 from capture_plan.documents import LONGEST_MM, MOST_COUNTED, MOST_NUMBER
+from capture_plan.layout.known import Known
 from capture_plan.rig.zones import MARGINS_MM
 
 KEPT_OUT = ("lash line", "wet lip", "nostril rim")  # where no dot holds on anybody
@@ -15,7 +16,6 @@ Some = Annotated[int, Meta(ge=1, le=MOST_COUNTED)]
 Vertex = Annotated[int, Meta(ge=0, le=MOST_NUMBER)]
 FINEST_MM = 1e-4  # of noise: a tenth of a micrometre, whose square single numbers still tell from 0
 Method = Literal["studio", "adaptive", "trivial", "distance", "cover", "budget", "motion"]
-Known = Literal["ibug68", "ibug51", "mpeg4", "iemocap53", "motionbuilder17", "faceware30"]
 Weights = Literal["lexicographic", "paper", "count"]
 
 BUDGETED = ("budget", "motion")  # methods that are given the number of landmarks

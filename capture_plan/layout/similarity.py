@@ -12,7 +12,8 @@ from jaxtyping import Float, Int
 from msgspec import Struct
 from scipy.spatial import KDTree
 
-from capture_plan.layout.empirical import EMPIRICAL, empirical_layout, place_layout
+from capture_plan.layout.empirical import empirical_layout, place_layout
+from capture_plan.layout.known import EMPIRICAL
 from capture_plan.rig import Rig
 from capture_plan.rig.regions import FaceRegions, face_regions
 

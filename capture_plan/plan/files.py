@@ -17,8 +17,9 @@ from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference,
 from capture_plan.plan.settings import Settings
 from capture_plan.plan.structure import check_texts
 from capture_plan.plan.wrong_settings import what_is_wrong
-from capture_plan.rig import Rig, sample_rig
+from capture_plan.rig import Rig
 from capture_plan.rig.read import read_rig
+from capture_plan.rig.sample import sample_rig
 
 MOST_BYTES = 100_000_000  # a plan of 200 landmarks and 60 expressions has 2 MB
 

@@ -17,8 +17,8 @@ from capture_plan.expressions.pack import pack
 from capture_plan.expressions.revise import another, repack
 from capture_plan.expressions.sequential import sequential
 from capture_plan.expressions.settings import Edits
-from capture_plan.rig import sample_rig
 from capture_plan.rig.audit import audit
+from capture_plan.rig.sample import sample_rig
 
 PROOF_S, EDIT_S = 2.0, 1.0  # what a person waits for a proved list, and for an edit
 

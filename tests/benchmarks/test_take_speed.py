@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capture_plan.rig import sample_rig
+from capture_plan.rig.sample import sample_rig
 from capture_plan.rig.sequence import read_sequence
 
 MOST_RATIO = 3.0  # measured 2.0: names, timecodes, lost rows and the rig's weights beside the parsing

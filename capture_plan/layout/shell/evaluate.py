@@ -15,10 +15,12 @@ from jaxtyping import Float, Int
 from msgspec import Struct
 
 from capture_plan.errors import CapturePlanError
-from capture_plan.layout.baselines import Candidates, choose_baseline
+from capture_plan.layout.baselines import choose_baseline
 from capture_plan.layout.compare import error_driven
-from capture_plan.layout.empirical import EMPIRICAL, empirical_layout, place_layout
+from capture_plan.layout.empirical import empirical_layout, place_layout
 from capture_plan.layout.face import Face
+from capture_plan.layout.farthest import Candidates
+from capture_plan.layout.known import EMPIRICAL
 from capture_plan.layout.observe import blind_spots
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.shell.model import Shell

@@ -20,17 +20,10 @@ from msgspec import Struct
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.shell.model import Shell
 from capture_plan.layout.shell.motion import Motion
+from capture_plan.layout.shell.take import Sizes
 
 TURNS, SETTLED = 100, 1e-8  # varimax ends when a turn gains less than this share
 FLOOR = 1e-12  # share of the largest singular value below which a vector is none
-
-
-class Sizes(Struct, frozen=True):
-    """A mesh and a take: N vertices, T triangles, F frames."""
-
-    vertices: int
-    triangles: int
-    frames: int
 
 
 class Skinning(Struct, frozen=True):

@@ -11,16 +11,24 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from msgspec import Struct
 
 from capture_plan.layout.shell.model import Shell, held_shell
 from capture_plan.layout.shell.motion import Motion, together
 from capture_plan.layout.shell.part import Part, part_of
 from capture_plan.layout.shell.recording import Recording, record
-from capture_plan.layout.shell.skinning import Sizes
 from capture_plan.mesh.mirror import mirror_map
 from capture_plan.rig import Rig
 from capture_plan.rig.sequence import Sequence
 from capture_plan.rig.sequence.record import UNUSED
+
+
+class Sizes(Struct, frozen=True):
+    """A mesh and a take: N vertices, T triangles, F frames."""
+
+    vertices: int
+    triangles: int
+    frames: int
 
 
 @dataclass(frozen=True, eq=False)
