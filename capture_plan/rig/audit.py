@@ -23,11 +23,11 @@ from capture_plan.rig.findings import (
 )
 from capture_plan.rig.findings_apart import apart_findings
 from capture_plan.rig.findings_cover import covers
+from capture_plan.rig.findings_exported import wrongly_exported
 from capture_plan.rig.findings_mesh import fine, flown, holes, sizes, untidy, windings
 from capture_plan.rig.findings_sides import crooked, misnamed, overlaps, partners
 from capture_plan.rig.kinds import Kind, expression_kinds, set_apart
 from capture_plan.rig.meaning import arkit_by_motion
-from capture_plan.rig.misexported import wrongly_exported
 from capture_plan.rig.pairs import blendshape_pairs
 from capture_plan.rig.recognise import Recognised, recognise
 from capture_plan.rig.record import Rig

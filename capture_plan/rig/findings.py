@@ -23,9 +23,9 @@ from jaxtyping import Float, Int
 from msgspec import Struct
 
 from capture_plan.mesh.geometry import triangle_cross
+from capture_plan.rig.moving import NOISE_MM
 from capture_plan.rig.record import Rig
 
-NOISE_MM = 0.1  # half the 0.2 mm with which a marker is found; ICT-FaceKit's PupilDilate_R moves the skin by 0.05
 STILL_MM = 1e-4  # float32 coordinates of a head in millimetres are no finer
 SAME = 1e-4  # 1 - cosine; 1 % of the displacement differs
 DEPENDENT = 3e-3  # share of a blendshape that earlier ones leave unexplained; real ones leave over 0.04

@@ -14,11 +14,12 @@ from jaxtyping import Float
 from msgspec import Struct
 
 from capture_plan.rig.face.reading import face_reading
-from capture_plan.rig.findings import NOISE_MM, SAME, STILL_MM
+from capture_plan.rig.findings import SAME, STILL_MM
 from capture_plan.rig.flying import flying
 from capture_plan.rig.misexported import misexported
 from capture_plan.rig.motion_kinds import FACE_REACH, MotionKind, motion_kinds
 from capture_plan.rig.movements import movements_of
+from capture_plan.rig.moving import NOISE_MM
 from capture_plan.rig.pairs import blendshape_pairs
 from capture_plan.rig.record import Rig
 from capture_plan.rig.whole_head import Sphere

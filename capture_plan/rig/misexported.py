@@ -16,9 +16,9 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_plan.rig.face.channels import scrambled
-from capture_plan.rig.findings import NOISE_MM, Finding
 from capture_plan.rig.flying import flying
 from capture_plan.rig.movements import movements_of
+from capture_plan.rig.moving import NOISE_MM
 from capture_plan.rig.record import Rig
 
 Fault = Literal["displacements", "unit", "beside", "order"]
@@ -79,23 +79,6 @@ class Misexported(NamedTuple):
 def misexported(rig: Rig) -> tuple[Misexported, ...]:
     """The blendshapes of a rig that were exported wrongly, in its order."""
     return tuple(_found(rig))
-
-
-def wrongly_exported(rig: Rig) -> list[Finding]:
-    """One finding for each fault, for who made the rig."""
-    findings = []
-    for fault, words in SAYS.items():
-        found = [one for one in misexported(rig) if one.fault == fault]
-        if not found:
-            continue
-        names, several = tuple(one.name for one in found), len(found) > 1
-        told = "; ".join(f"{one.name} {one.why}" for one in found)
-        if several and all(one.why == words.one for one in found):
-            told = f"{len(found)} blendshapes {words.several}: {', '.join(names)}"
-        change = words.change_several if several else words.change
-        until = "they are not planned" if several else "it is not planned"
-        findings.append(Finding("export", names, told, f"{change} Until then {until}.", True, "stop"))
-    return findings
 
 
 def _found(rig: Rig) -> Iterator[Misexported]:

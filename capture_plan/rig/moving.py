@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float, Int
 
 from capture_plan.mesh import pieces
 
+NOISE_MM = 0.1  # half the 0.2 mm with which a marker is found; ICT-FaceKit's PupilDilate_R moves the skin by 0.05
 MOVES = 1e-3  # of a blendshape's largest displacement: less is rounding
 
 

@@ -22,7 +22,7 @@ from jaxtyping import Float
 
 from capture_plan.mesh import vertex_areas
 from capture_plan.rig.face.sense import outward
-from capture_plan.rig.findings import NOISE_MM
+from capture_plan.rig.moving import NOISE_MM
 from capture_plan.rig.record import Rig
 from capture_plan.rig.regions import FaceRegions, face_regions
 
