@@ -7,9 +7,12 @@ demo: .venv/ready
 # Two workers, each of one thread: more would wait for each other where there are two cores. Shapes and types of what
 # every function takes and returns are checked in the tests of short computations: it takes as long as the computing.
 PYTEST = OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 .venv/bin/pytest -n 2 --dist worksteal
-CHECKED = $(patsubst %,tests/test_%.py,deformation mesh observe pairs predict reconstruct register relaxation score \
-	sites skin shell_model shell_motion shell_state visibility zones)
-OTHERS = $(filter-out $(CHECKED),$(wildcard tests/test_*.py tests/benchmarks/test_*.py))
+CHECKED = $(addprefix tests/,anatomy/test_blendshape_pairs.py anatomy/test_zones.py \
+	evaluation/test_identifiability.py face/test_skin.py layout/test_lower_bound.py layout/test_predict.py \
+	layout/test_sites.py layout/test_weight_recovery.py mesh/test_mesh.py registration/test_nonrigid_icp.py \
+	shell/test_shell_model.py shell/test_shell_motion.py shell/test_shell_state.py transfer/test_deformation.py \
+	transfer/test_score.py visibility/test_visibility.py)
+OTHERS = $(filter-out $(CHECKED),$(sort $(wildcard tests/test_*.py tests/*/test_*.py tests/*/*/test_*.py)))
 
 # Neither the tests nor the checks of the code keep two cores busy alone.
 test: .venv/ready

@@ -7,23 +7,23 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from capture_plan.plan.check import check_plan
+    from capture_plan.audit.audit import audit_rig
+    from capture_plan.check.check import check_plan
     from capture_plan.plan.files import read_plan, write_plan
     from capture_plan.plan.make import make_plan
     from capture_plan.plan.settings import Settings
+    from capture_plan.reader.read import read_rig
     from capture_plan.report import write_html
-    from capture_plan.rig.audit import audit
-    from capture_plan.rig.read import read_rig
     from capture_plan.rig.record import Rig
-    from capture_plan.rig.sample import sample_rig
-    from capture_plan.rig.sequence import Sequence, read_sequence
+    from capture_plan.sample import sample_rig
+    from capture_plan.sequence import Sequence, read_sequence
     from capture_plan.sheets import write_sheets
 
 __all__ = [
     "Rig",
     "Sequence",
     "Settings",
-    "audit",
+    "audit_rig",
     "check_plan",
     "make_plan",
     "read_plan",
@@ -37,15 +37,15 @@ __all__ = [
 
 _HOME = {
     "Rig": "rig.record",
-    "Sequence": "rig.sequence",
+    "Sequence": "sequence",
     "Settings": "plan.settings",
-    "audit": "rig.audit",
-    "check_plan": "plan.check",
+    "audit_rig": "audit.audit",
+    "check_plan": "check.check",
     "make_plan": "plan.make",
     "read_plan": "plan.files",
-    "read_rig": "rig.read",
-    "read_sequence": "rig.sequence",
-    "sample_rig": "rig.sample",
+    "read_rig": "reader.read",
+    "read_sequence": "sequence",
+    "sample_rig": "sample",
     "write_html": "report",
     "write_plan": "plan.files",
     "write_sheets": "sheets",

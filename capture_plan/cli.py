@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 if TYPE_CHECKING:
+    from capture_plan.audit.audit import Audit
     from capture_plan.plan.record import Plan
     from capture_plan.plan.settings import Settings
     from capture_plan.rig import Rig
-    from capture_plan.rig.audit import Audit
-    from capture_plan.rig.sequence import Sequence
+    from capture_plan.sequence import Sequence
 
 app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -116,7 +116,7 @@ def demo(output: Folder = Path("capture-plan-demo"), paper: Paper = "a4") -> Non
     from capture_plan.plan.make import make_plan
     from capture_plan.plan.summary import summary
     from capture_plan.report import write_html
-    from capture_plan.rig.sample import sample_rig
+    from capture_plan.sample import sample_rig
     from capture_plan.sheets import write_sheets
 
     refuse_folder(output, ("plan.json", "sheets", "plan.html"))
@@ -149,9 +149,9 @@ def audit(
     names: Names = None,
 ) -> None:
     """Say and show how a rig was understood, what is wrong with it, and what a plan will leave out and why."""
+    from capture_plan.audit.kept import audit_once
+    from capture_plan.audit.report import audit_text
     from capture_plan.output import refuse_place
-    from capture_plan.rig.audit_page import audit_text
-    from capture_plan.rig.audited import audit_once
 
     if output is not None:
         refuse_place(output, inputs=[rig, skin, names], endings=AUDITS)
@@ -378,13 +378,13 @@ def markers(
     """Place markers for a take of meshes that no rig describes: sheets for print, a table and the layout, with vertices
     numbered as in the take's own files."""
     from capture_plan.exports.tables import write_landmarks
-    from capture_plan.layout.from_take import layout_from_take, on_scan
+    from capture_plan.layout.take_without_rig import layout_from_take, on_scan
     from capture_plan.output import refuse_folder
     from capture_plan.plan.files import change_settings, write_layout
     from capture_plan.plan.settings import Settings
     from capture_plan.plan.summary import take_summary
-    from capture_plan.rig.sequence import read_sequence
-    from capture_plan.rig.sequence.stand_in import skin_of_scan
+    from capture_plan.sequence import read_sequence
+    from capture_plan.sequence.rig_from_take import skin_of_scan
     from capture_plan.sheets import write_marker_sheets
 
     asked = {"method": "motion", "number": number, "symmetric": symmetric, "spacing_mm": spacing_mm}
@@ -413,11 +413,11 @@ def check(
     """Recompute every claim of PLAN without a solver and say what to correct; exit 1 if one does not hold."""
     import msgspec
 
-    from capture_plan.plan.check import check_plan
-    from capture_plan.plan.check_page import as_rows, check_lines
+    from capture_plan.check.check import check_plan
+    from capture_plan.check.report import as_rows, check_lines
+    from capture_plan.check.unchecked import unchecked
     from capture_plan.plan.files import read_plan, rig_of
     from capture_plan.plan.summary import near_words
-    from capture_plan.plan.unchecked import unchecked
 
     made = read_plan(plan)
     claims = check_plan(made, rig_of(made, plan, rig_path=rig), folder=plan.parent)
@@ -448,11 +448,11 @@ def edit(
     """Change the expressions of PLAN as an artist asks, with the least change to what was agreed."""
     from msgspec.structs import replace as replaced
 
+    from capture_plan.check.gate import as_far_as_it_goes
     from capture_plan.errors import PlanError
     from capture_plan.expressions.settings import Edits
     from capture_plan.output import refuse_place, replace_whole
     from capture_plan.plan.files import plan_bytes
-    from capture_plan.plan.gate import as_far_as_it_goes
     from capture_plan.plan.places import found_from
     from capture_plan.plan.replacing import refuse_to_replace
     from capture_plan.plan.revise import edited_plan, other_plan, renumbered_words, why_not_together
@@ -504,10 +504,10 @@ def inspect(
 ) -> None:
     """Say what the markers of PLAN see and confuse, which dots need care and what may fall off; with -o why each is
     there, how far it may sit from its place and what stands in for it."""
+    from capture_plan.check.gate import as_far_as_it_goes
+    from capture_plan.inspection.inspect import inspect_plan
+    from capture_plan.inspection.inspect_report import inspection_text, short_text
     from capture_plan.output import refuse_place, replace_whole
-    from capture_plan.plan.gate import as_far_as_it_goes
-    from capture_plan.plan.inspect import inspect_plan
-    from capture_plan.plan.inspect_page import inspection_text, short_text
 
     def refuse(read: list[str | Path]) -> None:
         if output is not None:
@@ -538,8 +538,8 @@ def render(
     force: Force = False,
 ) -> None:
     """Draw the marker sheets and reference expressions of PLAN for print: one PDF at true scale, and PNG pages."""
+    from capture_plan.check.gate import as_far_as_it_goes
     from capture_plan.output import refuse_folder
-    from capture_plan.plan.gate import as_far_as_it_goes
     from capture_plan.progress import listen
     from capture_plan.sheets import write_sheets
     from capture_plan.sheets.write import WRITES
@@ -563,11 +563,11 @@ def export(
     """Write PLAN for people and programs: an HTML page that needs no network, tables and slate, the plan with its
     schema, and a mesh for every expression with keyframes and examples for rigging. Only where asked for with
     --only verify: plan, rig and a checker of one file that imports nothing of ours."""
+    from capture_plan.check.gate import as_far_as_it_goes
     from capture_plan.exports import WRITES, write_expression_meshes, write_schema, write_slate, write_tables
     from capture_plan.exports.verify import write_verifier
     from capture_plan.output import refuse_folder, refuse_plan, same
     from capture_plan.plan.files import write_plan
-    from capture_plan.plan.gate import as_far_as_it_goes
     from capture_plan.report import write_html
 
     wanted = only or [kind for kind in Export if kind != Export.verify]
@@ -621,15 +621,15 @@ def compare(
     """Hold our layouts of RIG against those of others: what comes back of a performance under noise."""
     import msgspec
 
-    from capture_plan.layout.compare import BUDGETS
-    from capture_plan.layout.compare import compare as compare_layouts
-    from capture_plan.layout.compare_page import comparison_text
+    from capture_plan.audit.kept import audit_once
+    from capture_plan.evaluation.compare import BUDGETS
+    from capture_plan.evaluation.compare import compare as compare_layouts
+    from capture_plan.evaluation.compare_report import comparison_text
+    from capture_plan.evaluation.user_layouts import read_layouts, take_weights
     from capture_plan.layout.face import see_face
-    from capture_plan.layout.given import read_layouts, take_weights
     from capture_plan.layout.settings import LayoutSettings
-    from capture_plan.layout.shell.takes import takes_of
     from capture_plan.output import refuse_folder, write_whole
-    from capture_plan.rig.audited import audit_once
+    from capture_plan.shell.takes import takes_of
 
     if output is not None:
         refuse_folder(output, ("comparison.txt", "comparison.json"), inputs=[rig, layouts, take, skin, names])
@@ -677,10 +677,10 @@ def motion(
 ) -> None:
     """Evaluate marker layouts on a take of RIG as Le et al. 2013 do: methods, folds, recovery, compression."""
     from capture_plan.errors import RigError
-    from capture_plan.layout.shell.kept import evaluate_all
-    from capture_plan.layout.shell.page import motion_text
-    from capture_plan.layout.shell.people import made_up, people_of
-    from capture_plan.rig.sample.motion import sample_motion
+    from capture_plan.evaluation.le2013.evaluation_cache import evaluate_all
+    from capture_plan.evaluation.le2013.other_subjects import made_up, people_of
+    from capture_plan.evaluation.le2013.report import motion_text
+    from capture_plan.sample.motion import sample_motion
 
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     if take is None and rig != "sample":
@@ -718,9 +718,9 @@ def open_plan(
     """The plan in a file and its rig; where it does not hold, a draft by force, else exit 1 with its lies named.
     `refuse` is asked before any work whether the output may stand where it shall, beside what is read; a folder that
     it is put `into` may show no other head."""
+    from capture_plan.check.gate import as_draft, insisted, lies, refusal
     from capture_plan.output import refuse_another
     from capture_plan.plan.files import read_plan, rig_of
-    from capture_plan.plan.gate import as_draft, insisted, lies, refusal
     from capture_plan.plan.replacing import inputs_of_plan
 
     plan = read_plan(path)
@@ -739,8 +739,8 @@ def open_plan(
 def open_rig(path: str, **corrections: Any) -> "Rig":
     """The rig that a person named, read with their corrections."""
     from capture_plan.errors import RigError
-    from capture_plan.rig.read import read_rig
-    from capture_plan.rig.sample import sample_rig
+    from capture_plan.reader.read import read_rig
+    from capture_plan.sample import sample_rig
 
     if path != "sample":
         return read_rig(path, **corrections)
@@ -763,8 +763,8 @@ def json_text(record: object) -> str:
 
 def write_audit(report: "Audit", rig: "Rig", path: Path, text: str) -> None:
     """The audit as a page with pictures where the suffix asks for one, else as this text; says the verdict."""
+    from capture_plan.audit.report import verdict
     from capture_plan.output import replace_whole
-    from capture_plan.rig.audit_page import verdict
     from capture_plan.sheets.audit_sheet import KINDS, audit_bytes
 
     kind = path.suffix.lower()
@@ -776,9 +776,9 @@ def write_audit(report: "Audit", rig: "Rig", path: Path, text: str) -> None:
 
 def open_take(path: Path, rig: "Rig", names: str | None) -> "Sequence":
     """A take of the rig, its weights matched by the person's own names where there are any; says what drives what."""
+    from capture_plan.names.name_map import read_name_map
     from capture_plan.progress import listen
-    from capture_plan.rig.name_map import read_name_map
-    from capture_plan.rig.sequence import read_sequence
+    from capture_plan.sequence import read_sequence
 
     with listen(say):
         return read_sequence(path, rig=rig, name_map=read_name_map(names) if names else None)
@@ -805,7 +805,7 @@ def option_of(name: str) -> str:
 
 def zones(given: list[str] | None) -> dict[str, float] | None:
     """'wet lip=3' and 'scar.ply' as zones with their margins; 'none' for no zone at all."""
-    from capture_plan.rig.zones import MARGINS_MM
+    from capture_plan.anatomy.zones import MARGINS_MM
 
     if given is None or given == ["none"]:
         return None if given is None else {}

@@ -18,9 +18,9 @@ import uvicorn
 from capture_plan.errors import RigError
 from capture_plan.notebook_guard import Guard
 from capture_plan.plan.record import SAMPLE
-from capture_plan.rig.read import read_rig
-from capture_plan.rig.sample import sample_rig
-from capture_plan.rig.sequence import read_sequence
+from capture_plan.reader.read import read_rig
+from capture_plan.sample import sample_rig
+from capture_plan.sequence import read_sequence
 
 INSTALLED = Path(__file__).parent / "_notebooks"
 OUTPUT_BYTES = (

@@ -8,12 +8,12 @@ with app.setup:
 
     from capture_plan import figures
     from capture_plan import notebooks_support as parts
+    from capture_plan.audit.audit import audit_rig
+    from capture_plan.evaluation.baseline_cache import measure, peers, predicted_by_seed, seeded
+    from capture_plan.evaluation.zell2022.discarded_metrics import discarded_metrics
+    from capture_plan.evaluation.zell2022.epsilon_sweep import epsilon_sweep
+    from capture_plan.evaluation.zell2022.variants import by_metric, multicovers, single_cover, terms
     from capture_plan.layout.face import see_face
-    from capture_plan.layout.metrics import discarded_metrics
-    from capture_plan.layout.peers import measure, peers, predicted_by_seed, seeded
-    from capture_plan.layout.sweep import epsilon_sweep
-    from capture_plan.layout.variants import by_metric, multicovers, single_cover, terms
-    from capture_plan.rig.audit import audit
 
 
 @app.cell(hide_code=True)
@@ -37,7 +37,7 @@ def rig_of_the_session():
 @app.cell
 def seen(rig):
     with parts.working():
-        face = see_face(rig, audit(rig).used)
+        face = see_face(rig, audit_rig(rig).used)
     return (face,)
 
 
@@ -96,7 +96,7 @@ def about_models():
 def models(face, knobs, rig, sitter):
     with parts.working():
         shown = [(sitter, face)] + [
-            (figures.sit(other), see_face(other, audit(other).used)) for other in parts.rigs_beside(rig)[1:]
+            (figures.sit(other), see_face(other, audit_rig(other).used)) for other in parts.rigs_beside(rig)[1:]
         ]
         covered = [(one, of_rig, single_cover(of_rig, parts.cover_settings(knobs))) for one, of_rig in shown]
     parts.figure_view(figures.models(covered), "One layout for each rig, at the epsilon above.", name="models")

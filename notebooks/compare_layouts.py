@@ -7,11 +7,11 @@ with app.setup:
     import marimo as mo
 
     from capture_plan import notebooks_support as parts
-    from capture_plan.layout.compare import error_driven
+    from capture_plan.audit.audit import audit_rig
+    from capture_plan.evaluation.baseline_cache import measure, peers, peers_by_budget, placed_points
+    from capture_plan.evaluation.compare import error_driven
     from capture_plan.layout.face import see_face
-    from capture_plan.layout.peers import measure, peers, peers_by_budget, placed_points
     from capture_plan.layout.settings import LayoutSettings
-    from capture_plan.rig.audit import audit
 
 
 @app.cell(hide_code=True)
@@ -29,7 +29,7 @@ def title(rig):
 def rig_of_the_session():
     rig = parts.chosen_rig()
     with parts.working():
-        face = see_face(rig, audit(rig).used)
+        face = see_face(rig, audit_rig(rig).used)
     return face, rig
 
 

@@ -7,9 +7,9 @@ with app.setup:
     import marimo as mo
 
     from capture_plan import notebooks_support as parts
+    from capture_plan.audit.audit import audit_rig
     from capture_plan.expressions.pack import pack
     from capture_plan.plan.collide import collide
-    from capture_plan.rig.audit import audit
 
 
 @app.cell(hide_code=True)
@@ -28,7 +28,7 @@ def title(rig):
 def rig_of_the_session():
     rig = parts.chosen_rig()
     with parts.working():
-        report = audit(rig)
+        report = audit_rig(rig)
     return report, rig
 
 

@@ -9,12 +9,12 @@ with app.setup:
 
     from capture_plan import figures
     from capture_plan import notebooks_support as parts
-    from capture_plan.expressions.active import vertex_roles
+    from capture_plan.audit.audit import audit_rig
+    from capture_plan.evaluation.carrigan2020.mu_sweep import importance_ablation, mu_sweep
+    from capture_plan.evaluation.carrigan2020.packing_worth import rival_lists, typical_target, worth_of_lists
+    from capture_plan.expressions.active_sets import vertex_roles
     from capture_plan.expressions.pack import pack
-    from capture_plan.expressions.sweep import importance_ablation, mu_sweep
     from capture_plan.plan.collide import collide
-    from capture_plan.plan.packing_worth import rival_lists, typical_target, worth_of_lists
-    from capture_plan.rig.audit import audit
 
 
 @app.cell(hide_code=True)
@@ -34,7 +34,7 @@ def rig_of_the_session():
     rig = parts.chosen_rig()
     sitter = figures.sit(rig)
     with parts.working():
-        used = audit(rig).used
+        used = audit_rig(rig).used
     return rig, sitter, used
 
 

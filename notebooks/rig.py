@@ -7,7 +7,7 @@ with app.setup:
     import marimo as mo
 
     from capture_plan import notebooks_support as parts
-    from capture_plan.rig.audit import audit
+    from capture_plan.audit.audit import audit_rig
 
 
 @app.cell(hide_code=True)
@@ -30,7 +30,7 @@ def rig_of_the_session():
 @app.cell
 def audited(rig):
     with parts.working():
-        report = audit(rig)
+        report = audit_rig(rig)
     return (report,)
 
 

@@ -7,12 +7,12 @@ with app.setup:
     import marimo as mo
 
     from capture_plan import notebooks_support as parts
+    from capture_plan.audit.audit import audit_rig
     from capture_plan.expressions.pack import pack
     from capture_plan.layout.design import design_layout
     from capture_plan.layout.face import see_face
     from capture_plan.plan.collide import collide
     from capture_plan.plan.make import assemble_plan
-    from capture_plan.rig.audit import audit
     from capture_plan.visibility import cameras_for
 
 
@@ -52,7 +52,7 @@ def about_the_rig():
 @app.cell
 def audited(rig):
     with parts.working():
-        report = audit(rig)
+        report = audit_rig(rig)
     return (report,)
 
 

@@ -8,11 +8,12 @@ with app.setup:
 
     from capture_plan import figures
     from capture_plan import notebooks_support as parts
+    from capture_plan.audit.audit import audit_rig
+    from capture_plan.evaluation.le2013 import claims as paper_claims
+    from capture_plan.evaluation.le2013 import report as page
+    from capture_plan.evaluation.le2013.evaluation_cache import kept_evaluation
     from capture_plan.layout.face import see_face
-    from capture_plan.layout.shell import page, paper_claims
-    from capture_plan.layout.shell.kept import kept_evaluation
-    from capture_plan.layout.shell.take import face_take
-    from capture_plan.rig.audit import audit
+    from capture_plan.shell.take import face_take
 
 
 @app.cell(hide_code=True)
@@ -39,7 +40,7 @@ def take_of_the_session(rig):
     sequence = parts.chosen_take(rig)
     with parts.working():
         take = face_take(rig, sequence)
-        face = see_face(rig, audit(rig).used)
+        face = see_face(rig, audit_rig(rig).used)
     return face, sequence, take
 
 

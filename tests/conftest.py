@@ -58,7 +58,7 @@ def made(tmp_path_factory):
 @pytest.fixture(scope="session")
 def rig():
     """The sample head."""
-    from capture_plan.rig.sample import sample_rig
+    from capture_plan.sample import sample_rig
 
     return sample_rig()
 
@@ -66,9 +66,9 @@ def rig():
 @pytest.fixture(scope="session")
 def used(rig):
     """Its blendshapes that a plan uses."""
-    from capture_plan.rig.audit import audit
+    from capture_plan.audit.audit import audit_rig
 
-    return audit(rig).used
+    return audit_rig(rig).used
 
 
 @pytest.fixture(scope="session")

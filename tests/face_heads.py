@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from capture_plan.mesh import border_edges, half_edges, pieces, vertex_normals
-from capture_plan.rig.sample import sample_rig
+from capture_plan.sample import sample_rig
 
 # on the midline, between the lowest vertex of the upper and the highest of the lower lip
 MOUTH = np.array([0.0, 668.2, 146.6])

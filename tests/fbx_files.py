@@ -5,7 +5,7 @@ import zlib
 
 import numpy as np
 
-from capture_plan.rig.formats.fbx_file import MAGIC
+from capture_plan.formats.fbx_file import MAGIC
 
 CODES = {"f4": b"f", "f8": b"d", "i4": b"i", "i8": b"l"}
 TETRAHEDRON = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])

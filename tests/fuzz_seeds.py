@@ -12,12 +12,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from capture_plan.mesh.decimate import decimate
+from capture_plan.reader.read import read_raw, rig_from_raw
 from capture_plan.rig import Rig
-from capture_plan.rig.read import read_raw, rig_from_raw
 from capture_plan.visibility.camera import look_at
 from tests.face_heads import cut, sample_head, visible_skin
 from tests.fbx_files import HEAD, MESH, channel, deformer, mesh, model, scene
-from tests.test_gltf import Writer, primitive
+from tests.formats.test_gltf import Writer, primitive
 
 NAMES = ("jawOpen", "browInnerUp", "mouthSmileLeft", "mouthSmileRight", "eyeBlinkLeft", "eyeBlinkRight", "mouthPucker")
 CAMERA = '[[cameras]]\nname = "{}"\nwidth = 1536\nheight = 2048\nfx = 2100.0\nfy = 2100.0\n'
@@ -133,7 +133,7 @@ def fbx_tree() -> list[tuple]:
 
 def usd(path: Path) -> None:
     """A stage of one mesh with blendshapes; USDZ is a package of it."""
-    from tests.test_usd import add_mesh, bind, new_stage
+    from tests.formats.test_usd import add_mesh, bind, new_stage
 
     head = small()
     inner = path.with_suffix(".usdc") if path.suffix == ".usdz" else path

@@ -12,18 +12,18 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from capture_plan.audit.audit import audit_rig
+from capture_plan.check.check import check_plan
 from capture_plan.errors import CapturePlanError
 from capture_plan.expressions.settings import Edits, PackingSettings
 from capture_plan.layout.settings import LayoutSettings
-from capture_plan.plan.check import check_plan
 from capture_plan.plan.files import plan_bytes, read_plan, read_settings, refer_to, rig_of
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.revise import edited_plan
 from capture_plan.plan.settings import Settings
+from capture_plan.reader.read import read_raw, rig_from_raw
 from capture_plan.rig import Rig
-from capture_plan.rig.audit import audit
-from capture_plan.rig.read import read_raw, rig_from_raw
-from capture_plan.rig.sequence import read_sequence
+from capture_plan.sequence import read_sequence
 from tests import fuzz_seeds as seeds
 from tests.fbx_files import ascii_text, binary
 from tests.fuzz_seeds import NAMES, small_rig
@@ -64,7 +64,7 @@ def through_rig(path: Path, n: int) -> None:
     """A rig becomes a plan that can be written and read."""
     rig = rig_from_raw(read_raw(path))
     check_rig(rig)
-    assert audit(rig).used is not None
+    assert audit_rig(rig).used is not None
     plan = make_plan(rig, cheap(METHODS[n % len(METHODS)]))
     msgspec.json.decode(plan_bytes(plan), type=type(plan))
 

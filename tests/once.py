@@ -10,6 +10,7 @@ from typing import TypeVar
 
 import msgspec
 
+from capture_plan.audit.audit import audit_rig
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import see_face
@@ -18,8 +19,7 @@ from capture_plan.layout.settings import LayoutSettings
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.record import Plan
 from capture_plan.plan.settings import Settings
-from capture_plan.rig.audit import audit
-from capture_plan.rig.sample import sample_rig
+from capture_plan.sample import sample_rig
 
 Made = TypeVar("Made", bound=msgspec.Struct)
 
@@ -36,7 +36,7 @@ def plan_of(settings: Settings | None = None) -> Plan:
 def layout_of(settings: LayoutSettings | None = None) -> Layout:
     """The layout of the bundled head with these settings, where no dots meet in other expressions."""
     asked, rig = settings or LayoutSettings(), sample_rig()
-    return once(asked, Layout, lambda: design_layout(see_face(rig, audit(rig).used), asked))
+    return once(asked, Layout, lambda: design_layout(see_face(rig, audit_rig(rig).used), asked))
 
 
 def once(asked: msgspec.Struct, kind: type[Made], make: Callable[[], Made]) -> Made:

@@ -23,20 +23,20 @@ from unittest.mock import patch
 import msgspec
 import numpy as np
 
+from capture_plan.check import again, check
 from capture_plan.errors import InfeasibleError, PlanError, RigError
 from capture_plan.expressions import early
 from capture_plan.expressions.settings import Edits
-from capture_plan.layout import follow
+from capture_plan.layout import assembly as follow
 from capture_plan.layout.settings import LayoutSettings
-from capture_plan.plan import again, check
 from capture_plan.plan.files import read_plan, rig_of, write_plan
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.record import Plan, sealed
 from capture_plan.plan.revise import edited_plan
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
-from capture_plan.rig.sample import sample_rig
-from capture_plan.rig.sample.motion import sample_motion
+from capture_plan.sample import sample_rig
+from capture_plan.sample.motion import sample_motion
 from tests.once import plan_of
 
 # What no check can find out when the seal was made anew with the change, a reason each.
@@ -171,7 +171,7 @@ def _plain(plan: Plan) -> bytes:
 @contextmanager
 def answers_kept() -> Iterator[None]:
     """Within it what is slow is asked once for the same arguments, so that thousands of plans can be checked."""
-    slow = [(check, "audit"), (check, "see_face"), (check, "task_of"), (again, "collide"), (again, "state_problem")]
+    slow = [(check, "audit_rig"), (check, "see_face"), (check, "task_of"), (again, "collide"), (again, "state_problem")]
     slow += [(again, "blendshape_importance"), (again, "session"), (check, "read_takes_of"), (check, "motion_claims")]
     slow += [(early, "habit_squares"), (follow, "name_landmarks"), (follow, "points_of"), (follow, "motion_fit")]
     slow += [(follow, "performances"), (follow, "predictions")]

@@ -8,7 +8,7 @@ import pytest
 
 from capture_plan.cache import cache_dir, cached, digest
 from capture_plan.errors import RigError
-from capture_plan.rig.read import read_rig
+from capture_plan.reader.read import read_rig
 
 
 @pytest.fixture(autouse=True)

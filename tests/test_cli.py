@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from capture_plan.cli import RIG_FORMATS
-from capture_plan.rig.read import FOLDER_READERS, FORMATS, READERS
+from capture_plan.reader.read import FOLDER_READERS, FORMATS, READERS
 from tests.command import run
 
 

@@ -14,12 +14,13 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from capture_plan.anatomy.regions import MIDDLE
+from capture_plan.audit.kept import audit_once
 from capture_plan.expressions.listing import blendshape_importance
 from capture_plan.expressions.problem import state_problem
 from capture_plan.layout.face import see_face
 from capture_plan.layout.naming import seen_with_the_head
-from capture_plan.layout.shell.takes import Takes
-from capture_plan.layout.task import Task, task_of
+from capture_plan.layout.problem import Task, task_of
 from capture_plan.mesh.mirror import mirror_plane
 from capture_plan.output import write_whole
 from capture_plan.plan.collide import collide
@@ -27,8 +28,7 @@ from capture_plan.plan.files import plan_bytes
 from capture_plan.plan.places import read_cameras_of, read_rules_of, read_takes_of, read_target, with_zones_found
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
-from capture_plan.rig.audited import audit_once
-from capture_plan.rig.regions import MIDDLE
+from capture_plan.shell.takes import Takes
 
 Arrays = dict[str, Any]
 

@@ -11,11 +11,8 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
-from capture_plan.expressions.active import active_sets, performed_sets
-from capture_plan.expressions.local_pairs import local_pairs
-from capture_plan.expressions.record import Packing
-from capture_plan.expressions.rules import Rules
-from capture_plan.expressions.together import (
+from capture_plan.expressions.active_sets import active_sets, performed_sets
+from capture_plan.expressions.compatibility import (
     bases_of,
     driven,
     eyes_that_part,
@@ -24,6 +21,9 @@ from capture_plan.expressions.together import (
     never_together,
     performed_together,
 )
+from capture_plan.expressions.local_pairs import local_pairs
+from capture_plan.expressions.record import Packing
+from capture_plan.expressions.rules import Rules
 from capture_plan.rig import Rig
 
 ROUNDED = 2e-6  # shares carry six decimals

@@ -18,13 +18,13 @@ from jaxtyping import Bool, Float, Int
 from msgspec import Struct
 from scipy.spatial import KDTree
 
+from capture_plan.anatomy.delta_relations import correctives
 from capture_plan.expressions.groups import grouped, said_as_one
 from capture_plan.expressions.surfaces import Surface, touching
+from capture_plan.face.anchors import REMEMBERED
 from capture_plan.mesh import vertex_normals
 from capture_plan.progress import track
 from capture_plan.rig import Rig
-from capture_plan.rig.anchors import REMEMBERED
-from capture_plan.rig.findings import correctives
 
 TOUCH_MM = 1.0  # lips and lids are soft and give way by about a millimetre; deeper is a pose that flesh cannot take
 REACH_MM = 6.0  # half as thick as a lip; deeper than that a point may as well have come out on the other side

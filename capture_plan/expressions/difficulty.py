@@ -15,10 +15,10 @@ from typing import NamedTuple
 
 from msgspec import Struct
 
+from capture_plan.anatomy.meaning import arkit_by_motion, base_name
 from capture_plan.expressions.groups import grouped, pairs_of
 from capture_plan.expressions.sentences import told
 from capture_plan.rig import Rig
-from capture_plan.rig.meaning import arkit_by_motion, base_name
 
 HARDEST = 5
 

@@ -14,12 +14,12 @@ from jaxtyping import Bool
 from msgspec import Struct
 
 from capture_plan.expressions.collision import collisions
+from capture_plan.expressions.compatibility import driven
 from capture_plan.expressions.difficulty import difficulty
 from capture_plan.expressions.groups import grouped
 from capture_plan.expressions.movement import regions_of
 from capture_plan.expressions.record import Expression
 from capture_plan.expressions.sentences import sentence
-from capture_plan.expressions.together import driven
 from capture_plan.rig import Rig
 
 UPPER = ("brow", "forehead", "temple", "upper eyelid", "lower eyelid", "scalp", "ear")

@@ -6,11 +6,11 @@ One movement   left and right partners, and what one phrase says of several, as 
 
 from functools import cache, lru_cache
 
+from capture_plan.anatomy.meaning import arkit_by_motion, base_name
+from capture_plan.expressions.compatibility import performed_together
 from capture_plan.expressions.sentences import phrases
-from capture_plan.expressions.together import performed_together
+from capture_plan.face.anchors import REMEMBERED
 from capture_plan.rig import Rig
-from capture_plan.rig.anchors import REMEMBERED
-from capture_plan.rig.meaning import arkit_by_motion, base_name
 
 Group = tuple[str, ...]
 

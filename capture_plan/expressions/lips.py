@@ -12,8 +12,8 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial import KDTree
 
+from capture_plan.anatomy.meaning import arkit_by_motion
 from capture_plan.rig import Rig
-from capture_plan.rig.meaning import arkit_by_motion
 
 NEAR_MM = 8.0  # lips at rest: 0 to 5 mm from rim to rim
 BEHIND, ALONG = 0.25, 0.6  # of the jaw's largest motion: upper lips on four heads have 0.05, lower ones 0.7

@@ -10,7 +10,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from capture_plan.errors import RigError
-from capture_plan.expressions.active import active_sets, skin_displacement
+from capture_plan.expressions.active_sets import active_sets, skin_displacement
+from capture_plan.expressions.compatibility import bases_of
 from capture_plan.expressions.importance import (
     LEAST,
     cosine_similarity,
@@ -22,7 +23,6 @@ from capture_plan.expressions.problem import Pairs, Problem
 from capture_plan.expressions.record import Expression, Packing
 from capture_plan.expressions.sentences import told_apart
 from capture_plan.expressions.settings import PackingSettings
-from capture_plan.expressions.together import bases_of
 from capture_plan.rig import Rig
 from capture_plan.transfer.importance import transfer_importance
 

@@ -12,10 +12,10 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.optimize import linear_sum_assignment
 
-from capture_plan.expressions.active import skin_displacement
+from capture_plan.anatomy.blendshape_pairs import laterality
+from capture_plan.anatomy.regions import FaceRegions, face_regions
+from capture_plan.expressions.active_sets import skin_displacement
 from capture_plan.rig import Rig
-from capture_plan.rig.pairs import laterality
-from capture_plan.rig.regions import FaceRegions, face_regions
 
 ALIKE = 0.985  # as in the authors' description: 10 degrees
 MOSTLY = 0.75  # of the movement at an opening: a lid that closes drags the other one along

@@ -23,9 +23,9 @@ from capture_plan.expressions.colouring import colour, greedy, largest_clique
 from capture_plan.expressions.conflicts import conflict_graph, core
 from capture_plan.expressions.greedy import Order
 from capture_plan.expressions.instance import Instance, check_places
+from capture_plan.expressions.list_program import heaviest_and_rest, least_cost
 from capture_plan.expressions.listing import Weigh
 from capture_plan.expressions.sequential import Heaviest, heaviest
-from capture_plan.expressions.whole import heaviest_and_rest, least_cost
 from capture_plan.progress import track
 from capture_plan.solver import UndecidedError, work_within
 

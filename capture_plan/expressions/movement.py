@@ -19,12 +19,12 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Bool, Float
 
-from capture_plan.expressions.active import STILL_MM
+from capture_plan.anatomy.regions import FaceRegions, face_regions
+from capture_plan.expressions.active_sets import STILL_MM
+from capture_plan.expressions.compatibility import driven
 from capture_plan.expressions.lips import lips_apart
-from capture_plan.expressions.together import driven
+from capture_plan.face.anchors import REMEMBERED
 from capture_plan.rig import Rig
-from capture_plan.rig.anchors import REMEMBERED
-from capture_plan.rig.regions import FaceRegions, face_regions
 
 NAMELESS = ("scalp", "neck")  # what is left over on heads that are built unlike ours
 NEARLY = 0.8  # of the largest movement: what moves less may have more of the skin, and is not what one sees

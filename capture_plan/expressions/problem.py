@@ -18,14 +18,8 @@ from jaxtyping import Bool
 from msgspec.structs import replace as change
 
 from capture_plan.errors import InfeasibleError
-from capture_plan.expressions.active import active_sets, performed_sets
-from capture_plan.expressions.conflicts import maximal_sets
-from capture_plan.expressions.instance import FREE, Instance, locked_apart, pair_sets
-from capture_plan.expressions.local_pairs import local_pairs
-from capture_plan.expressions.record import Overlap
-from capture_plan.expressions.rules import Rules, check_names, default_rules, read_rules
-from capture_plan.expressions.settings import Edits, PackingSettings
-from capture_plan.expressions.together import (
+from capture_plan.expressions.active_sets import active_sets, performed_sets
+from capture_plan.expressions.compatibility import (
     driven,
     eyes_that_part,
     groups,
@@ -33,6 +27,12 @@ from capture_plan.expressions.together import (
     never_together,
     performed_together,
 )
+from capture_plan.expressions.conflicts import maximal_sets
+from capture_plan.expressions.instance import FREE, Instance, locked_apart, pair_sets
+from capture_plan.expressions.local_pairs import local_pairs
+from capture_plan.expressions.record import Overlap
+from capture_plan.expressions.rules import Rules, check_names, default_rules, read_rules
+from capture_plan.expressions.settings import Edits, PackingSettings
 from capture_plan.rig import Rig
 
 MUCH = 0.2  # of the smaller active set: beyond it one scan of two partners does not tell them apart

@@ -22,6 +22,7 @@ from capture_plan.errors import InfeasibleError
 from capture_plan.expressions.colouring import Assigned, assigned, assignment
 from capture_plan.expressions.early import in_promised_order, proves_order
 from capture_plan.expressions.instance import FREE, Instance, check_places
+from capture_plan.expressions.list_program import cost_of
 from capture_plan.expressions.listing import Target, blendshape_importance, item_importance, packing_record
 from capture_plan.expressions.minimum import fewest_colours
 from capture_plan.expressions.pack import places_by_name, proofs_of
@@ -29,7 +30,6 @@ from capture_plan.expressions.problem import Pairs, Problem, state_problem
 from capture_plan.expressions.record import Packing
 from capture_plan.expressions.rules import Rules
 from capture_plan.expressions.settings import Edits, PackingSettings
-from capture_plan.expressions.whole import cost_of
 from capture_plan.rig import Rig
 from capture_plan.solver import solve
 

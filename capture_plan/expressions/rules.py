@@ -16,10 +16,10 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta, Struct
 
-from capture_plan.documents import MOST_COUNTED, read_toml
 from capture_plan.errors import RigError
+from capture_plan.input.documents import MOST_COUNTED, read_toml
+from capture_plan.names.arkit import arkit_name
 from capture_plan.rig import Rig
-from capture_plan.rig.names import arkit_name
 
 Cost = Annotated[int, Meta(ge=1, le=3)]
 

@@ -14,11 +14,11 @@ from importlib.resources import files
 from itertools import pairwise
 from typing import Any
 
+from capture_plan.anatomy.meaning import arkit_by_motion, base_name
 from capture_plan.expressions.lips import stays_open
 from capture_plan.expressions.movement import against, goes_against, movements
 from capture_plan.expressions.sounds import sounds_of
 from capture_plan.rig import Rig
-from capture_plan.rig.meaning import arkit_by_motion, base_name
 
 CLAUSES = 3  # in one breath; more become a second sentence
 BROWS = {"browInnerUp": "up", "browOuterUp": "up", "browDown": "down"}  # a cartoon's smiling brows may go down

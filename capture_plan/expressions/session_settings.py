@@ -4,7 +4,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from capture_plan.documents import MOST_COUNTED
+from capture_plan.input.documents import MOST_COUNTED
 
 Seconds = Annotated[float, Meta(ge=0, le=3600)]
 

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, Struct, field
 
-from capture_plan.documents import MOST_COUNTED
+from capture_plan.input.documents import MOST_COUNTED
 
 Share = Annotated[float, Meta(ge=0, le=1)]
 Number = Annotated[int, Meta(ge=1, le=MOST_COUNTED)]

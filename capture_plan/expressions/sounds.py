@@ -13,8 +13,8 @@ from importlib.resources import files
 
 import numpy as np
 
+from capture_plan.face.anchors import REMEMBERED, face_anchors
 from capture_plan.rig import Rig
-from capture_plan.rig.anchors import REMEMBERED, face_anchors
 
 LEAST = 3  # names of one or two letters that are sounds: one 'A' is a letter
 SPOKEN = re.compile(r"(?:^|[^a-z])(?:viseme|phoneme|vis|mth|mouth)[^a-z]+([a-z]{1,2})$", re.IGNORECASE)

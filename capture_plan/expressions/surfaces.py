@@ -16,12 +16,12 @@ from jaxtyping import Bool, Float, Int
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import KDTree
 
+from capture_plan.anatomy.regions import FaceRegions
 from capture_plan.expressions.movement import regions_of
+from capture_plan.face.anchors import eyeballs
 from capture_plan.mesh import boundary_vertices, surface_graph, vertex_normals
 from capture_plan.mesh.geometry import triangle_cross
 from capture_plan.rig import Rig
-from capture_plan.rig.anchors import eyeballs
-from capture_plan.rig.regions import FaceRegions
 
 TEETH = re.compile(r"teeth|tooth|denture", re.IGNORECASE)
 LIP_ZONE = 0.25  # of the pupil distance, around the opening of the mouth: 16 mm, a lip with its red and its rim

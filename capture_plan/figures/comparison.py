@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from capture_plan.evaluation.baselines import BASELINES
+from capture_plan.evaluation.compare import FREE, MIXES, PLACED, STUDIO, WORN, Comparison, Row
+from capture_plan.evaluation.compare_report import at_noise
 from capture_plan.figures.curves import Curve, error_against_budget, error_against_noise
 from capture_plan.figures.heads import sit
 from capture_plan.figures.layouts import Captioned, layouts_figure
 from capture_plan.figures.style import write_figure
-from capture_plan.layout.baselines import BASELINES
-from capture_plan.layout.compare import FREE, MIXES, PLACED, STUDIO, WORN, Comparison, Row
-from capture_plan.layout.compare_page import at_noise
 from capture_plan.rig import Rig
 
 MEASURED = "error of weights solved from 0 to 1"

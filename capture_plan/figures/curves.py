@@ -6,8 +6,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullFormatter
 
+from capture_plan.evaluation.zell2022.epsilon_sweep import EpsilonRow
 from capture_plan.figures.style import OTHERS, OURS, SMALL_PT, WIDTH_IN, blank, house
-from capture_plan.layout.sweep import EpsilonRow
 from capture_plan.sheets.style import SOFT
 
 HEIGHT_IN = 3.3

@@ -10,9 +10,9 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from capture_plan.anatomy.regions import face_regions
+from capture_plan.face.anchors import Anchors
 from capture_plan.rig import Rig
-from capture_plan.rig.anchors import Anchors
-from capture_plan.rig.regions import face_regions
 from capture_plan.sheets.expression_page import portrait
 from capture_plan.sheets.head import Head, Posed, Shown, make_head, pose, spread
 from capture_plan.sheets.markers import unhidden

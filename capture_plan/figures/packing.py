@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
+from capture_plan.evaluation.carrigan2020.mu_sweep import AblationRow, MuRow
 from capture_plan.expressions import Expression
-from capture_plan.expressions.sweep import AblationRow, MuRow
 from capture_plan.figures.heads import ASPECT, HEIGHT_PX, SIZE_PX, Sitter
 from capture_plan.figures.layouts import show
 from capture_plan.figures.style import OTHERS, OURS, SMALL_PT, TITLE_PT, WIDTH_IN, blank, box, caption, house

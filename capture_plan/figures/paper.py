@@ -12,14 +12,14 @@ import numpy as np
 from jaxtyping import Float, Int
 from matplotlib.figure import Figure
 
+from capture_plan.evaluation.zell2022.discarded_metrics import TOP
+from capture_plan.evaluation.zell2022.epsilon_sweep import EpsilonRow
+from capture_plan.evaluation.zell2022.replacement_map import blendshape_map, neutral_visibility, replacement_map
 from capture_plan.figures.heads import Sitter
 from capture_plan.figures.layouts import Captioned, layouts_figure
 from capture_plan.figures.maps import BAD, GOOD, LIGHT, HeadMap, maps_figure
 from capture_plan.layout.face import Face
-from capture_plan.layout.importance_map import blendshape_map, neutral_visibility, replacement_map
-from capture_plan.layout.metrics import TOP
 from capture_plan.layout.settings import LayoutSettings
-from capture_plan.layout.sweep import EpsilonRow
 
 TEASED = (0.3, 0.5, 0.7, 0.8)
 STEP = 0.1  # the scales of importance maps start at a multiple of this

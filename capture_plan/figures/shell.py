@@ -7,10 +7,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from capture_plan.evaluation.le2013 import methods
+from capture_plan.evaluation.le2013.evaluation import Evaluation
 from capture_plan.figures.curves import MARKS, curve_axes
 from capture_plan.figures.style import OTHERS, OURS, SMALL_PT, house
-from capture_plan.layout.shell import evaluate as methods
-from capture_plan.layout.shell.evaluation import Evaluation
 from capture_plan.sheets.style import SOFT
 
 CUT = 1.4  # of the worst error after one iteration: the top of Fig. 3

@@ -7,15 +7,15 @@ import numpy as np
 from jaxtyping import Float, Int
 from matplotlib.figure import Figure
 
+from capture_plan.evaluation.le2013 import methods
+from capture_plan.evaluation.le2013.evaluation import Evaluation
+from capture_plan.evaluation.le2013.methods import Scored, vertex_errors
 from capture_plan.figures.heads import ASPECT, Sitter
 from capture_plan.figures.layouts import CAPTION_IN, DOT_PT2, GAP_IN, dots, show
 from capture_plan.figures.maps import BAD, HeadMap, shared_maps_figure
 from capture_plan.figures.style import OTHERS, OURS, SMALL_PT, TITLE_PT, WIDTH_IN, blank, caption, house
-from capture_plan.layout.shell import evaluate as methods
-from capture_plan.layout.shell.evaluate import Scored, vertex_errors
-from capture_plan.layout.shell.evaluation import Evaluation
-from capture_plan.layout.shell.take import Take
 from capture_plan.sheets.view import FRONT
+from capture_plan.shell.take import Take
 
 TOP_SHARE = 0.99  # of the vertices whose error the scale of a map reaches
 RED, GREEN, BLUE = OTHERS[0], OTHERS[1], OURS

@@ -14,12 +14,12 @@ import numpy as np
 from jaxtyping import Bool, Int
 
 from capture_plan.errors import InfeasibleError
-from capture_plan.layout.limits import Limit
-from capture_plan.layout.pivots import Pivots
-from capture_plan.layout.search import Choice, Search
+from capture_plan.layout.constraint_rows import Limit
+from capture_plan.layout.exchange import Choice, Search
+from capture_plan.layout.observation import Observation
+from capture_plan.layout.pivoted_qr import Pivots
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.spacing import Spacing
-from capture_plan.layout.worth import Observation
 from capture_plan.progress import track
 
 

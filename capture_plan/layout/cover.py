@@ -17,11 +17,11 @@ from scipy.optimize import linprog
 from scipy.sparse import csr_array
 
 from capture_plan.errors import InfeasibleError
-from capture_plan.layout.clash import clash_words
-from capture_plan.layout.limits import Limit
+from capture_plan.layout.constraint_rows import Limit
+from capture_plan.layout.costs import RESOLUTION
+from capture_plan.layout.infeasibility import clash_words
+from capture_plan.layout.presolve import essential_rows, undominated
 from capture_plan.layout.program import WORK_LIMIT, Answer, Program, branch, relax
-from capture_plan.layout.reduce import essential_rows, undominated
-from capture_plan.layout.rounds import RESOLUTION
 from capture_plan.layout.spacing import Spacing
 from capture_plan.solver import UndecidedError
 

@@ -11,9 +11,7 @@ import numpy as np
 from jaxtyping import Int
 
 from capture_plan.errors import InfeasibleError
-from capture_plan.layout.cover import dual_prices
-from capture_plan.layout.face import Face
-from capture_plan.layout.follow import (
+from capture_plan.layout.assembly import (
     SINGLE_COVER,
     Decided,
     Solved,
@@ -23,17 +21,19 @@ from capture_plan.layout.follow import (
     single_cover_settings,
     target_of,
 )
-from capture_plan.layout.head_choice import choose_head_markers
-from capture_plan.layout.meeting import NO_POSES, Poses
+from capture_plan.layout.capacity import must_fit
+from capture_plan.layout.cover import dual_prices
+from capture_plan.layout.dot_contact import NO_POSES, Poses
+from capture_plan.layout.face import Face
+from capture_plan.layout.head_markers import choose_head_markers
+from capture_plan.layout.lower_bound import error_bound, target_bound
 from capture_plan.layout.methods import Chosen, choose
 from capture_plan.layout.multicover import best_cover
+from capture_plan.layout.problem import NOTHING, Task, task_of
 from capture_plan.layout.record import Bound, ErrorBound, Layout
-from capture_plan.layout.relaxation import error_bound, target_bound
-from capture_plan.layout.room import must_fit
 from capture_plan.layout.settings import BY_ERROR, LayoutSettings, Method
-from capture_plan.layout.shell.takes import Takes
 from capture_plan.layout.sites import Sites
-from capture_plan.layout.task import NOTHING, Task, task_of
+from capture_plan.shell.takes import Takes
 
 
 def design_layout(

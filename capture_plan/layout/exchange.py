@@ -1,111 +1,239 @@
-"""Second looks at a choice that a solver made: without one, a better choice refutes that it is the best.
+"""One budget, one face: the moves by which a choice of sites gets better, and what each move must keep.
 
-Data       c[k, s]    site s is a candidate for blendshape k, every k on some chosen site
-           free       sites that may be chosen besides, at the spacing and within limits
-Exchange   one chosen site for none; one, or two, for one other: what is left reaches every k and keeps every limit
-Greedy     what limits ask for, then the site that reaches most blendshapes still missed for each of its landmarks, or
-           the one that helps with the blendshape that fewest help with
+Data       a[s], c[k, s], C(S), G    as in `budget`; limits least <= sum_{s in S} amount[s] <= most
+Score      (how far S is from its limits, blendshapes of c without a site of S, trace(G C(S))): the less, the better,
+           in this order
+Moves      fill: what a limit still asks for, the scarcest first, then whatever lowers the error most
+           swap: one site for another of its size;  trade: a pair for two singles, two singles for a pair, and a
+           single for a pair where the budget leaves one over
+No move goes over the upper end of a limit, against the spacing or over the budget.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from capture_plan.layout.limits import Limit
-from capture_plan.layout.rounds import RESOLUTION, costs
-from capture_plan.layout.search import Choice, Search
-from capture_plan.layout.settings import LayoutSettings
+from capture_plan.layout.constraint_rows import Limit, open_under
+from capture_plan.layout.gains import Gains, gains_at, site_rows
+from capture_plan.layout.observation import Observation
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.spacing import Spacing
 
-MANY = 40  # sites of a choice: the pairs of more take seconds
-FIRST = 10**9  # of the unit of costs: one landmark fewer is worth more than any places
+FEW = 60  # rivals of each chosen site: swaps among a few hundred sites cost a tenth
+CLOSE = -0.5  # sites that give back half of what is lost may give more once others have moved
+BETTER = 1e-9  # relative: smaller gains are rounding, and following them could go round in circles
+
+Choice = tuple[int, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Room:
-    """Where the sites of one program may stand: `covers` holds its blendshapes, `free` the sites it may choose."""
+class Search:
+    """One problem; choices are tuples of sites. `covers` holds the blendshapes that must keep a landmark."""
 
-    covers: Bool[np.ndarray, "r s"]
-    free: Bool[np.ndarray, " s"]
+    observation: Observation
+    sites: Sites
+    covers: Bool[np.ndarray, "k s"]
     spacing: Spacing | None
-    limits: Sequence[Limit] = ()
+    budget: int
+    limits: tuple[Limit, ...] = ()
 
-    def holds(self, rest: Int[np.ndarray, " n"], among: Int[np.ndarray, " m"]) -> Bool[np.ndarray, " m"]:
-        """Of the sites `among` those with which the chosen ones keep every limit."""
-        kept = np.ones(len(among), dtype=bool)
-        for limit in self.limits:
-            total = limit.amount[rest].sum() + limit.amount[among]
-            kept &= total >= limit.least
-            kept &= limit.most is None or total <= limit.most
-        return kept
+    @cached_property
+    def everywhere(self) -> Int[np.ndarray, " s"]:
+        """All sites."""
+        return np.arange(len(self.size))
 
-    def spared(self, chosen: Int[np.ndarray, " n"]) -> Iterator[Int[np.ndarray, " m"]]:
-        """What is left of a choice without each of the sites that it can spare."""
+    @cached_property
+    def all_rows(self) -> Float[np.ndarray, "s r k"]:
+        """Rows of the deltas at every site."""
+        return site_rows(self.sites, self.observation.deltas)
+
+    @cached_property
+    def size(self) -> Int[np.ndarray, " s"]:
+        """Landmarks of every site."""
+        return self.sites.size
+
+    @cached_property
+    def singles(self) -> Int[np.ndarray, " n"]:
+        """Sites of one landmark."""
+        return np.flatnonzero(self.size == 1)
+
+    @cached_property
+    def _near(self) -> dict[int, Bool[np.ndarray, " s"]]:
+        return {}
+
+    def near(self, site: int) -> Bool[np.ndarray, " s"]:
+        """Sites that `site` shuts out: itself, and what stands too close."""
+        if site not in self._near:
+            alone = np.arange(len(self.size)) == site
+            self._near[site] = self.spacing.close(np.array([site]))[0] if self.spacing else alone
+        return self._near[site]
+
+    def rows(self, left: Choice) -> Float[np.ndarray, "q k"]:
+        """Rows of the deltas at some sites, one under the other."""
+        return np.concatenate([self.all_rows[site, : 3 * self.size[site]] for site in left])
+
+    def open_to(self, chosen: Choice) -> Bool[np.ndarray, " s"]:
+        """Sites that may join the chosen ones: at the spacing, within the budget, over no limit."""
+        fits = self.size <= self.budget - self.landmarks(chosen)
         for site in chosen:
-            rest = chosen[chosen != site]
-            if self.covers[:, rest].any(axis=1).all() and not any(limit.shortfall(rest) for limit in self.limits):
-                yield rest
+            fits &= ~self.near(site)
+        return fits & open_under(self.limits, np.array(chosen, dtype=int), len(fits))
 
-    def exchanges(self, chosen: Int[np.ndarray, " n"]) -> Iterator[tuple[Int[np.ndarray, " m"], Int[np.ndarray, " c"]]]:
-        """What is left of a choice without one or two of its sites, and the sites that each can take their place."""
-        shut = self.spacing.close(chosen) if self.spacing else np.zeros((len(chosen), len(self.free)), dtype=bool)
-        shut[np.arange(len(chosen)), chosen] = True
-        numbers = range(len(chosen))
-        pairs = combinations(numbers, 2) if len(chosen) <= MANY else ()
-        for left in (*((n,) for n in numbers), *pairs):
-            stays = ~np.isin(numbers, left)
-            wanted = ~self.covers[:, chosen[stays]].any(axis=1)
-            fits = self.free & ~shut[stays].any(axis=0) & self.covers[wanted].all(axis=0)
-            among = np.flatnonzero(fits)
-            yield chosen[stays], among[self.holds(chosen[stays], among)]
+    def landmarks(self, chosen: Choice) -> int:
+        """How many landmarks the chosen sites place."""
+        return int(self.size[list(chosen)].sum())
 
+    def gains(self, chosen: Choice) -> Gains:
+        """What every site tells beside the chosen ones."""
+        C = self.observation.covariance(self.sites.members(np.array(chosen, dtype=int)))
+        return gains_at(self.observation, self.all_rows, C)
 
-def cheaper(room: Room, price: Int[np.ndarray, " s"], chosen: Int[np.ndarray, " n"]) -> Int[np.ndarray, " m"] | None:
-    """A choice that costs less by one exchange, or by leaving a site out; None where there is none."""
-    for rest in room.spared(chosen):
+    def shortfall(self, chosen: Choice) -> int:
+        """How far a choice is from its limits."""
+        return sum(limit.shortfall(np.array(chosen, dtype=int)) for limit in self.limits)
+
+    def uncovered(self, chosen: Choice) -> int:
+        """Blendshapes of `covers` without a site."""
+        return int((~self.covers[:, list(chosen)].any(axis=1)).sum())
+
+    def score(self, chosen: Choice) -> tuple[int, int, float]:
+        """See above; the error in square millimetres."""
+        C = self.observation.covariance(self.sites.members(np.array(chosen, dtype=int)))
+        return self.shortfall(chosen), self.uncovered(chosen), float(np.sum(self.observation.gram * C))
+
+    def fill(self, chosen: Choice) -> Choice:
+        """Greedy: `chosen`, what its limits ask for, and the best open sites one after another, up to the budget."""
+        gains = self.gains(chosen)
+        while len(among := self.next(chosen)):
+            new = int(among[(gains.all(among) / self.size[among]).argmax()])
+            chosen, gains = (*chosen, new), gains.step(self.rows((new,)), -1)
+        return chosen
+
+    def next(self, chosen: Choice) -> Int[np.ndarray, " n"]:
+        """Open sites; where a limit is not reached yet, those that help with the one that fewest help with."""
+        fits, at = self.open_to(chosen), list(chosen)
+        short = [limit for limit in self.limits if limit.amount[at].sum() < limit.least]
+        for limit in sorted(short, key=lambda limit: int((limit.amount > 0).sum())):
+            if (helps := fits & (limit.amount > 0)).any():
+                return np.flatnonzero(helps)
+        return np.flatnonzero(fits)
+
+    def in_order(self, chosen: Choice) -> Choice:
+        """`chosen` by worth: the last is always the one that is missed least, for each of its landmarks."""
+        kept, order = list(chosen), []
+        while kept:
+            C = self.observation.covariance(self.sites.members(np.array(kept)))
+            gains = gains_at(self.observation, self.all_rows[kept], C)
+            lost = [gains.loss(self.rows((site,))) / self.size[site] for site in kept]
+            order.append(kept.pop(int(np.argmin(lost))))
+        return tuple(order[::-1])
+
+    def descend(self, chosen: Choice) -> Choice:
+        """Exchanges from `chosen` on, each of which lowers the score, until none does and no site is open."""
+        while (swapped := self.swap_all(chosen)) and (chosen := self.fill(self.trade(swapped))) != swapped:
+            continue
+        return chosen
+
+    def swap_all(self, chosen: Choice) -> Choice:
+        """Swaps until no site has a better one: among those that come close everywhere, then among the better ones."""
+        listed = self.rivals(chosen, CLOSE)
+        chosen = self.swap_among(chosen, listed)
+        while len(better := self.rivals(chosen, BETTER)):
+            listed = np.union1d(listed, better)
+            chosen = self.swap_among(chosen, listed)
+        return chosen
+
+    def rivals(self, chosen: Choice, share: float) -> Int[np.ndarray, " n"]:
+        """For each of the chosen sites the few best that lower the score in its place, or do but for `share`."""
+        if not chosen:
+            return np.empty(0, dtype=int)
+        gains, found, kept = self.gains(chosen), [], self.misses(chosen) == 0
+        for site, most in zip(chosen, gains.most(self.all_rows[list(chosen)]), strict=True):
+            rest = tuple(other for other in chosen if other != site)
+            listed = np.flatnonzero(most > (1 + share) * gains.loss(self.rows((site,)))) if kept else self.everywhere
+            few = self.instead(gains.at(listed), listed, (site,), rest, int(self.size[site]), share)
+            found.append(few[:FEW])
+        return np.unique(np.concatenate(found))
+
+    def swap_among(self, chosen: Choice, listed: Int[np.ndarray, " n"]) -> Choice:
+        """The best swap of every site in turn for a listed one of its size, until no site has a better one."""
+        gains, settled = self.gains(chosen).at(listed), 0
+        while settled < len(chosen):
+            site, *rest = chosen
+            better = self.instead(gains, listed, (site,), tuple(rest), int(self.size[site]))
+            new = int(better[0]) if len(better) else site
+            settled += 1
+            chosen = (*rest, new)
+            if new != site:
+                gains, settled = gains.step(self.rows((new,)), -1).step(self.rows((site,)), 1), 1
+        return chosen
+
+    def instead(
+        self, gains: Gains, listed: Int[np.ndarray, " n"], left: Choice, rest: Choice, size: int, share: float = BETTER
+    ) -> Int[np.ndarray, " m"]:
+        """Of the listed sites, whose gains are given, those of one size that lower the score in the place of `left`.
+
+        The best is first. Those count whose gain is 1 + `share` of what is lost.
+        """
+        at = np.flatnonzero((self.open_to(rest) & (self.size == size))[listed])
+        if not len(at):
+            return at
+        before, after = self.misses((*rest, *left)), self.misses_with(rest, listed[at])
+        at = at[after == after.min()]
+        if after.min() > before:
+            return at[:0]
+        beat = gains.loss(self.rows(left)) * (1 + share) if after.min() == before else -1.0
+        gain = gains.without(self.rows(left), at, beat=beat)
+        order = np.argsort(-gain, kind="stable")
+        return listed[at[order[: int((gain > beat).sum())]]]
+
+    def misses(self, chosen: Choice) -> int:
+        """The score but for the error, as one number."""
+        return self.shortfall(chosen) * (len(self.covers) + 1) + self.uncovered(chosen)
+
+    def misses_with(self, rest: Choice, among: Int[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
+        """The same of `rest` with each of the sites `among` added."""
+        wanting = self.covers[~self.covers[:, list(rest)].any(axis=1)]
+        short = np.zeros(len(among), dtype=int)
+        for limit in self.limits:
+            total = limit.amount[among] + limit.amount[list(rest)].sum()
+            short += np.maximum(0, limit.least - total)
+            short += 0 if limit.most is None else np.maximum(0, total - limit.most)
+        return short * (len(self.covers) + 1) + (~wanting[:, among]).sum(axis=0)
+
+    def trade(self, chosen: Choice) -> Choice:
+        """The first trade that lowers the score, or `chosen`."""
+        before, gains = self.score(chosen), self.gains(chosen)
+        for left, size in self.trades(chosen):
+            rest = tuple(site for site in chosen if site not in left)
+            if size == 1:
+                new = self.two_singles(gains, left, rest)
+            else:
+                new = (*rest, *self.instead(gains, self.everywhere, left, rest, 2)[:1].tolist())
+            if self.score(new) < before:
+                return new
+        return chosen
+
+    def two_singles(self, gains: Gains, left: Choice, rest: Choice) -> Choice:
+        """`rest` and the two best open singles, or as many as there are, in the place of `left`."""
+        gains = gains.at(self.singles).step(self.rows(left), 1)
+        for _ in range(2):
+            open_ = np.flatnonzero(self.open_to(rest)[self.singles])
+            if len(open_):
+                new = int(self.singles[open_[gains.all(open_).argmax()]])
+                rest, gains = (*rest, new), gains.step(self.rows((new,)), -1)
         return rest
-    for rest, among in room.exchanges(chosen):
-        if len(among) and price[among].min() < price[chosen].sum() - price[rest].sum():
-            return np.sort(np.append(rest, among[price[among].argmin()]))
-    return None
 
-
-def prices(sites: Sites, settings: LayoutSettings, rows: Int[np.ndarray, " r"]) -> Int[np.ndarray, " s"]:
-    """What each site costs in a program for `rows`, in units of RESOLUTION."""
-    return np.rint(costs(sites, settings, rows, np.arange(len(sites.size))) / RESOLUTION).astype(np.int64)
-
-
-def ranked(sites: Sites, settings: LayoutSettings, rows: Int[np.ndarray, " r"]) -> Int[np.ndarray, " s"]:
-    """`prices` by which choices are ranked: where the number comes first, the fewest landmarks come first."""
-    price = prices(sites, settings, rows)
-    return price + FIRST * sites.size if settings.weights == "lexicographic" and settings.number is None else price
-
-
-def greedy_cover(search: Search, start: Choice = ()) -> Choice | None:
-    """Sites that reach all blendshapes of the search within its budget, spacing and limits; None where none was found
-    in two ways, which proves nothing."""
-    for scarce in (False, True):
-        chosen = start
-        while search.misses(chosen) and (new := _next(search, chosen, scarce=scarce)) is not None:
-            chosen = (*chosen, new)
-        if not search.misses(chosen):
-            return chosen
-    return None
-
-
-def _next(search: Search, chosen: Choice, *, scarce: bool) -> int | None:
-    """The site that helps most; None where no open one helps."""
-    among, wanting = search.next(chosen), search.covers[~search.covers[:, list(chosen)].any(axis=1)]
-    if not len(among):
-        return None
-    worth: Float[np.ndarray, " m"] = wanting[:, among].sum(axis=0) / search.size[among]
-    if scarce and len(wanting):
-        hardest = wanting[:, among].sum(axis=1).argmin()
-        worth = worth + len(wanting) * wanting[hardest, among]
-    best = int(worth.argmax())
-    short = search.shortfall(chosen) > 0
-    return int(among[best]) if worth[best] > 0 or short else None
+    def trades(self, chosen: Choice) -> Iterator[tuple[Choice, int]]:
+        """Sites to leave out, and the size of what takes their place."""
+        if len(set(self.size.tolist())) < 2:
+            return
+        singles = [site for site in chosen if self.size[site] == 1]
+        yield from (((site,), 1) for site in chosen if self.size[site] == 2)
+        yield from ((left, 2) for left in combinations(singles, 2))
+        if self.landmarks(chosen) < self.budget:
+            yield from (((site,), 2) for site in singles)

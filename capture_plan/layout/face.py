@@ -9,21 +9,21 @@ from jaxtyping import Bool, Float, Int
 from scipy.sparse import csr_array
 from scipy.spatial import KDTree
 
+from capture_plan.anatomy.painted_zone import painted_zone
+from capture_plan.anatomy.performed_deltas import performed_deltas
+from capture_plan.anatomy.regions import FaceRegions, face_regions
+from capture_plan.anatomy.zones import ZONES, Ground, check_zone, ground_of
 from capture_plan.errors import InfeasibleError, RigError
-from capture_plan.layout.contact import met_in
-from capture_plan.layout.empirical import place_ibug68, place_layout
-from capture_plan.layout.fine import places_on
+from capture_plan.layout.contact_pairs import met_in
+from capture_plan.layout.observation import Observation
 from capture_plan.layout.settings import LayoutSettings
+from capture_plan.layout.site_sampling import places_on
 from capture_plan.layout.sites import Sites, mirrored_sites, moving, single_sites
 from capture_plan.layout.spacing import Spacing, check_density
-from capture_plan.layout.worth import Observation
 from capture_plan.mesh import straight_table, surface_graph
 from capture_plan.mesh.mirror import mirror_map
+from capture_plan.registration.empirical_layouts import place_ibug68, place_layout
 from capture_plan.rig import Rig
-from capture_plan.rig.painted import painted_zone
-from capture_plan.rig.performed import performed_deltas
-from capture_plan.rig.regions import FaceRegions, face_regions
-from capture_plan.rig.zones import ZONES, Ground, check_zone, ground_of
 from capture_plan.visibility import Camera, camera_visibility, global_visibility, why_blind
 from capture_plan.visibility.views import Views, camera_views
 
@@ -134,7 +134,7 @@ class Face:
         )
 
     def zone(self, name: str, margin_mm: float) -> Bool[np.ndarray, " v"]:
-        """Skin that a keep-out covers: a zone of `rig.zones` by its name, or a file that paints one, with a margin.
+        """Skin that a keep-out covers: a zone of `anatomy.zones` by its name, or a file that paints one, with a margin.
 
         Raises:
             RigError: there is no such zone, or the file is unusable.

@@ -17,8 +17,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float, Int
 
+from capture_plan.layout.observation import RANK_TOLERANCE, Observation
 from capture_plan.layout.sites import Sites
-from capture_plan.layout.worth import RANK_TOLERANCE, Observation
 
 BLOCK = 512  # sites at a time: their products stay in the cache
 

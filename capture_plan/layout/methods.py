@@ -16,15 +16,15 @@ from msgspec.structs import replace
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.budget import keepable, replan, spend_budget
-from capture_plan.layout.by_motion import sites_for
 from capture_plan.layout.cover import Cover
+from capture_plan.layout.exchange import Choice
+from capture_plan.layout.motion_design import sites_for
 from capture_plan.layout.multicover import adaptive_cover, best_cover
+from capture_plan.layout.problem import NOTHING, Task, search_of
 from capture_plan.layout.record import Layout
-from capture_plan.layout.search import Choice
 from capture_plan.layout.settings import Method, Weights
-from capture_plan.layout.shell.takes import Takes
 from capture_plan.layout.studio import ceiling, fewest, near
-from capture_plan.layout.task import NOTHING, Task, search_of
+from capture_plan.shell.takes import Takes
 
 Chosen = tuple[Method, list[Cover], Int[np.ndarray, " a"]]
 

@@ -13,10 +13,10 @@ from jaxtyping import Int
 from msgspec import structs
 
 from capture_plan.errors import InfeasibleError
+from capture_plan.layout.constraint_rows import Limit
+from capture_plan.layout.costs import RESOLUTION, costs, to_cover
 from capture_plan.layout.cover import Cover, solve_cover
-from capture_plan.layout.exchange import Room, cheaper, prices, ranked
-from capture_plan.layout.limits import Limit
-from capture_plan.layout.rounds import RESOLUTION, costs, to_cover
+from capture_plan.layout.second_look import Room, cheaper, prices, ranked
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.spacing import Spacing, taken_by

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from capture_plan.layout.face import Face
-from capture_plan.layout.head import head_candidates
+from capture_plan.layout.head_sites import head_candidates
 from capture_plan.layout.quality import importance_weights
 from capture_plan.layout.record import Landmark, Role, Side, View
 from capture_plan.layout.settings import LayoutSettings

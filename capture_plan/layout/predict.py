@@ -22,12 +22,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float, Int
 
-from capture_plan.layout.bounded import solve_bounded
-from capture_plan.layout.reconstruct import FEWEST_ACTIVE, MOST_ACTIVE, measurement_noise, normal_matrix, random_mixes
+from capture_plan.layout.box_least_squares import solve_bounded
+from capture_plan.layout.observation import Observation
 from capture_plan.layout.record import Prediction
-from capture_plan.layout.shell.recording import Recording
-from capture_plan.layout.shell.takes import Takes
-from capture_plan.layout.worth import Observation
+from capture_plan.layout.weight_recovery import (
+    FEWEST_ACTIVE,
+    MOST_ACTIVE,
+    measurement_noise,
+    normal_matrix,
+    random_mixes,
+)
+from capture_plan.shell.take_basis import Recording
+from capture_plan.shell.takes import Takes
 
 FRAMES = 100  # each measured twice: 0.03 to 0.08 s on one core, and a standard error of about 1 %
 SEED = 20_823  # of frames and noise; no other part of the package measures with it

@@ -23,7 +23,7 @@ from ortools.sat.python import cp_model
 from scipy.optimize import linprog
 from scipy.sparse import csr_array, triu, vstack
 
-from capture_plan.layout.limits import Limit
+from capture_plan.layout.constraint_rows import Limit
 from capture_plan.solver import UndecidedError, solve
 
 WORK_LIMIT = 2.0  # CP-SAT's deterministic time, about seconds: the same input gives the same answer on any machine

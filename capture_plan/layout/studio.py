@@ -18,11 +18,11 @@ import numpy as np
 from jaxtyping import Bool, Int
 
 from capture_plan.layout.budget import keepable, pivoted
+from capture_plan.layout.constraint_rows import Limit
+from capture_plan.layout.exchange import Choice, Search
 from capture_plan.layout.face import USUAL
 from capture_plan.layout.gains import rank_gains
-from capture_plan.layout.limits import Limit
-from capture_plan.layout.search import Choice, Search
-from capture_plan.layout.worth import RANK_TOLERANCE
+from capture_plan.layout.observation import RANK_TOLERANCE
 from capture_plan.progress import track
 
 WORTHWHILE = 0.01  # of the error, for each landmark: what the fiftieth brings where errors fall as 1 / sqrt(number)

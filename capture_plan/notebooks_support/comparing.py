@@ -4,14 +4,14 @@ import marimo as mo
 import numpy as np
 from jaxtyping import Float, Int
 
+from capture_plan.evaluation.baseline_cache import SIXTY_EIGHT, Layouts, blendshape_errors, upper_estimates
 from capture_plan.figures import Figure, blendshape_bars, error_against_budget, error_against_noise
 from capture_plan.layout.face import Face
 from capture_plan.layout.naming import name_landmarks
-from capture_plan.layout.peers import SIXTY_EIGHT, Layouts, blendshape_errors, upper_estimates
+from capture_plan.layout.observation import error_against_budget as errors_by_number
 from capture_plan.layout.predict import MIXES, performances, predict
-from capture_plan.layout.reconstruct import Score
 from capture_plan.layout.settings import LayoutSettings
-from capture_plan.layout.worth import error_against_budget as errors_by_number
+from capture_plan.layout.weight_recovery import Score
 from capture_plan.notebooks_support.figures import show_table, show_tiles
 from capture_plan.notebooks_support.heads import show_head
 from capture_plan.plan.predicted import ANY_WEIGHTS, SOLVE

@@ -5,6 +5,8 @@ from typing import Any
 
 import marimo as mo
 
+from capture_plan.audit.audit import Audit
+from capture_plan.audit.report import verdict
 from capture_plan.expressions import Packing
 from capture_plan.layout.face import Face
 from capture_plan.layout.record import Layout, Prediction
@@ -13,8 +15,6 @@ from capture_plan.plan.predicted import FRAMES_WITHIN, SOLVE
 from capture_plan.plan.summary import number_words
 from capture_plan.report.contents import KINDS, compare_row, error_tile, headline, marker_rows, predicted_row, take_tile
 from capture_plan.report.words import count, millimetres, percent
-from capture_plan.rig.audit import Audit
-from capture_plan.rig.audit_page import verdict
 
 
 def audit_view(report: Audit) -> mo.Html:

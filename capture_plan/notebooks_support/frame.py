@@ -9,14 +9,14 @@ from typing import Any
 import marimo as mo
 
 from capture_plan.errors import CapturePlanError
-from capture_plan.layout.shell.takes import Takes, takes_of
 from capture_plan.notebook_guard import Guard
 from capture_plan.plan.record import SAMPLE, RigReference
 from capture_plan.progress import Reporter, StoppedError, show_progress, stoppable
+from capture_plan.reader.read import read_rig
 from capture_plan.rig import Rig
-from capture_plan.rig.read import read_rig
-from capture_plan.rig.sample import sample_rig
-from capture_plan.rig.sequence import read_sequence
+from capture_plan.sample import sample_rig
+from capture_plan.sequence import read_sequence
+from capture_plan.shell.takes import Takes, takes_of
 
 
 def chosen_rig() -> Rig:

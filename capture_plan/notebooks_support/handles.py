@@ -6,18 +6,18 @@ from typing import Any
 import marimo as mo
 import numpy as np
 
+from capture_plan.evaluation.le2013 import methods
+from capture_plan.evaluation.le2013.evaluation import Evaluation
+from capture_plan.evaluation.le2013.handles import drag
 from capture_plan.layout.face import Face
 from capture_plan.layout.naming import name_landmarks
 from capture_plan.layout.record import Landmark
 from capture_plan.layout.settings import LayoutSettings
-from capture_plan.layout.shell import evaluate as methods
-from capture_plan.layout.shell.evaluation import Evaluation
-from capture_plan.layout.shell.handles import drag
-from capture_plan.layout.shell.take import Take
 from capture_plan.notebooks_support.frame import working
 from capture_plan.notebooks_support.heads import show_head
 from capture_plan.notebooks_support.knobs import knob_group, slider
 from capture_plan.report.page import head_data
+from capture_plan.shell.take import Take
 
 REACH_MM = 15.0  # as far as a marker is dragged: the corner of a smiling mouth moves about as much
 AXES = {"sideways": "To the actor's left, mm", "up": "Up, mm", "forward": "Forward, mm"}

@@ -5,6 +5,7 @@ from typing import Any
 import marimo as mo
 import numpy as np
 
+from capture_plan.audit.audit import Audit
 from capture_plan.expressions import Expression, Packing
 from capture_plan.expressions.sentences import sentence
 from capture_plan.layout.face import Face
@@ -12,7 +13,6 @@ from capture_plan.layout.record import Layout
 from capture_plan.plan.record import Plan
 from capture_plan.report.page import head_data, head_html, plan_head
 from capture_plan.rig import Rig
-from capture_plan.rig.audit import Audit
 
 HEIGHT = "700px"
 

@@ -11,12 +11,12 @@ import msgspec
 
 from capture_plan.expressions import PackingSettings
 from capture_plan.layout.design import design_layout
-from capture_plan.layout.dots import dots_of, is_vertex, vertices_of, words_in
+from capture_plan.layout.dot_contact import NO_POSES, Poses
+from capture_plan.layout.dot_numbers import dots_of, is_vertex, vertices_of, words_in
 from capture_plan.layout.face import Face
-from capture_plan.layout.meeting import NO_POSES, Poses
 from capture_plan.layout.settings import BUDGETED, LayoutSettings
-from capture_plan.layout.shell.takes import Takes
 from capture_plan.plan.settings import Settings
+from capture_plan.shell.takes import Takes
 
 Number = float | int
 NO_LIMIT, ALL_SIDES = "No limit", "Not known: seen from all sides"

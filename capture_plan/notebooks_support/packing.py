@@ -5,11 +5,11 @@ from typing import Any
 
 import marimo as mo
 
+from capture_plan.evaluation.carrigan2020.mu_sweep import AblationRow
+from capture_plan.evaluation.carrigan2020.packing_worth import ALONE, RANDOM, Curve, Errors, error_after
 from capture_plan.expressions import PackingSettings
-from capture_plan.expressions.sweep import AblationRow
 from capture_plan.notebooks_support.figures import show_table
 from capture_plan.notebooks_support.knobs import knob_group, slider
-from capture_plan.plan.packing_worth import ALONE, RANDOM, Curve, Errors, error_after
 from capture_plan.report.words import count, percent
 
 OURS = "early"

@@ -13,8 +13,8 @@ from capture_plan.layout.face import Face
 from capture_plan.layout.naming import name_landmarks
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.notebooks_support.frame import working
+from capture_plan.reader.read import read_rig
 from capture_plan.rig import Rig
-from capture_plan.rig.read import read_rig
 
 ON_PAGE = 1.2  # a page of a screen is wider than one of paper
 

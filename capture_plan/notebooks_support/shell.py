@@ -6,18 +6,18 @@ from typing import Any
 
 import marimo as mo
 
+from capture_plan.evaluation.le2013 import methods
+from capture_plan.evaluation.le2013.evaluation import COUNTS, PAPERS_COUNTS, Evaluation, People, counts_for
+from capture_plan.evaluation.le2013.methods import Scored
+from capture_plan.evaluation.le2013.other_subjects import made_up, people_of
 from capture_plan.figures import Figure, Sitter, error_maps, nested_layouts
-from capture_plan.layout.shell import evaluate as methods
-from capture_plan.layout.shell.evaluate import Scored
-from capture_plan.layout.shell.evaluation import COUNTS, PAPERS_COUNTS, Evaluation, People, counts_for
-from capture_plan.layout.shell.people import made_up, people_of
-from capture_plan.layout.shell.take import Take
 from capture_plan.notebooks_support.figures import show_table
 from capture_plan.notebooks_support.frame import given_takes, is_sample, plain, working
 from capture_plan.report.words import millimetres
 from capture_plan.rig import Rig
-from capture_plan.rig.sample.motion import made_up_take
-from capture_plan.rig.sequence import Sequence, read_sequence
+from capture_plan.sample.motion import made_up_take
+from capture_plan.sequence import Sequence, read_sequence
+from capture_plan.shell.take import Take
 
 MAPPED = {
     "Ours": methods.OURS,

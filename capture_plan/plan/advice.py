@@ -9,10 +9,10 @@ As long as it is known how the head should lie and it does not lie so, every fai
 
 from collections.abc import Sequence
 
+from capture_plan.face.sense import Sense
 from capture_plan.plan.claims import CHANGED
 from capture_plan.plan.record import RigReference
 from capture_plan.rig import Rig
-from capture_plan.rig.face.sense import Sense
 
 PICTURE = "`capture-plan audit RIG -o audit.png`"
 AXES, ON_AXES = ("--up", "--facing"), ("axes", "sides", "regions")

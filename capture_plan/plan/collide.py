@@ -4,10 +4,10 @@ import numpy as np
 
 from capture_plan.cache import Arrays, cached, code_digest, digest
 from capture_plan.expressions.collision import colliding_pairs
+from capture_plan.expressions.compatibility import performed_together
 from capture_plan.expressions.settings import PackingSettings
-from capture_plan.expressions.together import performed_together
+from capture_plan.reader.read_cache import ROOMS, everything_of
 from capture_plan.rig import Rig
-from capture_plan.rig.remembered import ROOMS, everything_of
 
 ENTRIES = 64  # a few kilobytes each
 

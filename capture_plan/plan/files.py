@@ -8,8 +8,8 @@ from typing import Any
 import msgspec
 from msgspec import structs
 
-from capture_plan.documents import read_plain, read_toml
 from capture_plan.errors import PlanError
+from capture_plan.input.documents import read_plain, read_toml
 from capture_plan.layout.record import Layout
 from capture_plan.output import write_whole
 from capture_plan.plan.places import found_from, seen_from, with_zones_found, zones_seen_from
@@ -17,9 +17,9 @@ from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference,
 from capture_plan.plan.settings import Settings
 from capture_plan.plan.structure import check_texts
 from capture_plan.plan.wrong_settings import what_is_wrong
+from capture_plan.reader.read import read_rig
 from capture_plan.rig import Rig
-from capture_plan.rig.read import read_rig
-from capture_plan.rig.sample import sample_rig
+from capture_plan.sample import sample_rig
 
 MOST_BYTES = 100_000_000  # a plan of 200 landmarks and 60 expressions has 2 MB
 

@@ -3,6 +3,8 @@
 from importlib.metadata import version
 from pathlib import Path
 
+from capture_plan.audit.audit import Audit
+from capture_plan.audit.kept import audit_once
 from capture_plan.errors import RigError
 from capture_plan.expressions.pack import pack
 from capture_plan.expressions.record import Packing
@@ -15,8 +17,6 @@ from capture_plan.plan.places import read_cameras_of, read_rules_of, read_takes_
 from capture_plan.plan.record import DECIDING, FORMAT_VERSION, SAMPLE, Plan, RigReference, sealed, with_meetings
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
-from capture_plan.rig.audit import Audit
-from capture_plan.rig.audited import audit_once
 
 
 def make_plan(

@@ -6,7 +6,7 @@ from functools import cached_property
 from pathlib import Path
 
 from capture_plan.errors import PlanError
-from capture_plan.layout.dots import dots_of, is_vertex, vertices_of
+from capture_plan.layout.dot_numbers import dots_of, is_vertex, vertices_of
 from capture_plan.plan.files import read_plan
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig

@@ -11,13 +11,13 @@ from jaxtyping import Float
 from msgspec.structs import replace
 
 from capture_plan.expressions.rules import Rules, read_rules
-from capture_plan.layout.shell.takes import Takes, takes_of
+from capture_plan.names.name_map import read_name_map
 from capture_plan.plan.settings import Settings
+from capture_plan.reader.neutral import read_neutral
+from capture_plan.reader.vertex_weights import read_vertex_weights
 from capture_plan.rig import Rig
-from capture_plan.rig.name_map import read_name_map
-from capture_plan.rig.neutral import read_neutral
-from capture_plan.rig.sequence import read_sequence
-from capture_plan.rig.vertex_weights import read_vertex_weights
+from capture_plan.sequence import read_sequence
+from capture_plan.shell.takes import Takes, takes_of
 from capture_plan.visibility import Camera, cameras_for
 
 

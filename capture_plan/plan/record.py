@@ -5,13 +5,13 @@ import hashlib
 import msgspec
 from msgspec import Struct, structs
 
+from capture_plan.audit.audit import Audit
 from capture_plan.expressions.record import Packing
 from capture_plan.expressions.session import Session
-from capture_plan.layout.meeting import Meeting, meetings
+from capture_plan.layout.dot_contact import Meeting, meetings
 from capture_plan.layout.record import Layout
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
-from capture_plan.rig.audit import Audit
 
 FORMAT_VERSION = 4
 SAMPLE = "sample"

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from capture_plan.errors import PlanError
 from capture_plan.expressions.settings import Edits
-from capture_plan.layout.dots import dots_of
+from capture_plan.layout.dot_numbers import dots_of
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.output import same
 from capture_plan.plan.files import read_plan

@@ -4,11 +4,11 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
+from capture_plan.expressions.explain import why_apart
 from capture_plan.expressions.record import Packing
 from capture_plan.expressions.revise import another, repack
 from capture_plan.expressions.session import session
 from capture_plan.expressions.settings import Edits
-from capture_plan.expressions.why import why_apart
 from capture_plan.plan.collide import collide
 from capture_plan.plan.places import read_rules_of, read_target
 from capture_plan.plan.record import Plan, sealed, with_meetings

@@ -17,9 +17,9 @@ from typing import Annotated
 
 from msgspec import Meta, Struct, field
 
-from capture_plan.documents import MOST_COUNTED
 from capture_plan.expressions.session_settings import SessionSettings
 from capture_plan.expressions.settings import PackingSettings
+from capture_plan.input.documents import MOST_COUNTED
 from capture_plan.layout.settings import LayoutSettings
 
 

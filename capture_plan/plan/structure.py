@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 
 from capture_plan.errors import PlanError
-from capture_plan.layout.follow import SINGLE_COVER
+from capture_plan.layout.assembly import SINGLE_COVER
 from capture_plan.layout.record import ErrorBound, Layout
 from capture_plan.layout.settings import ORDERED
 from capture_plan.plan.record import DECIDING, Plan

@@ -1,20 +1,20 @@
 """A plan in a few sentences, for the terminal, the title page and the first screen of a notebook."""
 
+from capture_plan.anatomy.kinds import apart_lines
 from capture_plan.expressions.record import Packing
 from capture_plan.expressions.session import spare_words
 from capture_plan.expressions.settings import MEASURED_BY
+from capture_plan.face.words import doubts
+from capture_plan.layout.assembly import EVEN, target_of
+from capture_plan.layout.dot_contact import meeting_words
 from capture_plan.layout.face import SIXTY_EIGHT
-from capture_plan.layout.follow import EVEN, target_of
-from capture_plan.layout.meeting import meeting_words
 from capture_plan.layout.record import Layout, MotionFit, Prediction, View, Worth
 from capture_plan.layout.studio import WORTHWHILE
 from capture_plan.plan.budget_words import bound_words, budget_words, unspent_words
 from capture_plan.plan.predicted import at_noise, error_words, prediction_words
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
-from capture_plan.rig.face.words import doubts
-from capture_plan.rig.kinds import apart_lines
-from capture_plan.rig.sequence.record import UNUSED
+from capture_plan.sequence.record import UNUSED
 from capture_plan.visibility import FEWEST_PIXELS
 
 EDGE_ON = 1.0  # pixels: a dot that is seen narrower lies nearly along the view, where a larger one helps little

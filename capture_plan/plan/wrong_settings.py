@@ -6,7 +6,7 @@ from typing import Any
 
 import msgspec
 
-from capture_plan.documents import closest
+from capture_plan.input.documents import closest
 
 KINDS = {
     "float": "a number", "int": "a whole number", "str": "text in quotes", "bool": "true or false",

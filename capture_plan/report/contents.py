@@ -5,6 +5,8 @@ All texts come from a `Plan` alone; nothing here is HTML.
 
 from typing import Any, NamedTuple
 
+from capture_plan.anatomy.delta_relations import KINDS
+from capture_plan.anatomy.kinds import apart_lines
 from capture_plan.expressions.session import ENOUGH, Session
 from capture_plan.expressions.settings import MEASURED_BY
 from capture_plan.layout.record import Landmark, MotionFit, Prediction, View, Worth
@@ -23,8 +25,6 @@ from capture_plan.plan.summary import fit_words, unidentified_words
 from capture_plan.report.proofs import minimum_proof, packing_proof, proofs
 from capture_plan.report.shots import session_intro
 from capture_plan.report.words import count, millimetres, percent
-from capture_plan.rig.findings import KINDS
-from capture_plan.rig.kinds import apart_lines
 from capture_plan.sheets import Look, region_looks
 from capture_plan.sheets.style import outline
 

@@ -9,9 +9,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from capture_plan.errors import RigError
-from capture_plan.rig.face.record import Understood
-from capture_plan.rig.name_map import NameMap
-from capture_plan.rig.recognise import recognise
+from capture_plan.names.name_map import NameMap
+from capture_plan.names.recognise import recognise
+from capture_plan.rig.understood import Understood
 
 NAMING = ("ARKit", "FACS")  # standards whose names say exactly one movement
 Found = Literal["given", "format", "detected"]

@@ -10,12 +10,12 @@ import io
 import pypdfium2
 from PIL import Image
 
+from capture_plan.audit.audit import Audit
+from capture_plan.audit.report import asked_lines, asked_of, asked_words, audit_text, verdict
 from capture_plan.errors import RigError
+from capture_plan.face.facts import ReadingFacts
+from capture_plan.face.words import NAMED, NOT_FOUND, SPOKEN, Answer, answers, doubts, left_out_words, signs_words
 from capture_plan.rig import Rig
-from capture_plan.rig.audit import Audit
-from capture_plan.rig.audit_page import asked_lines, asked_of, asked_words, audit_text, verdict
-from capture_plan.rig.face.facts import ReadingFacts
-from capture_plan.rig.face.words import NAMED, NOT_FOUND, SPOKEN, Answer, answers, doubts, left_out_words, signs_words
 from capture_plan.sheets.page import MARGIN_MM, POINT_MM, Booklet, Paper
 from capture_plan.sheets.style import FAINT, INK, SOFT, WASH
 from capture_plan.sheets.understood import CLAY, PLAIN_SKIN, REST, Understood, draw_understood, understood

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from capture_plan.expressions.active import vertex_kinds
+from capture_plan.expressions.active_sets import vertex_kinds
 from capture_plan.expressions.record import Expression
+from capture_plan.face.anchors import Anchors
 from capture_plan.rig import Rig
-from capture_plan.rig.anchors import Anchors
 from capture_plan.sheets.head import Head, Posed, pose, spread
 from capture_plan.sheets.view import FRONT, LEFT, Frame, Picture, View, picture
 

@@ -17,7 +17,7 @@ from itertools import groupby
 
 from fontTools.ttLib import TTFont
 
-from capture_plan.rig.movements import movement_of, movements_of, said_of
+from capture_plan.names.movements import movement_of, movements_of, said_of
 
 SANS = "sans"
 FONTS = {  # the first one is the face of the house

@@ -9,14 +9,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from capture_plan.anatomy.regions import UNNAMED, face_regions
+from capture_plan.face.anchors import Anchors
 from capture_plan.layout.record import Layout, MotionFit
 from capture_plan.layout.spacing import nearest_straight, nearest_two
 from capture_plan.mesh import surface_graph
 from capture_plan.plan.predicted import headline_words
 from capture_plan.progress import track
 from capture_plan.rig import Rig
-from capture_plan.rig.anchors import Anchors
-from capture_plan.rig.regions import UNNAMED, face_regions
 from capture_plan.sheets.furniture import HeadLine, check_bar, head_line, legend, sides
 from capture_plan.sheets.head import Head, pose
 from capture_plan.sheets.marker_table import Column, draw_table, rows_per_page

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from capture_plan.face.anchors import Anchors
 from capture_plan.layout.record import Landmark
-from capture_plan.rig.anchors import Anchors
 from capture_plan.sheets.furniture import HeadLine, head_line
 from capture_plan.sheets.page import MARGIN_MM, Booklet
 from capture_plan.sheets.style import FAINT, INK, SOFT, WASH, Look, Number

@@ -15,8 +15,8 @@ from jaxtyping import Bool, Float
 from scipy.ndimage import minimum_filter
 
 from capture_plan.errors import PlanError
+from capture_plan.face.anchors import Anchors
 from capture_plan.layout.record import Landmark
-from capture_plan.rig.anchors import Anchors
 from capture_plan.sheets.head import Posed
 from capture_plan.sheets.leaders import assign_anchors
 from capture_plan.sheets.page import MARGIN_MM, Align, Booklet

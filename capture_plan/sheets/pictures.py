@@ -5,10 +5,10 @@ from typing import NamedTuple
 import numpy as np
 from PIL import Image, ImageDraw
 
+from capture_plan.anatomy.regions import face_regions
 from capture_plan.plan.record import Plan
 from capture_plan.progress import track
 from capture_plan.rig import Rig
-from capture_plan.rig.regions import face_regions
 from capture_plan.sheets.expression_page import Sizes, portrait, shoot
 from capture_plan.sheets.head import make_head, pose
 from capture_plan.sheets.markers import Face, seen

@@ -14,9 +14,9 @@ import pypdfium2
 from jaxtyping import Bool, Float, Int
 from PIL import Image
 
+from capture_plan.anatomy.regions import FaceRegions, face_regions
 from capture_plan.errors import PlanError
 from capture_plan.rig import Rig
-from capture_plan.rig.regions import FaceRegions, face_regions
 from capture_plan.sheets.expression_page import portrait
 from capture_plan.sheets.furniture import legend
 from capture_plan.sheets.head import Posed, make_head, pose

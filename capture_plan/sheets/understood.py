@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from capture_plan.anatomy.regions import NO_REGION, FaceRegions, face_regions
+from capture_plan.face.axes import axes_matrix
+from capture_plan.face.facts import ReadingFacts
 from capture_plan.rig import Rig
-from capture_plan.rig.face.axes import axes_matrix
-from capture_plan.rig.face.facts import ReadingFacts
-from capture_plan.rig.regions import NO_REGION, FaceRegions, face_regions
 from capture_plan.sheets.head import SKIN, Posed, make_head, pose, spread
 from capture_plan.sheets.leaders import assign_anchors
 from capture_plan.sheets.markers import unhidden

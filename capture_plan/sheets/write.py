@@ -12,15 +12,15 @@ from typing import Literal
 import msgspec
 import pypdfium2
 
+from capture_plan.anatomy.kinds import apart_lines
 from capture_plan.errors import PlanError
-from capture_plan.layout.meeting import meeting_words
+from capture_plan.layout.dot_contact import meeting_words
 from capture_plan.layout.record import Layout
 from capture_plan.output import write_whole, written_together
 from capture_plan.plan.record import Plan
 from capture_plan.plan.summary import expression_words
 from capture_plan.progress import track
 from capture_plan.rig import Rig
-from capture_plan.rig.kinds import apart_lines
 from capture_plan.sheets.expression_page import Sizes, shoot
 from capture_plan.sheets.furniture import HeadLine, Source, foot_line
 from capture_plan.sheets.head import Head, make_head

@@ -17,8 +17,8 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float
 
+from capture_plan.face.anchors import REMEMBERED
 from capture_plan.rig import Rig
-from capture_plan.rig.anchors import REMEMBERED
 from capture_plan.transfer.deformation import deformation_transfer, similarity
 from capture_plan.transfer.targets import HABIT_SQUARE
 

@@ -19,9 +19,9 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float
 
+from capture_plan.face.anchors import REMEMBERED
 from capture_plan.mesh.mirror import mirror_plane, reflect
 from capture_plan.rig import Rig
-from capture_plan.rig.anchors import REMEMBERED
 
 Map = Callable[[np.ndarray], np.ndarray]
 STEP = 1e-3  # mm: far above rounding, far below any curve of phi

@@ -24,8 +24,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from capture_plan.documents import read_toml
 from capture_plan.errors import RigError
+from capture_plan.input.documents import read_toml
 from capture_plan.visibility.camera import Camera, look_at
 
 MOST = 1e9  # millimetres or pixels: larger ones are slips, whose squares cannot be reckoned with

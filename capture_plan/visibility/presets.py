@@ -26,8 +26,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 
-from capture_plan.documents import read_toml
 from capture_plan.errors import RigError
+from capture_plan.input.documents import read_toml
 from capture_plan.visibility.calibration import is_calibration, read_calibration
 from capture_plan.visibility.camera import Camera, look_at
 from capture_plan.visibility.camera_file import cameras_of, numbers, whole

@@ -20,7 +20,7 @@ import numpy as np
 import trimesh
 
 from capture_plan.mesh.decimate import decimate
-from capture_plan.rig.sample import sample_rig
+from capture_plan.sample import sample_rig
 
 TOOL = [sys.executable, "-c", "from capture_plan.cli import main; main()"]
 PLAN = ("plan", "head.npz", "-o", "plan.json")

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from capture_plan.audit.audit import audit_rig
 from capture_plan.expressions import PackingSettings
 from capture_plan.expressions.conflicts import maximal_sets
 from capture_plan.expressions.instance import Instance
@@ -17,8 +18,7 @@ from capture_plan.expressions.pack import pack
 from capture_plan.expressions.revise import another, repack
 from capture_plan.expressions.sequential import sequential
 from capture_plan.expressions.settings import Edits
-from capture_plan.rig.audit import audit
-from capture_plan.rig.sample import sample_rig
+from capture_plan.sample import sample_rig
 
 PROOF_S, EDIT_S = 2.0, 1.0  # what a person waits for a proved list, and for an edit
 
@@ -82,7 +82,7 @@ def test_proof_where_an_actor_is_asked_for_few_things_at_once(benchmark, k, v, m
 @pytest.fixture(scope="module")
 def listed():
     rig = sample_rig()
-    used = audit(rig).used
+    used = audit_rig(rig).used
     return rig, used, pack(rig, used, PackingSettings())
 
 

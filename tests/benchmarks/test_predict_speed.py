@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
+from capture_plan.layout.observation import PRIOR_SD, Observation
 from capture_plan.layout.predict import FRAMES, SEED, performances, predict
-from capture_plan.layout.reconstruct import measurement_noise
-from capture_plan.layout.worth import PRIOR_SD, Observation
+from capture_plan.layout.weight_recovery import measurement_noise
 
 K, V, LANDMARKS, NOISE_MM = 52, 3000, 34, 0.2
 MOST_S = 0.1  # so that a notebook can predict while a knob is turned

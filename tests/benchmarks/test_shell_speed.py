@@ -13,12 +13,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from capture_plan.layout.shell import Shell, motion_of, optimise
-from capture_plan.layout.shell.boundary import find_boundary
-from capture_plan.layout.shell.motion import TAIL_MM
-from capture_plan.layout.shell.paper import optimise_as_published, paper_move_seconds
-from capture_plan.layout.shell.search import Search
-from capture_plan.layout.shell.sites import Sites
+from capture_plan.evaluation.le2013.published_algorithm import optimise_as_published, paper_move_seconds
+from capture_plan.shell import Shell, motion_of, optimise
+from capture_plan.shell.boundary import find_boundary
+from capture_plan.shell.motion import TAIL_MM
+from capture_plan.shell.search import Search
+from capture_plan.shell.sites import Sites
 from tests.solids import sphere
 
 COUNT = 80

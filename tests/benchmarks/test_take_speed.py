@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capture_plan.rig.sample import sample_rig
-from capture_plan.rig.sequence import read_sequence
+from capture_plan.sample import sample_rig
+from capture_plan.sequence import read_sequence
 
 MOST_RATIO = 3.0  # measured 2.0: names, timecodes, lost rows and the rig's weights beside the parsing
 MOST_RATIO_LONG = 8.0  # measured 5.8: names and times are texts, which NumPy's parser passes over
@@ -21,7 +21,7 @@ MOST_OF_FILE = 9.0  # bytes of memory for each of the file, measured 6.7
 PEAK = """
 import sys
 from pathlib import Path
-from capture_plan.rig.sequence.read import read_take
+from capture_plan.sequence.read import read_take
 def peak():
     return next(int(line.split()[1]) for line in open("/proc/self/status") if line.startswith("VmHWM"))
 before = peak()

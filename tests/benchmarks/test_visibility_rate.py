@@ -9,7 +9,7 @@ import time
 import numpy as np
 import pytest
 
-from capture_plan.rig.sample import sample_rig
+from capture_plan.sample import sample_rig
 from capture_plan.visibility import hemisphere_visibility
 from capture_plan.visibility.hemisphere import fibonacci_hemisphere, tangent_frames
 from capture_plan.visibility.occluder import Occluder

@@ -8,7 +8,7 @@ import pytest
 import trimesh
 from scipy.spatial import KDTree
 
-from capture_plan.layout.limits import Limit
+from capture_plan.layout.constraint_rows import Limit
 from capture_plan.layout.multicover import best_cover
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import single_sites

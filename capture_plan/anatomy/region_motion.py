@@ -1,0 +1,98 @@
+"""Regions that agree with what moves: a place beside the line of its region, moved by another's movement, is of that.
+
+Data       of_vertex[v] region by lines between anchors, u the pupil distance
+Letters    r[g, v]  displacement over the largest of its blendshape, the most over those that names call movements of
+                    the group g: brows, lids, smile
+Clear      r[g, v] is at least MOVED, and RATIO times that of every other group
+Both signs are asked: a vertex changes its region only where its motion is clear and its place is one that the other
+region has on faces. Where names contradict each other or say nothing, the lines decide alone.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from capture_plan.face.anchors import Anchors
+from capture_plan.face.of_rig import rig_channels
+from capture_plan.face.votes import names_agree
+from capture_plan.rig.record import Rig
+
+GROUPS = {
+    "brows": ("brow up", "brow down"),
+    "lids": ("blink",),
+    "smile": ("smile",),
+    "jaw": ("jaw open",),
+    "nose": ("nose",),
+}
+MOVED, RATIO = 0.3, 1.5
+BROW_Y = (0.1, 0.6)  # u above the eyes, and no further to the side than BROW_X
+BROW_X = 0.95
+LID = 0.45  # u from an eye's middle
+FOREHEAD_Y = 1.4
+LIP_CORNER = 0.4  # u from the midline: corners of the mouths of four human heads 0.35 to 0.4
+NARROW = 0.32  # u: an opening narrower than that ends inside the lips
+BESIDE = 0.16  # u around the corner
+
+
+class Places(NamedTuple):
+    """Vertices where brows, lids, foreheads and corners of the mouth may be."""
+
+    brow: Bool[np.ndarray, " v"]
+    lid: Bool[np.ndarray, " v"]
+    forehead: Bool[np.ndarray, " v"]
+    corner: Bool[np.ndarray, " v"]
+
+
+def moved_together(
+    rig: Rig, of_vertex: Int[np.ndarray, " v"], names: tuple[str, ...], anchors: Anchors
+) -> Int[np.ndarray, " v"]:
+    """The regions with those vertices exchanged whose motion and place both speak for a neighbour."""
+    clear, place = clearly_moved(rig), places_of(rig.neutral, anchors)
+    still = np.zeros(len(of_vertex), dtype=bool)
+    changes = (
+        ("upper eyelid", "brow", clear.get("brows", still) & place.brow),
+        ("brow", "upper eyelid", clear.get("lids", still) & place.lid),
+        ("scalp", "forehead", clear.get("brows", still) & place.forehead),
+        ("cheek", "mouth corner", clear.get("smile", still) & place.corner),
+    )
+    found = of_vertex.copy()
+    for region, other, moves in changes:
+        found[(of_vertex == names.index(region)) & moves] = names.index(other)
+    return found
+
+
+def clearly_moved(rig: Rig) -> dict[str, Bool[np.ndarray, " v"]]:
+    """For each group that names speak of, which vertices it moves clearly more than the others do."""
+    channels = rig_channels(rig)
+    if not names_agree(channels):
+        return {}
+    rows = {group: found for group, kinds in GROUPS.items() if (found := channels.of(*kinds))}
+    r: dict[str, Float[np.ndarray, " v"]] = {}
+    for group, found in rows.items():
+        largest = rig.displacement[found][:, rig.skin].max(axis=1, keepdims=True)
+        r[group] = (rig.displacement[found] / np.where(largest > 0, largest, np.inf)).max(axis=0)
+    nothing = np.zeros(len(rig.neutral))
+    return {
+        group: (own >= MOVED) & (own >= RATIO * np.max([nothing, *(r[g] for g in r if g != group)], axis=0))
+        for group, own in r.items()
+    }
+
+
+def places_of(neutral: Float[np.ndarray, "v 3"], anchors: Anchors) -> Places:
+    """Where on a face with these anchors each region may be."""
+    u, eyes = anchors.pupils, (anchors.eye_left + anchors.eye_right) / 2
+    x, y = np.abs(neutral[:, 0] - anchors.midline) / u, (neutral[:, 1] - eyes[1]) / u
+    front = neutral[:, 2] > eyes[2] - u
+    to_eye = np.min([np.linalg.norm(neutral - eye, axis=1) for eye in (anchors.eye_left, anchors.eye_right)], axis=0)
+    corners = np.array([anchors.corner_left, anchors.corner_right])
+    half = float(np.abs(corners[:, 0] - anchors.midline).mean()) / u
+    outwards, level = x - half, np.abs(neutral[:, 1] - corners[:, 1].mean()) / u
+    depth = neutral[:, 2] > corners[:, 2].mean() - u / 2
+    reach = LIP_CORNER - half + BESIDE
+    return Places(
+        brow=front & (y > BROW_Y[0]) & (y < BROW_Y[1]) & (x < BROW_X),
+        lid=to_eye < LID * u,
+        forehead=front & (y > BROW_Y[0]) & (y < FOREHEAD_Y),
+        corner=depth & (half < NARROW) & (np.hypot(outwards / reach, level / BESIDE) < 1),
+    )

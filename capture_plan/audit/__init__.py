@@ -1,0 +1,1 @@
+"""What a rig allows, and what in it needs a person's look, before anything is planned."""

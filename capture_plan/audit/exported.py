@@ -1,0 +1,22 @@
+"""Findings on blendshapes that were exported wrongly: what is wrong with each, and what to export instead."""
+
+from capture_plan.anatomy.delta_relations import Finding
+from capture_plan.face.misexported import SAYS, misexported
+from capture_plan.rig.record import Rig
+
+
+def wrongly_exported(rig: Rig) -> list[Finding]:
+    """One finding for each fault, for who made the rig."""
+    findings = []
+    for fault, words in SAYS.items():
+        found = [one for one in misexported(rig) if one.fault == fault]
+        if not found:
+            continue
+        names, several = tuple(one.name for one in found), len(found) > 1
+        told = "; ".join(f"{one.name} {one.why}" for one in found)
+        if several and all(one.why == words.one for one in found):
+            told = f"{len(found)} blendshapes {words.several}: {', '.join(names)}"
+        change = words.change_several if several else words.change
+        until = "they are not planned" if several else "it is not planned"
+        findings.append(Finding("export", names, told, f"{change} Until then {until}.", True, "stop"))
+    return findings

@@ -1,0 +1,122 @@
+"""What can be wrong between the left and the right of a rig: partners, the midline they share, names, symmetry.
+
+Data     pairs          left and right halves of one movement, from geometry (`pairs.py`)
+         b[k, v]        vertex v of the skin moves by at least ACTIVE of the largest displacement of blendshape k
+Partner  a sided blendshape without a mirror image, or halves that mirror each other poorly
+Overlap  |b[i] & b[j]| over the smaller of |b[i]|, |b[j]|: where it is large, one expression shows the sum of both
+Name     names that say another side or another partner than the geometry (`symmetry.py`), or another way (`meaning.py`)
+"""
+
+from capture_plan.anatomy.blendshape_pairs import ACTIVE, blendshape_pairs, other_names
+from capture_plan.anatomy.delta_relations import Finding
+from capture_plan.anatomy.meaning import other_ways
+from capture_plan.anatomy.symmetry import SymmetryReport, pair_disagreements
+from capture_plan.face.misexported import misexported
+from capture_plan.face.reading import face_reading
+from capture_plan.face.sense import contradicted
+from capture_plan.names.arkit import side_of
+from capture_plan.rig.record import Rig
+
+POOR_PERCENT = 25.0  # of the displacement: the left smile moves unlike the right one
+SHARED = 0.2  # of the smaller half: beyond it the two are hard to tell apart in one expression
+CROOKED_MM = 2.0  # a quarter of the usual spacing of markers
+
+
+def partners(rig: Rig, used: tuple[str, ...], symmetry: SymmetryReport) -> list[Finding]:
+    """Used blendshapes without a mirror image in the rig (their own included), and pairs that mirror poorly."""
+    image = {one.blendshape: one for one in symmetry.blendshapes}
+    pairs, wrong = blendshape_pairs(rig), {one.name for one in misexported(rig)}
+    findings = []
+    for name in used:
+        if image[name].partner is None and wrong.isdisjoint(other_names(name)):
+            sided = f"{name} has no partner on the other side"
+            what = sided if side_of(name) else f"{name} is lopsided and has no mirror image"
+            message = f"{what}: pairs and symmetric poses pass it by"
+            advice = "Add its mirror image to the rig, or leave it: it is planned on its own."
+            findings.append(Finding("partner", (name,), message, advice, False, "rigger"))
+    for left, right in pairs:
+        differs = max(image[left].percent, image[right].percent)
+        if {left, right} <= set(used) and differs > POOR_PERCENT:
+            message = f"{left} and {right} differ by {differs:.0f} % of their movement when mirrored"
+            advice = "Mirror the better one if this is not meant; both are planned as they are."
+            findings.append(Finding("partner", (left, right), message, advice, False, "rigger"))
+    return findings
+
+
+def overlaps(rig: Rig, used: tuple[str, ...]) -> list[Finding]:
+    """Left and right halves that move the same skin around the midline (Carrigan et al. 2020 allow it in a pair)."""
+    lengths = {name: rig.displacement[k, rig.skin] for k, name in enumerate(rig.names) if name in used}
+    active = {name: length >= ACTIVE * length.max() for name, length in lengths.items()}
+    told, involved = [], []
+    for left, right in blendshape_pairs(rig):
+        if {left, right} <= set(used):
+            both = (active[left] & active[right]).sum() / min(active[left].sum(), active[right].sum())
+            if both > SHARED:
+                told.append(f"{left} and {right} ({100 * both:.0f} %)")
+                involved += [left, right]
+    if not told:
+        return []
+    message = f"these halves share much of the skin that they move, as a part of the smaller: {', '.join(told)}"
+    advice = "In an expression that shows both, the scan holds their sum. Shoot them one at a time too, if both matter."
+    return [Finding("overlap", tuple(involved), message, advice, False)]
+
+
+def misnamed(rig: Rig, symmetry: SymmetryReport) -> list[Finding]:
+    """Names that say another side, or another partner, than what moves."""
+    wrong = {one.name for one in misexported(rig)}
+    found = [
+        one
+        for one in pair_disagreements(rig, symmetry.blendshapes)
+        if wrong.isdisjoint((one.blendshape, *other_names(one.blendshape)))
+    ]
+    turned = [one for one in found if f"is called {side_of(one.blendshape)} and moves" in one.words]
+    others = [one for one in found if one not in turned]
+    findings = []
+    if turned:
+        names = tuple(one.blendshape for one in turned)
+        sided = [name for pair in blendshape_pairs(rig) for name in pair if side_of(name)]
+        every = (
+            "all sided blendshapes" if len(turned) == len(sided) else f"{len(turned)} of {len(sided)} sided blendshapes"
+        )
+        message = f"{every} move the other side than their names say: {', '.join(names)}"
+        advice = "Exchange left and right in these names (the subject's own sides). The plan goes by what moves."
+        findings.append(_to_exchange(rig, names, message, advice))
+    findings += _turned(rig)
+    if others:
+        told = "; ".join(one.words for one in others)
+        advice = "Rename them if the shapes are right. The plan pairs them by what moves."
+        findings.append(Finding("name", tuple(one.blendshape for one in others), told, advice, False))
+    return findings
+
+
+def _turned(rig: Rig) -> list[Finding]:
+    """Eyes, jaws and mouths that go the other way than their names say."""
+    ways = {name: " and ".join(sorted(pair)).lower() for name, pair in other_ways(rig).items()}
+    findings = []
+    for both in dict.fromkeys(ways.values()):
+        two = "up and down" if both == "down and up" else both
+        names = tuple(name for name, found in ways.items() if found == both)
+        go = "goes the other way than its name says" if len(names) == 1 else "go the other way than their names say"
+        message = f"{', '.join(names)} {go}: {two} are exchanged"
+        advice = f"Exchange {two} in these names (the subject's own sides). The plan goes by what moves."
+        findings.append(_to_exchange(rig, names, message, advice))
+    return findings
+
+
+def _to_exchange(rig: Rig, names: tuple[str, ...], message: str, advice: str) -> Finding:
+    """Names to exchange; nobody has to where it is not certain how the head lies."""
+    lies = face_reading(rig).axes.sure and not contradicted(rig)
+    if not lies:
+        advice = "Settle first how the head lies: where it was read wrong, the names may be right."
+    return Finding("name", names, message, advice, False, "rigger" if lies else "know")
+
+
+def crooked(symmetry: SymmetryReport) -> list[Finding]:
+    """A neutral whose sides differ."""
+    if symmetry.neutral_p95_mm <= CROOKED_MM:
+        return []
+    message = (
+        f"the neutral is not symmetric: 5 % of the skin is more than {symmetry.neutral_p95_mm:.1f} mm "
+        "from its mirror image"
+    )
+    return [Finding("geometry", (), message, "Plan with symmetric markers switched off, or symmetrise it.", False)]

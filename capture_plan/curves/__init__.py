@@ -1,0 +1,1 @@
+"""Animation curves: blendshape weights over time, out of tables, text and JSON."""

@@ -1,0 +1,109 @@
+"""What stands around the frames of a table of text: a rate above the names, sums below the frames, a second take.
+
+Rate     "fps,60" or "# frame rate: 60" above the names, where the times of the frames tell none or the same
+Sums     rows that have a word where the clock of nearly all others has a number: mean, total
+Takes    one below the other: refused where the names stand again and the clock goes back; where a counter of frames
+         alone begins again it is said
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from capture_plan.curves.clock import Timing
+from capture_plan.curves.columns import kind_of
+from capture_plan.curves.text import NOTHING, TextTable, split, to_number
+from capture_plan.errors import RigError
+
+RATE = re.compile(
+    r"(?:fps|frame[ _]?rate|frames (?:per|in a) second|sample[ _]?rate)\W*(\d+(?:[.,]\d+)?)", re.IGNORECASE
+)
+WORDS = re.compile(r"[^\W\d]{2,}[^\d]*")  # in the column of a clock: mean, total
+FEW_SUMS = 0.1  # of the rows
+MOST_TAIL = 10  # rows: in shorter tables a last row without a time is taken as a frame
+SAME_RATE = 0.02
+
+
+def told_rate(lines: Sequence[str]) -> float | None:
+    """The frame rate that lines above the names tell; None where they tell none, or several."""
+    rates = {float(match[1].replace(",", ".")) for line in lines for match in RATE.finditer(line)}
+    return rates.pop() if len(rates) == 1 and max(rates) > 0 else None
+
+
+def in_time(timing: Timing, fps: float | None) -> Timing:
+    """The timing of a table whose lines above the names tell a rate: its times are followed where they tell another."""
+    if timing.fps is None or fps is None or abs(timing.fps - fps) < SAME_RATE * fps:
+        return replace(timing, fps=fps or timing.fps)
+    told = f"it says {fps:g} frames in a second, but its times make it {timing.fps:g}: the times are followed"
+    return replace(timing, notes=(*timing.notes, told))
+
+
+def without_doubles(table: TextTable) -> TextTable:
+    """The table with columns of one name read once. RigError where two of weights hold other numbers."""
+    names, told = list(table.names), []
+    for c, name in enumerate(table.names):
+        first = table.names.index(name)
+        if not name or first == c:
+            continue
+        if not kind_of(name) and table.column(c) != table.column(first):
+            raise RigError(f"has two columns '{name}' with other numbers: give each its own name")
+        names[c] = ""
+        told.append(f"'{name}' stands twice: its first column is read")
+    return replace(table, names=tuple(names), notes=(*table.notes, *dict.fromkeys(told))) if told else table
+
+
+def without_sums(table: TextTable) -> TextTable:
+    """The rows but those that have a word where the clock of nearly all others has a number: mean, total.
+
+    A last row that has nothing there, under rows that all have a number, is a sum too.
+    """
+    c = clock_in(table.names)
+    starts = (" ", '"', table.delimiter)
+    if c is None or (c == 0 and not any(row[:1].isalpha() or row.startswith(starts) for row in table.rows)):
+        return table
+    cells = [cell.strip().strip('"').strip() for cell in table.column(c)]
+    words = [t for t, cell in enumerate(cells) if WORDS.fullmatch(cell) and cell.lower() not in NOTHING]
+    if not cells[-1] and all(cells[:-1]) and len(cells) > MOST_TAIL:
+        words.append(len(cells) - 1)
+    if not words or len(words) > FEW_SUMS * len(cells):
+        return table
+    gone, shown = set(words), ", ".join(f"'{cells[t]}'" for t in words[:2])
+    some = "1 row has" if len(words) == 1 else f"{len(words):,} rows have"
+    rows = f"{some} {'nothing' if not cells[words[0]] else 'a word' if len(words) == 1 else 'words'}"
+    told = f"{rows} in place of '{table.names[c]}' and {'is' if len(words) == 1 else 'are'} left out ({shown})"
+    return replace(table.at([t for t in range(len(cells)) if t not in gone]), notes=(*table.notes, told))
+
+
+def begins_again(table: TextTable) -> tuple[str, ...]:
+    """A sentence where a counter of frames goes back to its first number: takes may have been joined."""
+    if any(kind_of(name) in ("code", "time") for name in table.names):
+        return ()  # the clock tells it
+    c = next((c for c, name in enumerate(table.names) if kind_of(name) == "count"), None)
+    n = np.array([to_number(cell) for cell in table.column(c)] if c is not None else [])
+    at = np.flatnonzero((n[1:] < n[:-1]) & (n[1:] <= n[0])) + 1 if len(n) else n
+    if not len(at) or c is None:
+        return ()
+    where = f"in row {at[0]:,}" if len(at) == 1 else f"in {len(at):,} rows, the first of them {at[0]:,}"
+    return (f"'{table.names[c]}' begins again {where}: takes may have been joined there, and all are read as one",)
+
+
+def refuse_joined(texts: Sequence[str], first: int, delimiter: str) -> None:
+    """RigError where the names stand again and the clock begins again there: two takes, one below the other."""
+    again = [t for t in range(first + 2, len(texts) - 1) if texts[t] == texts[first]]
+    names = [name.strip().strip('"') for name in split(texts[first], delimiter)]
+    clock = clock_in(names)
+    if clock is None:
+        return
+    for t in again:
+        before, after = ([*split(texts[at], delimiter), *names][clock].strip() for at in (t - 1, t + 1))
+        numbers = to_number(before), to_number(after)
+        if numbers[1] < numbers[0] or (not np.isfinite(numbers).any() and after < before):
+            told = f"the names stand again in front of frame {t - first - 1:,}, and '{names[clock]}' goes back there"
+            raise RigError(f"holds several takes, one below the other ({told}): save each as a file of its own")
+
+
+def clock_in(names: Sequence[str]) -> int | None:
+    """The first column of times or frame numbers; None where there is none."""
+    return next((c for c, name in enumerate(names) if kind_of(name) in ("code", "time", "count")), None)

@@ -1,0 +1,179 @@
+"""The frame rate of a take from its timecodes or times, and what is odd about them.
+
+Data    c[i] = h:m:s:f     timecodes of a clock of n frames in a second, or times x[i] in seconds or parts of one
+        a[i]               numbers of the frames that have a time: not all need one
+Ticks   x[i] = n (3600 h + 60 m + s) + f, without the numbers that drop-frame codes (h:m:s;f) pass over
+Wraps   a clock that begins again after an hour, half a day or a day goes on
+Order   frames whose times make a steady clock only when they are sorted are sorted
+Step    s = median of (x[i + 1] - x[i]) / (a[i + 1] - a[i]) > 0: a clock of 60 whose frames are 0, 2, 4, ... stamps 30
+Rate    n / s, or 1 / mean of the steps near s, so that whole milliseconds (33, 33, 34) do not round it; none where
+        few steps are near s, or many run backwards: seconds and milliseconds in one column tell no rate
+A rate within 2 % of a usual one is that one. Gaps, doubled and backward times are counted over all rows of the file.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from capture_plan.curves.clock_cells import CLOCKS, DAY_S, NTSC, READERS, Clock
+
+RATES = (10.0, 12.0, 12.5, 15.0, *map(float, CLOCKS))
+NEAR, SAME_NTSC = 0.02, 2e-4  # of the rate
+GAP = 1.6  # steps of this many usual ones are a gap: a lost frame makes 2, uneven cameras reach 1.5
+OFTEN = 0.4  # share of doubled times from which they are the clock's and not the take's
+UNITS_S = (1.0, 1e-3, 1e-6, 1e-9)
+WRAPS_S = (3600, DAY_S // 2, DAY_S)
+NEAR_STEP = (0.5, 1.55)  # of the usual step: frames of 24 in a clock of 60 are 2 and 3 apart
+STEADY, ORDERED = 0.6, 0.95  # share of steps near the usual one
+WIDE = 6.0  # usual steps that the longest of uneven ones may take
+BACKWARD = 0.1  # share of steps
+UNTIMED = 0.2  # share of frames without a time, from which it is said
+
+
+@dataclass(frozen=True, eq=False)
+class Timing:
+    """Frames in a second, None where the times do not tell it; sentences about gaps and doubled frames.
+
+    `order` are the frames by their times, where the file has them in another order.
+    """
+
+    fps: float | None
+    notes: tuple[str, ...] = ()
+    order: Int[np.ndarray, " t"] | None = None
+
+
+def timing_of(cells: Sequence[str], unit_s: float | None = None) -> Timing:
+    """Timing of a column of a table, whatever its cells hold: timecodes, stopwatch times, dates or numbers."""
+    texts = [cell.strip().strip('"').strip() for cell in cells]
+    filled = [t for t, text in enumerate(texts) if text]
+    for fits, read in READERS:
+        good = [t for t in filled if fits(texts[t])]
+        if len(good) > max(1, len(filled) // 2):
+            clock = read([texts[t] for t in good])
+            clock = clock if unit_s is None or clock.unit_s else replace(clock, told_s=unit_s)
+            return untimed(measure(clock, np.array(good), len(texts)), len(good), len(texts))
+    return Timing(None)
+
+
+def untimed(timing: Timing, good: int, count: int) -> Timing:
+    """The timing of a take, and a sentence where many of its frames have no time."""
+    if timing.fps is None or count - good <= UNTIMED * count:
+        return timing
+    told = f"only {good:,} of {count:,} frames have a time: the others are taken as evenly between these"
+    return replace(timing, notes=(*timing.notes, told))
+
+
+def measure(clock: Clock, at: Int[np.ndarray, " t"], count: int) -> Timing:
+    """Timing of ticks of frames `at`, of `count` in all; only where all have a time, they can be sorted by it."""
+    ticks = unwrapped(clock)
+    order = order_of(ticks) if len(at) == count else None
+    step, notes = steps(ticks if order is None else ticks[order], at)
+    if order is not None:
+        notes = ("frames do not stand in the order of their times: they are sorted by these", *notes)
+    if step == 0:
+        return Timing(None, notes, order)
+    if clock.rate is None:
+        return replace(from_step(clock, step, notes), order=order)
+    fps = usual(clock.rate / step)  # fractions of a frame drift: 0, 2.014, 4.028, ...
+    fps = fps if clock.factor == 1 else round(fps * clock.factor, 3)
+    return Timing(fps if clock.sure else None, notes, order)
+
+
+def order_of(ticks: Float[np.ndarray, " t"]) -> Int[np.ndarray, " t"] | None:
+    """The frames by their times where these make a steady clock that the file's order does not show."""
+    if (np.diff(ticks) >= 0).all():
+        return None
+    order = np.argsort(ticks, kind="stable")
+    d = np.diff(ticks[order])
+    return order if (d > 0).all() and np.mean(near(d, float(np.median(d)))) >= ORDERED else None
+
+
+def unwrapped(clock: Clock) -> Float[np.ndarray, " t"]:
+    """Ticks that go on where the clock begins again after an hour, half a day or a day."""
+    d = np.diff(clock.ticks)
+    if np.sum(d > 0) <= len(d) / 2 or not (d < 0).any():
+        return clock.ticks
+    step = float(np.median(d[d > 0]))
+    second = clock.rate or 1 / (clock.unit_s or unit_by(clock, step))
+    ticks = clock.ticks
+    for wrap in WRAPS_S:
+        again = (d < 0) & (d + wrap * second > 0) & (d + wrap * second < 10 * step)
+        ticks = ticks + wrap * second * np.concatenate([[0], np.cumsum(again)])
+    return ticks
+
+
+def from_step(clock: Clock, step: float, notes: tuple[str, ...]) -> Timing:
+    """Timing of times by their usual step."""
+    if clock.unit_s is None and clock.told_s is None and step == 1 and (clock.ticks == np.round(clock.ticks)).all():
+        return Timing(None, notes)  # 0, 1, 2, ... only counts the frames
+    unit = clock.unit_s or unit_by(clock, step)
+    if clock.told_s is not None and unit != clock.told_s:
+        notes = (*notes, f"its times step by {step:g}, which is taken as {step * unit:.3g} s whatever their name says")
+    return Timing(usual(1 / (step * unit)), notes)
+
+
+def unit_by(clock: Clock, step: float) -> float:
+    """Seconds in the unit of times: the one told where it gives a usual rate, else by the size of their step."""
+    likely = next((unit for unit in UNITS_S if step * unit < 1 or unit == UNITS_S[-1]), 1.0)
+    return clock.told_s if clock.told_s is not None and 1e-3 <= step * clock.told_s <= 1 else likely
+
+
+def near(d: Float[np.ndarray, " t"], step: float) -> Bool[np.ndarray, " t"]:
+    """Which steps are near this one."""
+    return (d > NEAR_STEP[0] * step) & (d < NEAR_STEP[1] * step)
+
+
+def usual_step(ticks: Float[np.ndarray, " t"]) -> float:
+    """The mean of the steps near their median; 0 where none goes forward."""
+    d = np.diff(ticks)
+    if not (d > 0).any():
+        return 0.0
+    median = float(np.median(d[d > 0]))
+    return float(d[near(d, median)].mean())
+
+
+def steps(
+    ticks: Float[np.ndarray, " t"] | Int[np.ndarray, " t"], at: Int[np.ndarray, " t"] | None = None
+) -> tuple[float, tuple[str, ...]]:
+    """The usual step between frames, 0 where there is none, and sentences about the unusual ones.
+
+    `at` are the numbers of the frames, where not all have a time.
+    """
+    d, n = np.diff(ticks), np.ones(max(0, len(ticks) - 1)) if at is None else np.diff(at)
+    forward = d > 0
+    if not forward.any():
+        return 0.0, (f"the time runs backwards at {(d < 0).sum():,} of {len(ticks):,} frames",) if (d < 0).any() else ()
+    each = d / n
+    median = float(np.median(each[forward]))
+    usual_ones = near(each, median)
+    step = float(d[usual_ones].sum() / n[usual_ones].sum()) if usual_ones.any() else median
+    doubled, back = int((d == 0).sum()), int((d < 0).sum())
+    notes = [f"the time runs backwards at {back:,} of {len(ticks):,} frames"] if back else []
+    if back > max(1, BACKWARD * len(d)) or (usual_ones.sum() < STEADY * forward.sum() and each.max() > WIDE * median):
+        span = f"{each[forward].min():.3g} to {each.max():.3g}"
+        return 0.0, (*notes, f"its times do not grow steadily (by {span} a frame): they tell no frame rate")
+    if usual_ones.sum() < STEADY * forward.sum():
+        step = float(d[forward].sum() / n[forward].sum())
+        notes.append(f"its times are uneven (by {each[forward].min():.3g} to {each.max():.3g}): their mean is taken")
+    if doubled > OFTEN * len(d):
+        times = round(len(d) / (len(d) - doubled))
+        step /= times
+        notes.append(f"each time stands {times} times in a row: that many frames are read within it")
+    elif doubled:
+        notes.append(f"{doubled:,} of {len(ticks):,} frames have the time of the frame before (doubled frames)")
+    gap = each > (GAP + n - 1) / n * median
+    if gap.any():
+        lost = int(np.round(d[gap] / median - n[gap]).sum())
+        told = "1 gap in its times," if gap.sum() == 1 else f"{gap.sum():,} gaps in its times,"
+        notes.append(f"{told} {lost:,} frames long in all: frames are missing there")
+    return step, tuple(notes)
+
+
+def usual(fps: float) -> float:
+    """The usual rate nearest to this one, where one is near."""
+    near = min(RATES, key=lambda rate: abs(fps - rate) / rate)
+    if abs(fps - near) > NEAR * near:
+        return round(fps, 3)
+    return round(near * NTSC, 3) if abs(fps - near * NTSC) < SAME_NTSC * near else near

@@ -1,0 +1,385 @@
+"""Frames of named weights as JSON tools write them, gathered into one table.
+
+    {"timestamp": s, "blendShapes": {name: weight}}         ARKit apps; Faceware: "animationValues"
+    {"timestampMs": ms, name: weight, ...}
+    [{"categoryName": name, "score": weight}, ...]          MediaPipe tasks, also category_name
+    {"faceBlendshapes": [{"categories": [...]}], ...}       MediaPipe in a browser: one entry for each face
+    {"names": [name, ...], "values": [weight, ...]}         Unity's JsonUtility, under any keys
+    [weight, ...]                                           with names beside the frames: Audio2Face
+How names and weights of one face stand: `json_weights.py`; names that frames leave out: `sparse.py`. A frame whose
+weights are null or empty has lost the face; one in which a weight is no number is damaged. Faces with numbers or names
+of their own are told apart, and one of them is the take (`presence.py`).
+"""
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool
+
+from capture_plan.curves.clock import Timing, timing_of
+from capture_plan.curves.columns import MANY, kind_of, plain, unit_of, why_not
+from capture_plan.curves.json_weights import (
+    SIDES,
+    has_numbers,
+    is_number,
+    known,
+    listed,
+    named_numbers,
+    number_in,
+    unread,
+)
+from capture_plan.curves.presence import other_faces, refuse_takes, without_face
+from capture_plan.curves.rows import Rows, table_of
+from capture_plan.curves.sparse import fill
+from capture_plan.curves.text import NOTHING
+from capture_plan.curves.weights import WeightTable
+from capture_plan.input.bounds import check_cells, check_names
+
+SHAPE_KEYS = (
+    *("blendshapes", "faceblendshapes", "blendshapeweights", "animationvalues", "categories"),
+    *("weights", "shapes", "values", "coefficients", "arkit", "expressions", "morphs", "morphtargets"),
+)
+NEST_KEYS = ("result", "results", "face", "faces", "frame", "data", "params", "faceanchor", "anchor")
+FACE_KEYS = ("faces", "results", "people", "persons", "subjects", "actors", "anchors", "faceanchors")
+OWN_KEYS = ("id", "uuid", "index", "name")
+NUMBERED_FACE = re.compile(r"(?:face|person|subject|actor|user|player|performer|head)(?:\d{1,3}|[a-h])")
+SAME_RATE = 0.02
+CONTAINERS = {dict, list, type(None)}
+BESIDE = ("code", "time", "tracked", "lost", "confidence", "face", "take")
+SOME = 6  # names listed in a sentence
+
+
+def paired(frame: Any) -> Any:
+    """The frame with its weights by name where it holds a list of names and as long a list of numbers."""
+    lists = {key: inner for key, inner in frame.items() if isinstance(inner, list)} if isinstance(frame, dict) else {}
+    texts = [key for key, inner in lists.items() if inner and isinstance(inner[0], str) and known(inner[0])]
+    if len(texts) != 1 or not all(isinstance(name, str) for name in lists[texts[0]]):
+        return frame
+    names = lists.pop(texts[0])
+    numbers = [key for key, inner in lists.items() if len(inner) == len(names) and all(map(is_number, inner))]
+    if len(numbers) != 1:
+        return frame
+    rest = {key: inner for key, inner in frame.items() if key not in (texts[0], numbers[0])}
+    return {**rest, "blendShapes": dict(zip(names, lists[numbers[0]], strict=True))}
+
+
+class DamagedFrameError(Exception):
+    """What is wrong with one frame."""
+
+
+@dataclass
+class Recording:
+    """Frames as they come. `orders`: rows of weights by the names in their order; `names` those of bare numbers.
+
+    `wordy[name]` is what rows hold in place of a number, by row; `beside[kind, key]` what they say beside their
+    weights, by row too: times, faces, whether one was tracked.
+    """
+
+    names: Sequence[str] = ()
+    orders: dict[tuple[str, ...], tuple[list[int], list[np.ndarray]]] = field(default_factory=dict)
+    beside: dict[tuple[str, str], dict[int, str]] = field(default_factory=dict)
+    times: Sequence[str] = ()
+    unit_s: float | None = None
+    lost: list[bool] = field(default_factory=list)
+    faults: dict[int, str] = field(default_factory=dict)
+    crowded: int = 0
+    written: bool = False
+    mixed: int = 0
+    aside: dict[str, None] = field(default_factory=dict)
+    wordy: dict[str, dict[int, str]] = field(default_factory=dict)
+
+    def add(self, frame: Any) -> None:
+        """One frame, a row for each of its faces where these have names."""
+        for one in faces_of(paired(frame)):
+            self.add_face(one)
+
+    def add_face(self, frame: Any) -> None:
+        """One face of one frame."""
+        t = len(self.lost)
+        self.lost.append(False)
+        try:
+            named = self.weights_in(frame)
+            values = None if named is None else self.numbers(named)
+        except DamagedFrameError as error:
+            self.faults[t] = f"frame {t:,} {error}"
+        except (ValueError, TypeError, OverflowError):
+            self.faults[t] = f"frame {t:,} holds a weight that is no number"
+        else:
+            self.keep(t, named, values)
+        if isinstance(frame, dict):
+            self.look_beside(t, frame)
+
+    def numbers(self, named: Mapping[str, Any]) -> np.ndarray:
+        """The weights of a frame as numbers."""
+        values = list(named.values())
+        if str in set(map(type, values)):
+            signs = sum(type(x) is str and x.strip().endswith("%") for x in values)
+            if 0 < signs < len(values):  # hundredths beside weights
+                self.mixed += 1
+                values = [number_in(x) / (100 if type(x) is str and x.strip().endswith("%") else 1) for x in values]
+            self.written |= signs == len(values)
+            values = [number_in(x) for x in values]
+        return np.array(values, dtype=np.float64)
+
+    def keep(self, t: int, named: Mapping[str, Any] | None, values: np.ndarray | None) -> None:
+        """The weights of frame t."""
+        self.lost[t] = named is None
+        if named is not None and values is not None:
+            rows, kept = self.orders.setdefault(tuple(named), ([], []))
+            rows.append(t)
+            kept.append(values)
+
+    def look_beside(self, t: int, frame: Mapping[str, Any]) -> None:
+        """What frame t says beside its weights: its time, whether a face was tracked, and whose."""
+        for key, value in frame.items():
+            if type(value) not in CONTAINERS:
+                kind = kind_of(key)
+                if kind in BESIDE:
+                    self.beside.setdefault((kind, key), {}).setdefault(t, str(value))
+            elif type(value) is dict and plain(key) in NEST_KEYS:
+                self.look_beside(t, value)
+            elif type(value) is dict and plain(key) in SHAPE_KEYS and (own := beside_names(tuple(value))):
+                self.look_beside(t, {name: value[name] for name in own})
+
+    def weights_in(self, value: Any) -> Mapping[str, Any] | None:
+        """The weights by name in a part of a frame; None where it holds no face."""
+        if value is None or value in ({}, []):
+            return None
+        reader = next((read for fits, read in self.dialects if fits(value)), None)
+        if reader is None:
+            raise DamagedFrameError("holds no weights")
+        return reader(value)
+
+    @property
+    def dialects(self) -> tuple[tuple[Callable[[Any], Any], Callable[[Any], Mapping[str, Any] | None]], ...]:
+        """How parts of a frame can look, and what reads them: the first that fits."""
+        return (
+            (lambda value: has_key(value, SHAPE_KEYS), self.shapes_and_more),
+            (has_numbers, self.numbers_in),
+            (lambda value: has_key(value, NEST_KEYS), lambda value: self.weights_in(by_key(value, NEST_KEYS))),
+            (lambda value: isinstance(value, dict), lambda _: None),
+            (listed, listed),
+            (lambda value: isinstance(value, list) and isinstance(value[0], dict | list), self.first_face),
+            (lambda value: isinstance(value, list), self.bare_numbers),
+        )
+
+    def shapes_and_more(self, value: Mapping[str, Any]) -> Mapping[str, Any] | None:
+        """The weights of an object that holds one of weights, with what it names of a face beside that."""
+        found = self.shapes_in(by_key(value, SHAPE_KEYS))
+        more = {} if found is None else named_beside(value)
+        return {**more, **found} if found and more else found
+
+    def shapes_in(self, value: Any) -> Mapping[str, Any] | None:
+        """The weights of an object in which every name should be one; what is none is remembered."""
+        if isinstance(value, dict) and value and not has_key(value, SHAPE_KEYS):
+            self.aside |= dict.fromkeys(unread(value))
+            return self.numbers_in(value) or None
+        return self.weights_in(value)
+
+    def numbers_in(self, value: Mapping[str, Any]) -> Mapping[str, Any]:
+        """The numbers in an object; what is none is remembered, for it may stand in place of a weight."""
+        for name in unread(value):
+            if (word := str(value[name])[:24].strip()).lower() not in NOTHING:
+                self.wordy.setdefault(name, {})[len(self.lost) - 1] = word
+        return named_numbers(value)
+
+    def first_face(self, faces: list[Any]) -> Mapping[str, Any] | None:
+        """The weights of the first of several faces."""
+        self.crowded += len(faces) > 1
+        return self.weights_in(faces[0])
+
+    def bare_numbers(self, values: list[Any]) -> Mapping[str, Any] | None:
+        """Numbers in the order of the names; no face where all are null."""
+        if all(x is None for x in values):
+            return None
+        if len(values) != len(self.names):
+            raise DamagedFrameError(f"has {len(values)} numbers, expected {len(self.names)}")
+        return dict(zip(self.names, values, strict=True))
+
+    def table(self, fps: float | None) -> WeightTable:
+        """The table of all frames of one face; `fps` is what the file says beside them."""
+        for key, cells in self.columns("take"):
+            refuse_takes(key, cells)
+        mine, whose = self.one_face()
+        timing = self.timing(fps, mine)
+        kept = np.flatnonzero(mine) if timing.order is None else np.flatnonzero(mine)[timing.order]
+        names = tuple(dict.fromkeys(name for order in self.face_orders for name in order))
+        check_cells(len(mine), len(names))
+        check_names(names, "")
+        place = {name: c for c, name in enumerate(names)}
+        x, given = np.full((len(mine), len(names)), np.nan), np.zeros((len(mine), len(names)), dtype=bool)
+        for order, (rows, values) in self.face_orders.items():
+            columns = np.ix_(rows, [place[name] for name in order])
+            x[columns], given[columns] = np.stack(values), True
+        x[np.isinf(x)] = np.nan
+        self.aside = {name: None for name in self.aside if name not in place}
+        for name in self.wordy.keys() & place.keys():
+            self.faults |= {t: f"frame {t:,} has '{word}' for '{name}'" for t, word in self.wordy[name].items()}
+        faults = {t: self.faults[row] for t, row in enumerate(kept.tolist()) if row in self.faults}
+        x, sound = x[kept], ~np.isin(np.arange(len(kept)), list(faults))
+        x[sound], left_out = fill(x[sound], given[kept][sound], names)
+        gone, told = self.gone()
+        rows = Rows(names, x, gone[kept], faults)
+        return table_of(
+            rows,
+            timing.fps,
+            (),
+            (*whose, *left_out, *self.said(), *told, *timing.notes),
+            100.0 if self.written and not self.mixed else None,
+        )
+
+    @property
+    def face_orders(self) -> Mapping[tuple[str, ...], tuple[list[int], list[np.ndarray]]]:
+        """Rows whose names say something of a face, where any do: a head's turn alone is no face."""
+        of_faces = {order: rows for order, rows in self.orders.items() if any(map(known, order))}
+        return of_faces or self.orders
+
+    def one_face(self) -> tuple[Bool[np.ndarray, " t"], tuple[str, ...]]:
+        """Rows of the one face that is read, and what has to be said of others."""
+        mine, notes = np.ones(len(self.lost), dtype=bool), []
+        for key, cells in self.columns("face"):
+            other, told = other_faces(key, cells)
+            mine &= ~other
+            notes += [told] if told else []
+        return mine, tuple(notes)
+
+    def gone(self) -> tuple[Bool[np.ndarray, " t"], tuple[str, ...]]:
+        """Rows without a face, by their weights or by what they say, and what has to be said of that."""
+        lost, notes = np.array(self.lost, dtype=bool), []
+        for order in self.orders.keys() - self.face_orders.keys():
+            lost[self.orders[order][0]] = True
+        for kind in ("tracked", "lost", "confidence"):
+            for key, cells in self.columns(kind):
+                failed, told = without_face(key, cells, opposite=kind == "lost")
+                lost |= failed
+                notes += [told] if told and kind != "confidence" else []
+        return lost, tuple(notes)
+
+    def columns(self, kind: str) -> Iterator[tuple[str, list[str]]]:
+        """What rows say under each name of a kind, one cell for each row."""
+        for (of, key), said in self.beside.items():
+            if of == kind:
+                yield key, [said.get(t, "") for t in range(len(self.lost))]
+
+    def said(self) -> tuple[str, ...]:
+        """Sentences about names that are no weights, and about other faces."""
+        notes = []
+        if self.aside:
+            some, more = ", ".join(f"'{name}'" for name in list(self.aside)[:SOME]), len(self.aside) - SOME
+            also = f" and {more:,} more" if more > 0 else ""
+            one = len(self.aside) == 1
+            notes.append(f"{some}{also} {'holds' if one else 'hold'} no number and {'is' if one else 'are'} not read")
+        if self.mixed:
+            notes.append(f"in {self.mixed:,} frames only some weights carry a %: these are taken as hundredths")
+        if self.crowded:
+            notes.append(f"{self.crowded:,} frames hold several faces without names: the first is read, whoever it is")
+        return tuple(notes)
+
+    def timing(self, fps: float | None, mine: Bool[np.ndarray, " t"]) -> Timing:
+        """The timing of the frames' own times; what the file says beside them where these tell none."""
+        found = self.own_timing(mine)
+        if found.fps is None or fps is None or abs(found.fps - fps) < SAME_RATE * fps:
+            return replace(found, fps=fps or found.fps)
+        told = f"it says {fps:g} frames in a second, but its times make it {found.fps:g}: the times are followed"
+        return replace(found, notes=(*found.notes, told))
+
+    def own_timing(self, mine: Bool[np.ndarray, " t"]) -> Timing:
+        """The timing that the frames tell: timecodes first, then times, then the list of times beside the frames."""
+        timings = [
+            timing_of([cell for cell, own in zip(cells, mine, strict=True) if own], unit_of(key))
+            for kind in ("code", "time")
+            for key, cells in self.columns(kind)
+        ]
+        if not timings and self.times:
+            found = timing_of(self.times, self.unit_s)
+            timings = [found if len(self.times) == mine.sum() else replace(found, order=None)]
+        return next(iter((*(one for one in timings if one.fps), *timings)), Timing(None))
+
+
+def faces_of(frame: Any) -> list[Any]:
+    """The faces of a frame that have names or numbers of their own, each with what the frame says; else the frame."""
+    if type(frame) is not dict:
+        return [frame]
+    inner = [name for name, face in frame.items() if type(face) is dict]
+    own = {name: frame[name] for name in inner if is_one_face(name)}
+    if not own and len(inner) > 1:
+        own = {name: frame[name] for name in alike(tuple((name, names_in(frame[name])) for name in inner))}
+    if own:
+        rest = {name: value for name, value in frame.items() if name not in own}
+        return [{**rest, "face": {"faceId": name, **face}} for name, face in own.items()]
+    for key, inner in frame.items():
+        if plain(key) in FACE_KEYS and type(inner) in (dict, list) and inner and (faces := identified(inner)):
+            rest = {name: value for name, value in frame.items() if name != key}
+            return [{**rest, "face": face} for face in faces]
+    return [frame]
+
+
+@lru_cache(MANY)
+def is_one_face(name: str) -> bool:
+    """Whether a name is one of several faces': face0, personA."""
+    return bool(NUMBERED_FACE.fullmatch(plain(name)))
+
+
+@lru_cache(MANY)
+def alike(objects: tuple[tuple[str, tuple[str, ...]], ...]) -> tuple[str, ...]:
+    """Objects of one frame that name the same movements, as those of several faces do; (name, names in it) each."""
+    some = {name: {inner for inner in names if known(inner)} for name, names in objects if not is_part(name)}
+    return tuple(
+        name
+        for name, mine in some.items()
+        if any(2 * len(mine & other) > min(len(mine), len(other)) for them, other in some.items() if them != name)
+    )
+
+
+def names_in(value: Mapping[str, Any]) -> tuple[str, ...]:
+    """The names in an object, or in the object of weights in it."""
+    return next((tuple(x) for key, x in value.items() if type(x) is dict and plain(key) in SHAPE_KEYS), tuple(value))
+
+
+def is_part(name: str) -> bool:
+    """Whether a name is that of a side, or of the weights of a frame."""
+    return plain(name) in (*SIDES, *SHAPE_KEYS, *NEST_KEYS)
+
+
+def identified(faces: Mapping[str, Any] | Sequence[Any]) -> list[dict[str, Any]]:
+    """Faces with what tells them apart under one name; none where they have nothing of their own."""
+    if isinstance(faces, Mapping):
+        one = has_key(faces, SHAPE_KEYS) or any(type(face) is not dict for face in faces.values())
+        return [] if one else [{"faceId": name, **face} for name, face in faces.items()]
+    found = []
+    for face in faces:
+        own = face if isinstance(face, dict) else {}
+        which = next((x for key, x in own.items() if kind_of(key) == "face" or plain(key) in OWN_KEYS), None)
+        if which is None or type(which) in CONTAINERS:
+            return []
+        found.append({**{key: x for key, x in own.items() if plain(key) not in OWN_KEYS}, "faceId": which})
+    return found
+
+
+@lru_cache(MANY)
+def beside_names(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Those of an object's names that say something beside its weights; asked once for objects of the same names."""
+    return tuple(name for name in names if kind_of(name) in BESIDE)
+
+
+def named_beside(value: Mapping[str, Any]) -> dict[str, Any]:
+    """Weights of a face that stand beside the object of weights, some in objects of their own."""
+    rest = {name: x for name, x in value.items() if plain(name) not in (*SHAPE_KEYS, *NEST_KEYS) and not why_not(name)}
+    return {name: x for name, x in named_numbers(rest).items() if x is not None and known(name)} if rest else {}
+
+
+def by_key(value: Mapping[str, Any], keys: Sequence[str]) -> Any:
+    """The object, list or null under the first of these keys, whatever their spelling."""
+    found = {plain(key): inner for key, inner in value.items() if type(inner) in CONTAINERS}
+    return next(found[key] for key in keys if key in found)
+
+
+def has_key(value: Any, keys: Sequence[str]) -> bool:
+    """Whether an object has an object, a list or null under one of these keys."""
+    if not isinstance(value, dict) or not CONTAINERS & set(map(type, value.values())):
+        return False
+    return any(type(inner) in CONTAINERS and plain(key) in keys for key, inner in value.items())

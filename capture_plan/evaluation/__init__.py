@@ -1,0 +1,1 @@
+"""Layouts and lists judged against others: baselines, published layouts, noise, and the three papers."""

@@ -1,0 +1,1 @@
+"""Carrigan et al. 2020, Expression packing: what the paper measures, on your own rig."""

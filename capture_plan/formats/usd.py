@@ -1,0 +1,188 @@
+"""Rigs as USD (`.usd`, `.usda`, `.usdc`, `.usdz`): every mesh of the stage with the UsdSkel blendshapes bound to it.
+
+The stage is opened by `usd_scene.py` in a process of its own, since a damaged file ends the process that opens it.
+Mesh         points, faces, its transform stack (with joints: the skeleton's, and the pose when bound), subsets as parts
+Hidden       invisible meshes, proxies and guides are left out and reported
+Blendshape   offsets, of all points or of those in pointIndices; in-betweens are left out and reported
+Unit, axes   metersPerUnit and upAxis; a face looks along +z where +y is up and along -y where +z is up, by habit
+
+usd-core is an extra, `capture-plan[usd]`. Letters: v vertices, f triangles, p polygons, c corners of polygons.
+"""
+
+import importlib.util
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Int
+
+from capture_plan.errors import RigError
+from capture_plan.formats.naming import left_on, listed, numbered, sentences
+from capture_plan.formats.raw import RawRig, fan
+from capture_plan.formats.scene import (
+    Offsets,
+    PlacedMesh,
+    check_corners,
+    join_meshes,
+    moved,
+    place_mesh,
+    plain,
+)
+from capture_plan.input.bounds import check_plain, check_sides
+from capture_plan.input.source import Source
+
+SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+PROGRAM = Path(__file__).with_name("usd_scene.py")
+SECONDS = 600.0
+FACING = {"Y": ("+y", "+z"), "Z": ("+z", "-y")}
+ONE_THREAD = {"PXR_WORK_THREAD_LIMIT": "1", "OPENBLAS_NUM_THREADS": "1", "MALLOC_ARENA_MAX": "2"}  # spares memory
+
+
+def read_usd(path: Source) -> RawRig:
+    """The rig in the file at `path`. RigError when it holds none, or when usd-core is missing."""
+    if not isinstance(path, Path):
+        raise RigError(f"{path.name} cannot be read inside a .zip: unpack it, or give a .usdz")
+    try:
+        with np.errstate(all="ignore"):
+            return build(path.stem, *run(path, "rig"))
+    except RigError as error:
+        raise RigError(f"{path.name} {error}".replace(f"{path.name} {path.stem}:", f"{path.name}:")) from error
+
+
+def run(path: Path, what: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """The scene and its arrays, read as a "rig" or as a "take" by the program that opens the stage."""
+    if importlib.util.find_spec("pxr") is None:
+        raise RigError("needs the library for USD: install it with pip install 'capture-plan[usd]'")
+    environment = {name: text for name, text in os.environ.items() if name != "PXR_AR_DEFAULT_SEARCH_PATH"}
+    environment |= {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))} | ONE_THREAD
+    check_plain(path)
+    with path.open("rb"):  # an OSError here says why it cannot be read
+        pass
+    try:
+        with tempfile.TemporaryDirectory() as folder:  # also where the library describes its end when it is ended
+            environment["TMPDIR"], answer = folder, Path(folder) / "scene.npz"
+            command = [sys.executable, "-P", str(PROGRAM), str(path.resolve()), what, str(answer)]
+            subprocess.run(command, capture_output=True, timeout=SECONDS, env=environment)
+            return unpack(answer)
+    except (subprocess.TimeoutExpired, zipfile.BadZipFile, OSError, ValueError, EOFError, KeyError) as error:
+        raise RigError("cannot be read: it is damaged, or too large: export the face mesh alone") from error
+
+
+def unpack(source: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """The scene and its arrays in an archive. RigError when it only says what is wrong."""
+    with np.load(source, allow_pickle=False) as archive:
+        arrays = {name: archive[name] for name in archive.files}
+    scene = json.loads(arrays.pop("scene").tobytes())
+    if "error" in scene:
+        raise RigError(plain(scene["error"]))
+    return scene, arrays
+
+
+def build(name: str, scene: dict[str, Any], arrays: dict[str, np.ndarray]) -> RawRig:
+    """The rig of a scene."""
+    up, facing = FACING.get(scene["up"], (None, None))
+    said: list[str] = []
+    meshes = read_meshes(scene, arrays, said)
+    told = sentences(note(scene), *said, left_on({plain(name): w for name, w in scene["weights"].items()}))
+    rig = join_meshes(name, meshes, unit_mm=unit(scene), up=up, facing=facing, note=told)
+    return replace(rig, left_out=tuple(plain(name.rpartition(" (")[0]) for name in scene["left_out"]))
+
+
+def unit(scene: dict[str, Any]) -> float | None:
+    """Millimetres in the scene's unit, None where what it says is no length."""
+    return scene["unit_mm"] if np.isfinite(scene["unit_mm"]) and scene["unit_mm"] > 0 else None
+
+
+def read_meshes(
+    scene: dict[str, Any], arrays: dict[str, np.ndarray], said: list[str] | None = None
+) -> list[PlacedMesh]:
+    """All meshes of a scene, placed; sentences about their blendshapes go to `said`."""
+    meshes, first = [], 0
+    for mesh in scene["meshes"]:
+        meshes.append(read_mesh(mesh, arrays, first, [] if said is None else said))
+        first += len(meshes[-1].vertices)
+    return meshes
+
+
+def read_mesh(mesh: dict[str, Any], arrays: dict[str, np.ndarray], first: int, said: list[str]) -> PlacedMesh:
+    """One mesh of a scene, placed; sentences about its blendshapes go to `said`."""
+    points, sizes, corners = arrays[mesh["points"]], arrays[mesh["sizes"]][:, 0], arrays[mesh["corners"]][:, 0]
+    title = plain(mesh["name"])
+    if (sizes < 0).any() or sizes.sum() != len(corners):
+        raise RigError(
+            f"has a mesh {title} whose faces need {sizes.sum():,} corners of {len(corners):,}: export it again"
+        )
+    check_sides("", int(sizes.max(initial=0)))
+    check_corners(corners, len(points))
+    labels, part_names = face_parts(mesh, title, arrays, len(sizes))
+    kept = sizes >= 3
+    triangles = fan(corners[np.repeat(kept, sizes)], sizes[kept])
+    placed = PlacedMesh(
+        vertices=points,
+        triangles=triangles[:, ::-1] if mesh["left_handed"] else triangles,
+        labels=np.repeat(labels[kept], sizes[kept] - 2),
+        part_names=part_names,
+        first=first,
+        blendshapes=read_blendshapes(mesh, title, arrays, len(points), said),
+    )
+    return place_mesh(placed, np.array(mesh["matrix"]))
+
+
+def read_blendshapes(
+    mesh: dict[str, Any], title: str, arrays: dict[str, np.ndarray], v: int, said: list[str]
+) -> dict[str, Offsets]:
+    """Blendshapes of a mesh of `v` points; without offsets (normals alone) one moves nothing."""
+    shapes = [shape for shape in mesh["blendshapes"] if not shape["gone"]]
+    if gone := len(mesh["blendshapes"]) - len(shapes):
+        said.append(f"{gone} of {len(mesh['blendshapes'])} blendshapes that {title} is bound to are not in the file")
+    if shapes and shapes[0]["names"] != len(mesh["blendshapes"]):
+        told = f"{shapes[0]['names']} names for {len(mesh['blendshapes'])} blendshapes"
+        said.append(f"{title} has {told}, so those of the blendshapes themselves are used")
+    names, told = numbered([plain(shape["name"]) for shape in shapes])
+    said.append(told)
+    found: dict[str, Offsets] = {}
+    for name, shape in zip(names, shapes, strict=True):
+        offsets = arrays[shape["offsets"]]
+        indices = np.arange(len(offsets)) if shape["indices"] is None else arrays[shape["indices"]][:, 0]
+        indices = indices if len(offsets) else indices[:0]
+        found[name] = moved(indices, offsets, v)
+    return found
+
+
+def face_parts(
+    mesh: dict[str, Any], title: str, arrays: dict[str, np.ndarray], p: int
+) -> tuple[Int[np.ndarray, " p"], tuple[str, ...]]:
+    """Part of each of the mesh's `p` polygons: its subset, or what is in none."""
+    labels = np.zeros(p, dtype=np.int64)
+    for number, (_, key) in enumerate(mesh["subsets"], start=1):
+        faces = arrays[key][:, 0]
+        labels[faces[(faces >= 0) & (faces < p)]] = number
+    names = (title, *(f"{title}/{plain(subset)}" for subset, _ in mesh["subsets"]))
+    used, labels = np.unique(labels, return_inverse=True)
+    return labels.reshape(p), tuple(names[number] for number in used)
+
+
+def note(scene: dict[str, Any]) -> str:
+    """A sentence about what was left out: in-betweens, and meshes that only stand for others."""
+    between = {
+        f"{plain(shape['name'])} at {100 * weight:g} %": None
+        for mesh in scene["meshes"]
+        for shape in mesh["blendshapes"]
+        for weight in shape["between"]
+    }
+    said = []
+    if between:
+        said.append(f"in-between shapes were left out, so motion is a straight line here: {listed(list(between))}")
+    if scene["left_out"]:
+        said.append(f"meshes not for the picture were left out: {listed(map(plain, scene['left_out']))}")
+    if scene["kept"]:
+        names = listed(map(plain, scene["kept"]))
+        said.append(f"meshes not for the picture were kept, since no other mesh has blendshapes: {names}")
+    return "; ".join(said)

@@ -1,8 +1,0 @@
-"""Takes: the record, one reader per format, the mapping of recorded weights, and the head held still."""
-
-from capture_plan.rig.sequence.frames import Frames
-from capture_plan.rig.sequence.mapping import Drive, WeightMapping, map_weights
-from capture_plan.rig.sequence.read import read_sequence
-from capture_plan.rig.sequence.record import Sequence
-
-__all__ = ["Drive", "Frames", "Sequence", "WeightMapping", "map_weights", "read_sequence"]

@@ -1,0 +1,21 @@
+"""Marker layouts for dense motion, chosen with a thin shell that the markers bend (Le et al. 2013)."""
+
+from capture_plan.shell.boundary import Boundary, find_boundary
+from capture_plan.shell.model import Shell
+from capture_plan.shell.motion import Motion, motion_from_rig, motion_of, together, with_mirror_image
+from capture_plan.shell.optimise import Result, nested, optimise, optimise_together
+
+__all__ = [
+    "Boundary",
+    "Motion",
+    "Result",
+    "Shell",
+    "find_boundary",
+    "motion_from_rig",
+    "motion_of",
+    "nested",
+    "optimise",
+    "optimise_together",
+    "together",
+    "with_mirror_image",
+]

@@ -1,0 +1,83 @@
+"""Several subjects on one topology share a layout (Le et al. 2013, section 4.7): what each misses, added up.
+
+E(H) = sum_d E_d(H): each subject bends its own shell; a marker is the same vertex on all. E_d is a mean over the frames
+of d, so that a long sequence has no more say than a short one.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from capture_plan.errors import RigError
+from capture_plan.shell import scores, updates
+from capture_plan.shell.model import Shell
+from capture_plan.shell.motion import Motion
+from capture_plan.shell.state import State
+
+Subject = tuple[Shell, Motion]
+
+
+class Subjects:
+    """A `State` for each, moved together."""
+
+    def __init__(self, subjects: Sequence[Subject], partner: Int[np.ndarray, " v"] | None) -> None:
+        sizes = {len(part) for shell, motion in subjects for part in (shell.vertices, motion.rows)}
+        if len(sizes) != 1:
+            raise RigError(f"shells and motions of {sorted(sizes)} vertices: give all on one topology")
+        self.states = [State(shell, motion, partner=partner) for shell, motion in subjects]
+
+    @property
+    def markers(self) -> list[int]:
+        return self.states[0].markers
+
+    @property
+    def error(self) -> float:
+        return sum(state.error for state in self.states)
+
+    @property
+    def fixed(self) -> Bool[np.ndarray, " v"]:
+        return np.any([state.shell.fixed for state in self.states], axis=0)
+
+    @property
+    def floating(self) -> Bool[np.ndarray, " v"]:
+        """Vertices of the pieces that nothing holds yet, of any subject."""
+        return np.any([state.floating for state in self.states], axis=0)
+
+    @property
+    def rmse_mm(self) -> float:
+        """Of the motion as it was given, which may be a compressed one."""
+        return float(np.sqrt(max(self.error, 0) / sum(state.s.sum() for state in self.states)))
+
+    def copy(self) -> "Subjects":
+        twin = object.__new__(Subjects)
+        twin.states = [state.copy() for state in self.states]
+        return twin
+
+    def refresh(self, markers: Sequence[int]) -> None:
+        for state in self.states:
+            state.refresh(markers)
+
+    def add(self, v: int) -> None:
+        for state in self.states:
+            updates.add(state, v)
+
+    def drop(self, j: int) -> None:
+        for state in self.states:
+            updates.drop(state, j)
+
+    def swap(self, j: int, v: int) -> None:
+        for state in self.states:
+            updates.swap(state, j, v)
+
+    def add_scores(self) -> Float[np.ndarray, " v"]:
+        return np.sum([scores.add_scores(state) for state in self.states], axis=0)
+
+    def add_pair_scores(self) -> Float[np.ndarray, " v"]:
+        return np.sum([scores.add_pair_scores(state) for state in self.states], axis=0)
+
+    def swap_scores(self, j: int, at: Int[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+        return np.sum([scores.swap_scores(state, j, at) for state in self.states], axis=0)
+
+    def two_scores(self, a: Int[np.ndarray, " p"], b: Int[np.ndarray, " q"]) -> Float[np.ndarray, "p q"]:
+        return np.sum([scores.two_scores(state, a, b) for state in self.states], axis=0)

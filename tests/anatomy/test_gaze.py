@@ -1,0 +1,143 @@
+"""Eyes look one way: partners, sentences and sides of gaze come from what turns, whatever names say."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from capture_plan.anatomy.gaze import gazes
+from capture_plan.anatomy.meaning import arkit_by_motion
+from capture_plan.expressions.compatibility import performed_together
+from capture_plan.expressions.pack import pack
+from capture_plan.expressions.sentences import phrases, sentence
+from capture_plan.expressions.settings import PackingSettings
+from capture_plan.face.anchors import eyeballs
+from capture_plan.sample import sample_rig
+
+SAMPLE = sample_rig()
+TRUTH = ("eyeLookInLeft", "eyeLookInRight", "eyeLookOutLeft", "eyeLookOutRight", "eyeLookUpLeft", "eyeLookUpRight")
+TRUTH += ("eyeBlinkLeft", "eyeBlinkRight", "jawLeft", "jawOpen", "jawRight", "mouthSmileLeft", "mouthSmileRight")
+LEFT, RIGHT = ("eyeLookOutLeft", "eyeLookInRight"), ("eyeLookInLeft", "eyeLookOutRight")
+
+
+def with_only(names):
+    return replace(SAMPLE, names=names, deltas=SAMPLE.deltas[[SAMPLE.names.index(name) for name in names]])
+
+
+def exchanged(name, *words):
+    a, b = words
+    return name.replace(a, "?").replace(b, a).replace("?", b)
+
+
+def mirrored(rig):
+    flip = np.array([-1, 1, 1])
+    return replace(
+        rig,
+        neutral=rig.neutral * flip,
+        deltas=rig.deltas * flip.astype(np.float32),
+        triangles=rig.triangles[:, ::-1].copy(),
+    )
+
+
+def without_moving_balls(rig):
+    balls = np.any(eyeballs(rig), axis=0)
+    return replace(rig, deltas=rig.deltas * ~balls[:, None])
+
+
+def without_balls(rig):
+    kept = ~np.any(eyeballs(rig), axis=0)
+    number = np.cumsum(kept) - 1
+    return replace(
+        rig,
+        neutral=rig.neutral[kept],
+        triangles=number[rig.triangles[kept[rig.triangles].all(axis=1)]],
+        deltas=rig.deltas[:, kept],
+        skin=rig.skin[kept],
+        parts=rig.parts[kept],
+        source_index=rig.source_index[kept],
+    )
+
+
+NAMES = {
+    "right": lambda name: name,
+    "in and out exchanged": lambda name: exchanged(name, "In", "Out"),
+    "in and out exchanged on one side": lambda name: exchanged(name, "In", "Out") if "Left" in name else name,
+    "left and right exchanged": lambda name: exchanged(name, "Left", "Right"),
+    "left out": lambda name: f"shape{TRUTH.index(name)}",
+}
+SHAPES = {
+    "eyeballs turn": lambda rig: rig,
+    "eyeballs rest": without_moving_balls,
+    "eyeballs absent": without_balls,
+    "mirrored": mirrored,
+}
+
+
+def variant(names, shape, truth=TRUTH):
+    """A rig whose blendshapes are called something else or that is built otherwise, and what each really does."""
+    rig = SHAPES[shape](with_only(truth))
+    called = tuple(NAMES[names](name) for name in truth)
+    does = tuple(exchanged(name, "Left", "Right") for name in truth) if shape == "mirrored" else truth
+    return replace(rig, names=called), dict(zip(called, does, strict=True))
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("names", NAMES)
+@pytest.mark.parametrize("paired", [True, False])
+def test_no_expression_turns_both_eyes_outwards_and_sentences_say_the_way_that_is_seen(names, shape, paired):
+    rig, does = variant(names, shape)
+    for expression in pack(rig, rig.names, PackingSettings(paired=paired)).expressions:
+        shown = {does[name] for name in expression.blendshapes}
+        assert not {"eyeLookOutLeft", "eyeLookOutRight"} <= shown
+        assert not re.search(r"(eyes|eyelids) (up and |down and )?outwards", expression.sentence)
+        for pair, way in ((LEFT, "left"), (RIGHT, "right")):
+            if paired:
+                assert len(shown & set(pair)) in (0, 2)
+            assert (f"ook to your {way} with your eyes" in expression.sentence) == (set(pair) <= shown)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("names", NAMES)
+def test_a_look_that_has_no_partner_is_performed_alone(names, shape):
+    rig, does = variant(names, shape, tuple(name for name in TRUTH if not name.startswith("eyeLookIn")))
+    paired = {does[name] for pair in performed_together(rig, rig.names) for name in pair}
+    assert not paired & {"eyeLookOutLeft", "eyeLookOutRight"}
+    for expression in pack(rig, rig.names, PackingSettings()).expressions:
+        assert not {"eyeLookOutLeft", "eyeLookOutRight"} <= {does[name] for name in expression.blendshapes}
+
+
+def test_no_phrase_turns_both_eyes_outwards():
+    table, together = phrases()
+    assert not any("eyes out" in phrase for phrase in [entry["both"] for entry in table.values()])
+    assert not any("eyes out" in phrase for _, phrase in together)
+    assert "then" in sentence(SAMPLE, ("eyeLookOutLeft", "eyeLookOutRight"))
+
+
+@pytest.mark.parametrize("names", [name for name in NAMES if name != "left out"])
+def test_sides_and_directions_of_a_name_follow_the_motion(names):
+    rig, does = variant(names, "eyeballs turn")
+    assert {name: arkit_by_motion(rig, name) for name in rig.names} == does
+
+
+def test_looks_up_are_told_by_eyeballs_and_blinks_are_no_looks():
+    rig, does = variant("left out", "eyeballs turn")
+    found = {does[name]: (gaze.eye, gaze.way) for name, gaze in gazes(rig).items()}
+    assert set(found) == {name for name in TRUTH if name.startswith("eyeLook")}
+    assert found["eyeLookUpLeft"] == (1, "up")
+    assert found["eyeLookInLeft"] == (1, "right")
+
+
+def test_a_shape_that_turns_both_eyes_one_way_is_a_look_of_both():
+    rig = with_only(("eyeLookOutLeft", "eyeLookInRight", "jawOpen"))
+    both = replace(rig, names=("a", "jawOpen"), deltas=np.stack([rig.deltas[0] + rig.deltas[1], rig.deltas[2]]))
+    assert [(gaze.eye, gaze.way) for gaze in gazes(both).values()] == [(0, "left")]
+
+
+def test_twice_as_strong_looks_find_their_like():
+    rig = with_only((*LEFT, *RIGHT))
+    k = [rig.names.index(name) for name in LEFT]
+    more = replace(
+        rig, names=(*rig.names, "farLeft", "farRight"), deltas=np.concatenate([rig.deltas, 2 * rig.deltas[k]])
+    )
+    assert {LEFT, RIGHT, ("farLeft", "farRight")} == set(performed_together(more, more.names))

@@ -1,0 +1,181 @@
+"""What is found wrong with blendshapes, sides and names: each planted, and quiet where it is not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from capture_plan.anatomy.delta_relations import motionless
+from capture_plan.audit.audit import audit_rig
+from capture_plan.audit.report import audit_text, verdict
+from capture_plan.face.flying import flying
+from capture_plan.formats.raw import RawRig
+from capture_plan.reader.read import rig_from_raw
+from capture_plan.sample import sample_rig
+
+NAMES = ("browDownLeft", "browDownRight", "jawLeft", "jawOpen", "jawRight", "mouthLowerDownLeft", "mouthLowerDownRight")
+NAMES += ("mouthSmileLeft", "mouthSmileRight")
+
+
+@pytest.fixture(scope="module")
+def rig():
+    """The sample with a few of its blendshapes."""
+    whole = sample_rig()
+    return replace(whole, names=NAMES, deltas=whole.deltas[[whole.names.index(name) for name in NAMES]])
+
+
+@pytest.fixture(scope="module")
+def clean(rig):
+    return audit_rig(rig)
+
+
+def delta(rig, name):
+    return rig.deltas[rig.names.index(name)]
+
+
+def with_delta(rig, name, new):
+    """The rig with another delta of one blendshape, or with one blendshape more."""
+    names = rig.names if name in rig.names else (*rig.names, name)
+    deltas = {other: delta(rig, other) for other in rig.names} | {name: new.astype(np.float32)}
+    return replace(rig, names=names, deltas=np.stack([deltas[other] for other in names]))
+
+
+def renamed(rig, names):
+    return replace(rig, names=tuple(names.get(name, name) for name in rig.names))
+
+
+def of_kind(found, kind):
+    return [finding for finding in found.findings if finding.kind == kind]
+
+
+def test_the_sample_is_free_of_faults(clean):
+    assert {finding.kind for finding in clean.findings} == {"opposite", "overlap", "cover"}
+    assert all(finding.urgency == "know" for finding in clean.findings)
+
+
+def test_jaw_left_and_jaw_right_are_opposites_by_shape(clean, rig):
+    assert [set(finding.blendshapes) for finding in of_kind(clean, "opposite")] == [{"jawLeft", "jawRight"}]
+    nameless = audit_rig(renamed(rig, {"jawLeft": "a", "jawRight": "b"}))
+    assert [set(finding.blendshapes) for finding in of_kind(nameless, "opposite")] == [{"a", "b"}]
+
+
+def test_a_negated_copy_is_an_opposite_and_is_planned(rig):
+    found = audit_rig(with_delta(rig, "shut", -delta(rig, "jawOpen")))
+    assert any({"jawOpen", "shut"} <= set(finding.blendshapes) for finding in of_kind(found, "opposite"))
+    assert "shut" in found.used
+
+
+def test_halves_that_share_the_midline_are_told_and_no_others(clean):
+    (finding,) = of_kind(clean, "overlap")
+    assert finding.blendshapes == ("mouthLowerDownLeft", "mouthLowerDownRight")
+
+
+def test_halves_cut_at_the_midline_share_nothing(rig):
+    x = rig.neutral[:, :1]
+    cut = with_delta(rig, "mouthLowerDownLeft", delta(rig, "mouthLowerDownLeft") * (x > 1e-3))
+    cut = with_delta(cut, "mouthLowerDownRight", delta(rig, "mouthLowerDownRight") * (x < -1e-3))
+    assert not of_kind(audit_rig(cut), "overlap")
+
+
+@pytest.mark.parametrize(
+    ("k", "says"), [(1, "the only blendshape is"), (2, "both blendshapes are"), (4, "all 4 blend")]
+)
+def test_a_rig_of_few_blendshapes_is_asked_for_the_others(rig, k, says):
+    jaw = rig.names.index("jawOpen")
+    chosen = sorted([jaw, *[row for row in range(len(rig.names)) if row != jaw][: k - 1]])
+    few = replace(rig, names=tuple(rig.names[row] for row in chosen), deltas=rig.deltas[chosen])
+    assert verdict(audit_rig(few)).startswith(f"Yes, but they are few: {says}")
+
+
+def test_exchanged_sides_go_back_to_the_rigger(rig):
+    found = audit_rig(renamed(rig, {"browDownLeft": "browDownRight", "browDownRight": "browDownLeft"}))
+    (finding,) = of_kind(found, "name")
+    assert set(finding.blendshapes) == {"browDownLeft", "browDownRight"}
+    assert finding.urgency == "rigger"
+    assert "2 of 6 sided blendshapes move the other side" in finding.message
+    assert verdict(found).startswith("Yes")
+
+
+def test_exchanged_partners_are_told(rig):
+    found = audit_rig(renamed(rig, {"browDownRight": "mouthSmileRight", "mouthSmileRight": "browDownRight"}))
+    assert {name for finding in of_kind(found, "name") for name in finding.blendshapes} >= {"browDownLeft"}
+
+
+def test_a_pair_that_mirrors_poorly_goes_back_to_the_rigger(rig):
+    found = audit_rig(with_delta(rig, "browDownLeft", delta(rig, "browDownLeft") * 0.6))
+    (finding,) = of_kind(found, "partner")
+    assert finding.blendshapes == ("browDownLeft", "browDownRight")
+    assert finding.urgency == "rigger"
+
+
+def test_a_blendshape_a_hundred_times_too_strong_stops_the_shoot(rig):
+    found = audit_rig(with_delta(rig, "jawOpen", delta(rig, "jawOpen") * 100))
+    (finding,) = of_kind(found, "size")
+    assert finding.blendshapes == ("jawOpen",)
+    assert verdict(found).startswith("Not yet: all 9 blendshapes are planned, but jawOpen")
+
+
+def test_a_still_blendshape_is_asked_for_again(rig):
+    found = audit_rig(with_delta(rig, "still", 0 * rig.deltas[0]))
+    page = audit_text(found)
+    assert verdict(found) == "Yes: 9 of 10 blendshapes are planned, without still (moves nothing)."
+    assert page.index("SEND BACK") < page.index("still moves nothing") < page.index("still, as said above")
+
+
+def test_names_are_told_by_their_standard(rig):
+    page = audit_text(audit_rig(renamed(rig, {"jawOpen": "CTRL_expressions_jawOpen", "jawLeft": "zxq_3"})))
+    flat = " ".join(page.split())
+    assert "1 by no known standard: zxq_3" in flat
+    assert "7 of 9 by ARKit; 1 of 9 by MetaHuman" in flat
+
+
+def test_the_users_own_names_win(rig):
+    found = audit_rig(replace(renamed(rig, {"jawOpen": "zxq_3"}), meanings=(("zxq_3", "jawOpen"),)))
+    fact = next(fact for fact in found.details if fact.name == "zxq_3")
+    assert (fact.meaning, fact.confidence) == ("jawOpen", 1.0)
+
+
+def test_details_tell_movement_and_mirror_image_of_every_blendshape(rig, clean):
+    assert tuple(fact.name for fact in clean.details) == rig.names
+    facts = {fact.name: fact for fact in clean.details}
+    assert facts["browDownLeft"].mirror == "browDownRight"
+    assert facts["jawOpen"].mirror == "jawOpen"
+    assert facts["jawOpen"].skin_mm == pytest.approx(rig.displacement[3, rig.skin].max(), abs=1e-3)
+
+
+def test_a_stretched_half_makes_the_neutral_crooked(rig):
+    stretched = np.where(rig.neutral[:, :1] > 0, rig.neutral * [1.2, 1, 1], rig.neutral)
+    found = audit_rig(replace(rig, neutral=stretched))
+    assert any("not symmetric" in finding.message for finding in of_kind(found, "geometry"))
+    assert found.symmetry.p95_mm > 2
+
+
+def test_what_shares_a_fault_is_told_in_one_sentence_that_names_all():
+    rig = sample_rig()
+    still = rig.deltas.copy()
+    still[:5] = 0
+    (found,) = [one for one in motionless(replace(rig, deltas=still)) if one.kind == "static"]
+    assert found.blendshapes == rig.names[:5]
+    assert found.message.startswith("5 blendshapes move nothing")
+    assert all(name in found.message for name in rig.names[:5])
+
+
+@pytest.mark.parametrize("metres", [1, 10, 100])
+def test_a_vertex_that_flies_off_decides_about_nothing_and_goes_back(rig, metres):
+    k, v = rig.names.index("jawOpen"), int(np.flatnonzero(rig.skin)[500])
+    deltas = rig.deltas.copy()
+    deltas[k, v] += np.array([300, -200, 933]) * metres
+    arrays = (rig.names, rig.parts, rig.part_names, rig.source_index)
+    whole, torn = (rig_from_raw(RawRig("rig", rig.neutral, rig.triangles, d, *arrays)) for d in (rig.deltas, deltas))
+    assert (torn.unit_mm, torn.up, torn.facing) == (whole.unit_mm, whole.up, whole.facing)
+    assert (torn.skin != whole.skin).mean() < 0.05
+    found = audit_rig(torn)
+    assert "jawOpen" not in found.used
+    assert "jawOpen cannot be right" in verdict(found)
+
+
+def test_a_strong_tongue_or_a_far_whole_does_not_fly_off():
+    rig = sample_rig()
+    assert not flying(rig.neutral, rig.triangles, rig.deltas).any()
+    assert not flying(rig.neutral, rig.triangles, 4 * rig.deltas).any()
+    assert not flying(rig.neutral, rig.triangles, rig.deltas + 1e4).any()

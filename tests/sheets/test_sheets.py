@@ -1,0 +1,335 @@
+"""Sheets measure true, show each marker where it projects, and come out the same every time."""
+
+import io
+
+import numpy as np
+import pypdfium2
+import pytest
+from msgspec.structs import fields, replace
+from PIL import Image
+
+from capture_plan.anatomy.regions import face_regions
+from capture_plan.audit.audit import Audit
+from capture_plan.errors import PlanError
+from capture_plan.expressions.record import Expression, Packing
+from capture_plan.expressions.session import session
+from capture_plan.expressions.session_settings import SessionSettings
+from capture_plan.layout.record import Landmark, Layout, Worth
+from capture_plan.plan.record import FORMAT_VERSION, Plan, RigReference
+from capture_plan.plan.settings import Settings
+from capture_plan.sheets import expression_pictures, marker_pictures, region_looks, write_sheets
+from capture_plan.sheets.expression_page import heat_colours, heat_scale, movement, portrait, side_of
+from capture_plan.sheets.furniture import CHECK_BAR_MM
+from capture_plan.sheets.head import curved_middles, make_head, pose, split
+from capture_plan.sheets.markers import NUMBERS, Face, draw_markers, place, seen
+from capture_plan.sheets.page import PAPERS, Booklet, Paper, paper
+from capture_plan.sheets.style import LOOKS, outline, rgb
+from capture_plan.sheets.view import FRONT, LEFT, MIRROR, RIGHT, picture, pixels
+
+ODD = "<b>&amp;日本 مرحبا\n\x07%"
+DPI = 50
+
+
+def landmark(rig, number: int, vertex: int, label: str | None = None) -> Landmark:
+    regions = face_regions(rig)
+    triangle = int(np.flatnonzero((rig.triangles == vertex).any(axis=1))[0])
+    return Landmark(
+        name=f"M{number + 1:02}",
+        label=label or regions.label(vertex),
+        region=regions.names[regions.of_vertex[vertex]],
+        side=("middle", "left", "right")[int(regions.side[vertex])],
+        role="primary",
+        vertex=vertex,
+        source_vertex=int(rig.source_index[vertex]),
+        position=tuple(map(float, rig.neutral[vertex])),
+        triangle=triangle,
+        barycentric=tuple(map(float, rig.triangles[triangle] == vertex)),
+        blendshapes=rig.names[:3],
+        quality=0.5,
+        visibility=0.9,
+        round=0,
+    )
+
+
+def spread_vertices(rig, n: int) -> list[int]:
+    """Skin vertices that move and face forward, each as far as can be from those before."""
+    candidates = np.flatnonzero(rig.skin & (rig.displacement.max(axis=0) > 2) & (rig.neutral[:, 2] > 95))
+    chosen = [int(candidates[rig.neutral[candidates, 2].argmax()])]
+    while len(chosen) < n:
+        apart = np.linalg.norm(rig.neutral[candidates, None] - rig.neutral[chosen], axis=2).min(axis=1)
+        chosen.append(int(candidates[apart.argmax()]))
+    return chosen
+
+
+def expression(name: str, sentence: str, covered: float, *blendshapes: str) -> Expression:
+    return Expression(name, blendshapes, (1.0,) * len(blendshapes), gain=0.5, covered=covered, sentence=sentence)
+
+
+def make(rig, *, label: str | None = None) -> Plan:
+    landmarks = tuple(landmark(rig, i, v, label) for i, v in enumerate(spread_vertices(rig, 16)))
+    expressions = (
+        expression("jaw", "Open your jaw wide.", 0.5, "jawOpen"),
+        expression("smile", label or "Smile with one side.", 1.0, "mouthSmileLeft"),
+    )
+    worth = Worth(landmarks=16, rank=40, full_rank=51, condition=12.0, noise_mm=0.2, error_mm=0.3)
+    packing = partly(Packing, expressions=expressions, objective=2, bound=2, proven_optimal=True)
+    return Plan(
+        format=FORMAT_VERSION,
+        rig=RigReference(rig.name, "sample", rig.fingerprint, len(rig.neutral)),
+        settings=Settings(),
+        audit=partly(Audit, used=rig.names),
+        layout=partly(Layout, method="studio", landmarks=landmarks, worth=worth),
+        packing=packing,
+        session=session(rig, rig.names, packing, SessionSettings()),
+        versions={},
+    )
+
+
+def partly(kind, **known):
+    """A record with nothing in the fields that no sheet reads."""
+    return kind(**{field.name: known.get(field.name, ()) for field in fields(kind)})
+
+
+@pytest.fixture(scope="module")
+def plan(rig):
+    return make(rig)
+
+
+@pytest.fixture(scope="module")
+def face(rig, plan):
+    landmarks = plan.layout.landmarks
+    posed = pose(make_head(rig), rig.neutral)
+    return Face(posed, rig.skin, landmarks, region_looks(landmarks), face_regions(rig).anchors)
+
+
+@pytest.fixture(scope="module")
+def written(rig, plan, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sheets")
+    return write_sheets(plan, rig, folder, paper="a4", dpi=DPI)
+
+
+@pytest.mark.parametrize("view", [FRONT, LEFT, RIGHT, MIRROR], ids=lambda view: view.name)
+def test_a_landmarks_pixel_has_its_regions_colour(face, view):
+    book = Booklet(PAPERS["a4"], "test")
+    placed = place(face, view, book, dpi=100)
+    book.add_page("test")
+    draw_markers(book, placed, face.looks)
+    page = np.asarray(pypdfium2.PdfDocument(book.bytes())[0].render(scale=150 / 72).to_pil()).astype(int)
+    shown = 0
+    for mark, (x, y) in zip(placed.landmarks, placed.points, strict=True):
+        apart = np.linalg.norm(placed.points - (x, y), axis=1)
+        if (apart < 4).sum() == 1:  # not under a neighbour's shape
+            pixel = page[int(y / 25.4 * 150), int(x / 25.4 * 150)]
+            assert np.abs(pixel - rgb(face.looks[mark.region].colour)).max() < 12
+            shown += 1
+    assert shown >= 5
+
+
+def test_a_life_size_page_shows_a_millimetre_as_a_millimetre(face):
+    placed = place(face, FRONT, Booklet(PAPERS["a4"], "test"), dpi=60)
+    assert placed.scale == 1
+    real = np.array([m.position[:2] for m in placed.landmarks])
+    on_page = placed.points * np.array([1, -1])
+    np.testing.assert_allclose(on_page - on_page[0], real - real[0], atol=1e-6)
+
+
+def test_the_surface_seen_at_a_landmarks_pixel_is_as_deep_as_the_landmark(face):
+    frame = place(face, FRONT, Booklet(PAPERS["a4"], "test"), dpi=60).picture.frame
+    shown = picture(face.solid, FRONT, frame, size_px=pixels(frame.width, frame.height, 200))
+    visible = seen(face, FRONT, shown)
+    places = FRONT.project(face.positions[visible])
+    column, row = np.floor(shown.pixel(places)).astype(int).T
+    assert np.abs(shown.z[row, column] - places[:, 2]).max() < 1.0
+    assert visible.sum() >= 10
+
+
+def test_a_marker_behind_the_head_is_not_seen(rig, face):
+    behind = int(np.where(rig.skin, rig.neutral[:, 2], np.inf).argmin())
+    hidden = Face(face.posed, rig.skin, (landmark(rig, 0, behind),), face.looks, face.anchors)
+    frame = place(face, FRONT, Booklet(PAPERS["a4"], "test"), dpi=60).picture.frame
+    assert not seen(hidden, FRONT, picture(face.solid, FRONT, frame, size_px=(200, 240))).any()
+
+
+@pytest.mark.parametrize(("many", "scale"), [(30, 1.25), (60, 1.25), (72, 1.0)])
+def test_a_marker_on_the_ear_leaves_the_profile_large(rig, face, many, scale):
+    regions = face_regions(rig)
+    ears = np.flatnonzero((regions.of_vertex == regions.names.index("ear")) & (rig.neutral[:, 0] > 0))
+    ear = int(ears[rig.neutral[ears, 2].argmax()])
+    marks = tuple(landmark(rig, i, v) for i, v in enumerate([*spread_vertices(rig, many), ear]))
+    eared = Face(face.posed, rig.skin, marks, region_looks(marks), face.anchors)
+    placed = place(eared, LEFT, Booklet(PAPERS["a4"], "test"), dpi=60)
+    assert placed.scale <= scale
+    assert marks[-1] in placed.landmarks
+
+
+def test_the_mirror_page_mirrors_picture_and_places(face):
+    book = Booklet(PAPERS["a4"], "test")
+    front, mirror = place(face, FRONT, book, dpi=60), place(face, MIRROR, book, dpi=60)
+    middle = book.paper.width / 2
+    assert [m.name for m in front.landmarks] == [m.name for m in mirror.landmarks]
+    np.testing.assert_allclose(front.points[:, 0] - middle, middle - mirror.points[:, 0], atol=1e-6)
+    difference = np.abs(front.picture.rgb[:, ::-1].astype(int) - mirror.picture.rgb)
+    assert (difference > 8).mean() < 0.002
+
+
+def test_the_subjects_left_is_on_the_right_of_the_front_page(face):
+    placed = place(face, FRONT, Booklet(PAPERS["a4"], "test"), dpi=60)
+    for mark, point in zip(placed.landmarks, placed.points, strict=True):
+        if mark.side != "middle":
+            assert (point[0] > 105) == (mark.side == "left")
+
+
+@pytest.mark.parametrize(("name", "size"), [("a4", (210.0, 297.0)), ("letter", (215.9, 279.4))])
+def test_pages_have_the_size_of_the_paper(name, size):
+    book = Booklet(PAPERS[name], "test")
+    book.add_page("test")
+    page = pypdfium2.PdfDocument(book.bytes())[0]
+    assert np.array(page.get_size()) * 25.4 / 72 == pytest.approx(size, abs=0.01)
+
+
+def test_the_check_bar_is_50_mm_long_in_the_pdf(written):
+    """The end strokes are the only thin verticals 4.1 mm high; their distance is taken in the units of the page."""
+    page = pypdfium2.PdfDocument(written[0])[0]
+    boxes = [np.array(each.get_bounds()) * 25.4 / 72 for each in page.get_objects(filter=[2])]
+    ends = [box for box in boxes if box[2] - box[0] < 0.5 and abs(box[3] - box[1] - 4.1) < 0.6]
+    centres = sorted((box[0] + box[2]) / 2 for box in ends)
+    assert centres[-1] - centres[0] == pytest.approx(CHECK_BAR_MM, abs=0.02)
+    assert pytest.approx(50.0) == CHECK_BAR_MM
+
+
+def test_what_is_written_is_one_pdf_and_a_png_of_each_page(written):
+    pdf = pypdfium2.PdfDocument(written[0])
+    assert written[0].name == "sheets.pdf"
+    assert len(pdf) == len(written) - 1 == 4 + 1 + 1 + 1 + 2
+    for path in written[1:]:
+        with Image.open(path) as image:
+            assert image.size == pytest.approx((210 / 25.4 * DPI, 297 / 25.4 * DPI), abs=1)
+
+
+def test_pages_say_whose_left_and_name_every_marker(written, plan):
+    pdf = pypdfium2.PdfDocument(written[0])
+    front, table, page = (pdf[i].get_textpage().get_text_range() for i in (0, 4, 7))
+    assert "ACTOR'S LEFT" in front
+    assert "ACTOR'S RIGHT" in front
+    assert all(mark.name in table for mark in plan.layout.landmarks)
+    assert "Open your jaw wide." in page
+    assert "of 2" in page
+
+
+def test_the_same_plan_gives_the_same_bytes(rig, plan, written, tmp_path):
+    again = write_sheets(plan, rig, tmp_path, paper="a4", dpi=DPI)
+    assert [path.read_bytes() for path in again] == [path.read_bytes() for path in written]
+
+
+def test_odd_names_are_printed_as_they_are(rig, tmp_path):
+    pdf = pypdfium2.PdfDocument(write_sheets(make(rig, label=ODD), rig, tmp_path, paper="letter", dpi=30)[0])
+    assert "<b>&amp;" in pdf[4].get_textpage().get_text_range()
+
+
+def test_a_plan_of_another_rig_is_refused_and_nothing_written(rig, plan, tmp_path):
+    other = replace(plan, rig=replace(plan.rig, fingerprint="0" * 16))
+    with pytest.raises(PlanError, match="plan again or give that rig"):
+        write_sheets(other, rig, tmp_path / "new", dpi=30)
+    assert not (tmp_path / "new").exists()
+
+
+def test_an_unknown_paper_and_an_unusable_folder_are_refused(rig, plan, tmp_path):
+    with pytest.raises(PlanError, match="choose one of a4, letter"):
+        paper("a5")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(PlanError, match="choose another place"):
+        write_sheets(plan, rig, tmp_path / "file", dpi=30)
+
+
+def test_pictures_have_the_height_asked_for_and_the_markers_on_them(rig, plan, face):
+    shots, marks = expression_pictures(plan, rig, height_px=160), marker_pictures(plan, rig, height_px=400)
+    assert set(shots) == {"jaw", "smile"}
+    assert all(image.height == 160 for shot in shots.values() for image in shot[:3])
+    assert set(marks) == {"front", "left", "right"}
+    image = np.asarray(marks["front"]).astype(int)
+    frame = portrait(rig, face.anchors, FRONT, image.shape[1] / image.shape[0])
+    x, y, _ = FRONT.project(face.positions[:1])[0]
+    row = int((frame.top - y) / frame.height * image.shape[0])
+    column = int((x - frame.left) / frame.width * image.shape[1])
+    assert np.abs(image[row, column] - rgb(face.looks[face.landmarks[0].region].colour)).max() < 12
+
+
+def test_an_expression_differs_from_the_neutral_only_where_it_moves(rig, plan):
+    vertices, moved = movement(rig, plan.packing.expressions[0])
+    np.testing.assert_allclose(np.linalg.norm(vertices - rig.neutral, axis=1), moved)
+    np.testing.assert_allclose(moved, rig.displacement[rig.names.index("jawOpen")], atol=1e-5)
+    assert heat_scale(rig, moved) >= moved[rig.skin].max()
+
+
+def test_a_one_sided_expression_is_told_by_the_subjects_side(rig, face):
+    moved = dict(zip(rig.names, rig.displacement, strict=True))
+    assert side_of(rig, face.anchors, moved["mouthSmileLeft"]) == "left"
+    assert side_of(rig, face.anchors, moved["mouthSmileRight"]) == "right"
+    assert side_of(rig, face.anchors, moved["jawOpen"]) is None
+
+
+def test_more_movement_is_darker():
+    brightness = heat_colours(np.linspace(0.1, 1, 30)) @ np.array([0.2126, 0.7152, 0.0722])
+    assert (np.diff(brightness) < 0).all()
+
+
+def test_splitting_keeps_vertices_and_doubles_every_edge():
+    finer = split(np.array([[0, 1, 2], [0, 2, 3]]), 4)
+    assert finer.edges.tolist() == [[0, 1], [0, 2], [0, 3], [1, 2], [2, 3]]
+    assert len(finer.triangles) == 8
+    flat = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    normals = np.tile([0.0, 0, 1], (4, 1))
+    np.testing.assert_allclose(curved_middles(flat, normals, finer.edges), flat[finer.edges].mean(axis=1))
+
+
+def test_a_split_edge_of_a_ball_bulges_towards_the_ball():
+    ends = np.array([[1.0, 0, 0], [np.cos(0.6), np.sin(0.6), 0]])
+    radius = np.linalg.norm(curved_middles(ends, ends, np.array([[0, 1]]))[0])
+    assert np.cos(0.3) < radius < 1.03
+
+
+def test_no_two_regions_look_alike_even_in_grey():
+    shapes = [look.shape for look in LOOKS.values()]
+    assert len(set(shapes)) == len(shapes)
+    assert all(np.abs(outline(shape)).max() < 1.6 for shape in shapes)
+
+
+def test_unknown_regions_take_free_looks(rig, plan):
+    first, *others = plan.layout.landmarks
+    looks = region_looks([replace(first, region="tail"), *others])
+    assert len({look.shape for look in looks.values()}) == len(looks)
+    assert "tail" in looks
+
+
+def test_the_picture_of_a_page_is_a_jpeg_in_the_pdf_at_full_resolution(written):
+    with Image.open(io.BytesIO(written[1].read_bytes())) as image:
+        assert image.mode == "RGB"
+
+
+def test_the_left_three_quarter_brings_the_subjects_left_nearer_to_the_viewer():
+    cheeks = np.array([[60.0, 0, 80], [-60.0, 0, 80]])
+    assert LEFT.project(cheeks)[0, 2] > LEFT.project(cheeks)[1, 2]
+    assert RIGHT.project(cheeks)[0, 2] < RIGHT.project(cheeks)[1, 2]
+    np.testing.assert_allclose(LEFT.rotation @ LEFT.rotation.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(LEFT.rotation) == pytest.approx(1)
+
+
+@pytest.mark.parametrize(("page", "left_is_on_the_right"), [(0, True), (1, True), (2, True), (3, False)])
+def test_actors_left_stands_on_the_side_where_the_actors_left_is_drawn(written, page, left_is_on_the_right):
+    text = pypdfium2.PdfDocument(written[0])[page].get_textpage()
+    width = 210 / 25.4 * 72
+    top, bottom = (297 - 25) / 25.4 * 72, (297 - 31.5) / 25.4 * 72
+    first = text.get_text_bounded(left=0, right=width / 2, bottom=bottom, top=top)
+    second = text.get_text_bounded(left=width / 2, right=width, bottom=bottom, top=top)
+    assert ("LEFT" in second, "RIGHT" in first) == (left_is_on_the_right, left_is_on_the_right)
+    assert ("RIGHT" in second, "LEFT" in first) == (not left_is_on_the_right, not left_is_on_the_right)
+
+
+def test_markers_whose_names_have_no_room_stand_by_their_numbers(rig, face, monkeypatch):
+    monkeypatch.setattr("capture_plan.sheets.markers.SCALES", (2.0,))
+    some = np.flatnonzero(rig.skin & (face.posed.normals[:, 2] > 0.4) & (np.abs(rig.neutral[:, 1] - 690) < 55))
+    many = tuple(landmark(rig, n, v, "left upper eyelid 11") for n, v in enumerate(some[::6][:120].tolist()))
+    crowd = Face(face.posed, rig.skin, many, region_looks(many), face.anchors)
+    placed = place(crowd, FRONT, Booklet(Paper("A5", 148, 210), "test"), dpi=40)
+    assert placed.style is NUMBERS
+    assert len({(x, y) for x, y, _ in placed.rooms.tolist()}) == len(placed.landmarks) > 100
