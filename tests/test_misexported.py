@@ -89,7 +89,7 @@ def test_nothing_of_a_face_is_taken_for_a_wrong_export():
 
 @pytest.mark.parametrize("name", ["head_up", "hide_head"])
 def test_heads_that_move_or_hide_by_name_are_no_wrong_export(name):
-    rig = with_own(X + [0, 40, 0] if name == "head_up" else 0 * X)
+    rig = with_own(X + np.array([0, 40, 0]) if name == "head_up" else 0 * X)
     assert misexported(replace(rig, names=(*SAMPLE.names[:ODD], name, *SAMPLE.names[ODD + 1 :]))) == ()
 
 
