@@ -53,6 +53,7 @@ def _all(rig: Rig) -> dict[str, str | None]:
     opened = [name for name, arkit in said.items() if arkit == "jawOpen" and _in_words(meant[name])]
     said |= dict.fromkeys(_lips_alone(rig, opened))
     turned = set(face_reading(rig).sides.disagree) - {name for name, _ in rig.meanings}
+    looks = {name: gaze for name, gaze in looks.items() if _may_look(meant[name])}
     wrong = {one.name for one in misexported(rig)}
     return {
         name: None if name in wrong else _confirmed(rig, name, said[name], looks.get(name), side[name], name in turned)
@@ -64,6 +65,11 @@ def _said(meaning: Recognised | None) -> str | None:
     """ARKit's name for a name that says exactly one movement."""
     one = meaning is not None and len(meaning.arkit) == 1 and meaning.standard not in OF_PARTS and not meaning.part
     return meaning.arkit[0] if meaning and one else None
+
+
+def _may_look(meaning: Recognised | None) -> bool:
+    """Whether a name says a look or nothing: eyes that turn under lids that close are no look."""
+    return meaning is None or not meaning.arkit or any(arkit.startswith(LOOK) for arkit in meaning.arkit)
 
 
 def _in_words(meaning: Recognised | None) -> bool:

@@ -5,7 +5,8 @@ Sum     d[k] = sum_j w[j] d[j], two parts or more that are each longer than what
         another one takes back: a corrective is no part. One pair of halves is no sum, since an actor does both sides at
         once and halves are cut from that scan
 Way     those that the others explain with any weights (1 / (C^-1)_kk is what they leave over) are explained again with
-        none below 0, the longest first, each by those that are not yet sums themselves
+        none below 0, the longest first, each by those that are not yet sums themselves; parts that turn out to be sums
+        are told by their own
 """
 
 import numpy as np
@@ -31,7 +32,7 @@ def calls(
     gram = d @ d.T
     length = np.sqrt(np.diag(gram))
     cosine = gram / np.outer(length, length)
-    kept = np.ones(len(among), dtype=bool)
+    kept, found = np.ones(len(among), dtype=bool), []
     for k in sorted(dependent(cosine).tolist(), key=lambda k: -length[k]):
         kept[k] = False
         w = sum_of(cosine, k, np.flatnonzero(kept)) * length[k] / length
@@ -42,6 +43,20 @@ def calls(
         kept[k] = not plain
         if plain:
             shares[among[k], parts] = w[at]
+            found.append(int(among[k]))
+    return _of_planned(shares, found)
+
+
+def _of_planned(shares: Float[np.ndarray, "k k"], found: list[int]) -> Float[np.ndarray, "k k"]:
+    """The weights with every part that was `found` to be a sum later replaced by its own parts; a row whose weights
+    then pass 1 is no sum."""
+    for k in reversed(found):
+        for part in [j for j in found if shares[k, j] > 0]:
+            if shares[part].any():
+                shares[k] += shares[k, part] * shares[part]
+                shares[k, part] = 0
+        if shares[k].max() > FULL:
+            shares[k] = 0
     return shares
 
 

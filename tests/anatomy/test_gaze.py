@@ -141,3 +141,12 @@ def test_twice_as_strong_looks_find_their_like():
         rig, names=(*rig.names, "farLeft", "farRight"), deltas=np.concatenate([rig.deltas, 2 * rig.deltas[k]])
     )
     assert {LEFT, RIGHT, ("farLeft", "farRight")} == set(performed_together(more, more.names))
+
+
+def test_eyes_that_turn_under_lids_that_close_are_told_no_look():
+    rows = [SAMPLE.names.index(name) for name in ("eyeBlinkLeft", "eyeBlinkRight", "eyeLookDownRight")]
+    shut = replace(SAMPLE, names=(*SAMPLE.names, "eye_close"),
+                   deltas=np.concatenate([SAMPLE.deltas, SAMPLE.deltas[rows].sum(axis=0)[None]]))  # fmt: skip
+    assert arkit_by_motion(shut, "eye_close") is None
+    assert "turn" not in sentence(shut, ("eye_close",)).lower()
+    assert arkit_by_motion(replace(shut, names=(*SAMPLE.names, "shape_9")), "shape_9") == "eyeLookDownRight"

@@ -235,3 +235,13 @@ def test_a_sum_of_what_no_marker_sees_is_planned_itself():
     unseen = with_blendshapes(RIG, part=weak, mix=weak + 0.03 * delta("browDownLeft"))
     assert kind_of(seen)["mix"] == "calls others"
     assert kind_of(unseen)["mix"] == "face"
+
+
+def test_a_sum_of_sums_is_told_by_what_is_planned():
+    inner = 0.5 * delta("jawOpen") + 0.5 * delta("browDownLeft")
+    outer = inner + 0.8 * delta("mouthFunnel") + 0.4 * delta("browDownLeft")
+    found = {one.name: one for one in expression_kinds(with_blendshapes(RIG, inner=inner, outer=outer))}
+    assert found["inner"].kind == found["outer"].kind == "calls others"
+    assert "inner" not in found["outer"].why
+    for part in ("0.50 jawOpen", "0.90 browDownLeft", "0.80 mouthFunnel"):
+        assert part in found["outer"].why

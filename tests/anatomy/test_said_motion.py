@@ -83,6 +83,13 @@ def test_what_says_nothing_speaks_against_no_name(base):
     assert instead(base, dict.fromkeys((claim.measure for claim in CLAIMS[base]), np.nan)) is None
 
 
+@pytest.mark.parametrize("base", CLAIMS)
+def test_a_measure_that_is_not_clear_speaks_against_what_must_be_seen_alone(base):
+    for claim in CLAIMS[base]:
+        alone = instead(base, {claim.measure: 0.0})
+        assert alone == (claim.instead if claim.least > 0 else None)
+
+
 def test_measures_do_not_depend_on_how_far_a_blendshape_goes():
     half = replace(SAMPLE, deltas=SAMPLE.deltas / 2)
     for measure, values in measures(SAMPLE).items():
