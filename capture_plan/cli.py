@@ -150,7 +150,7 @@ def audit(
 ) -> None:
     """Say and show how a rig was understood, what is wrong with it, and what a plan will leave out and why."""
     from capture_plan.audit.kept import audit_once
-    from capture_plan.audit.report import audit_text
+    from capture_plan.audit.report import audit_text, can_be_planned
     from capture_plan.output import refuse_place
 
     if output is not None:
@@ -164,9 +164,10 @@ def audit(
         print(text, end="")
     else:
         say([text.removesuffix("\n")])
-    if not json:
-        look = f"capture-plan audit {rig} -o audit.png shows how it was understood; then " if output is None else ""
-        say([f"Next: {look}capture-plan plan {rig}."])
+    look = [f"capture-plan audit {rig} -o audit.png shows how it was understood"] if output is None else []
+    plan = [f"capture-plan plan {rig}"] if can_be_planned(report) else []
+    if not json and (look or plan):
+        say([f"Next: {'; then '.join(look + plan)}."])
 
 
 @app.command()

@@ -4,10 +4,12 @@ import json
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from capture_plan.cli import RIG_FORMATS
 from capture_plan.reader.read import FOLDER_READERS, FORMATS, READERS
+from capture_plan.sample import sample_rig
 from tests.command import run
 
 
@@ -54,6 +56,23 @@ def test_an_audit_is_a_page_or_json(folder):
     assert "tongueOut" in page.stderr
     assert run("audit", "sample", "-o", "audit.txt", cwd=folder).returncode == 0
     assert (folder / "audit.txt").read_text() in page.stderr
+
+
+def test_after_an_audit_a_plan_is_the_next_step_only_where_one_can_be_made(folder):
+    sample = sample_rig()
+    still = sample.source_index[~sample.deltas.any(axis=(0, 2))]
+    (folder / "still.txt").write_text(" ".join(map(str, still)))
+    arrays = {"vertices": sample.neutral, "faces": sample.triangles, "deltas": sample.deltas, "names": sample.names}
+    np.savez(folder / "head.npz", **arrays, source_index=sample.source_index, units="mm")
+    nothing_moves = ("audit", "head.npz", "--skin", "still.txt")
+    assert "Next: capture-plan audit sample -o audit.png shows how it was understood; then capture-plan plan" in (
+        run("audit", "sample", cwd=folder).stderr
+    )
+    assert "Next: capture-plan plan sample." in run("audit", "sample", "-o", "a.txt", cwd=folder).stderr
+    told = run(*nothing_moves, cwd=folder).stderr
+    assert "Shoot with it?      No: " in told
+    assert "capture-plan plan" not in told
+    assert "Next: " not in run(*nothing_moves, "-o", "b.txt", cwd=folder).stderr
 
 
 def test_an_audit_is_a_picture_where_its_file_is_called_one(folder):

@@ -19,7 +19,7 @@ from capture_plan.anatomy.regions import face_regions
 from capture_plan.face.anchors import Anchors
 from capture_plan.face.flying import flying
 from capture_plan.face.shape import border_loops
-from capture_plan.face.unit import HUMAN_MM
+from capture_plan.face.unit import HUMAN_MM, apart_words
 from capture_plan.mesh import boundary_vertices, counted_edges, half_edges, pieces, triangle_areas
 from capture_plan.mesh.geometry import triangle_cross
 from capture_plan.rig.record import Rig
@@ -40,7 +40,7 @@ def sizes(rig: Rig, pupils_mm: float | None, used: tuple[str, ...], unit: float)
     found = []
     change = f"Check the unit: one unit of the file was taken as {rig.unit_mm:g} mm (--unit-mm changes it)"
     if pupils_mm is not None and not HUMAN_MM[0] <= pupils_mm <= HUMAN_MM[1]:
-        message = f"the pupils are {pupils_mm:.0f} mm apart, a person's {HUMAN_MM[0]:g} to {HUMAN_MM[1]:g} mm"
+        message = f"the pupils are {apart_words(pupils_mm)}, a person's {HUMAN_MM[0]:g} to {HUMAN_MM[1]:g} mm"
         advice = f"{change}. If the character is no human, scale the rig to the actor who wears the markers."
         found.append(Finding("size", (), message, advice, False, "stop"))
     flies = flying(rig.neutral, rig.triangles, rig.deltas)

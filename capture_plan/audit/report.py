@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from capture_plan.anatomy.delta_relations import KINDS, Finding, Kind
 from capture_plan.audit.audit import Audit, BlendshapeFacts
 from capture_plan.face.facts import ReadingFacts
+from capture_plan.face.unit import apart_words
 from capture_plan.face.words import answers, doubts, left_out_words, signs_words, some
 
 WIDTH = 100  # characters of a line on the terminal
@@ -69,7 +70,7 @@ def verdict(found: Audit) -> str:
         return f"Look at how it was understood first: {kept}, but {unsure}."
     if stops:
         pupils = found.interpupillary_mm
-        apart = "" if pupils is None else f", with pupils {pupils:,.0f} mm apart"
+        apart = "" if pupils is None else f", with pupils {apart_words(pupils)}"
         return f"Check the size first: {kept}{apart}."
     if out > MIXED_UP * k:
         return f"Look at what is left out first: {kept}."
@@ -93,6 +94,11 @@ def unsure_words(read: ReadingFacts) -> str:
         return ""
     are = "are" if len(unsure) > 1 or unsure[0] in ("the axes", "the eyes") else "is"
     return f"{', '.join(unsure[:-1])}{' and ' * (len(unsure) > 1)}{unsure[-1]} {are} not certain"
+
+
+def can_be_planned(found: Audit) -> bool:
+    """Whether a plan can be made of the rig: a face was found, and something moves its skin."""
+    return bool(found.used) and not (found.reading and found.reading.no_face)
 
 
 def audit_text(found: Audit) -> str:
@@ -131,7 +137,7 @@ def understood(read: ReadingFacts) -> list[str]:
 
 def facts(found: Audit) -> list[tuple[str, str]]:
     """Label and text of every figure of the rig, each with its unit."""
-    pupils = "not found" if found.interpupillary_mm is None else f"{found.interpupillary_mm:.1f} mm apart"
+    pupils = "not found" if found.interpupillary_mm is None else apart_words(found.interpupillary_mm)
     skin = found.skin_vertices / found.vertices
     rows = [
         ("Mesh", f"{found.vertices:,} vertices, {found.triangles:,} triangles"),

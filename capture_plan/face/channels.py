@@ -10,7 +10,8 @@ Left out   what moves with the face and stands beside it (`islands.py`): its del
 Set aside  by name (hats, hair, bodies, head turns), where it folds what it moves to a third of its size (a part that
            is hidden), where a few vertices fly off (`flying.py`), where it moves no surface (neighbours go each their
            own way, as after vertices were exchanged), where it moves nearly all rigidly (a head turn), or where it lies
-           far from the others: skin that is one with theirs may lie farther off, as the brow of a long head does
+           far from the others: what is one skin with theirs, or floats on it as drawn brows do, may lie farther off and
+           be wider, since heads are long and mouths small
 On four human heads rho is 54 to 77 mm: it is the unit of length until the eyes are found.
 """
 
@@ -19,6 +20,7 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from scipy.spatial import KDTree
 
 from capture_plan.errors import RigError
 from capture_plan.face.edge import cut_off, outer_edge
@@ -35,9 +37,9 @@ FOLDS = 0.3  # of the extent of what moves: lids that close keep their width, a 
 RIGID = 0.12  # of the motion left after the best rigid fit: a wide open jaw leaves 0.4
 MOST_OF_IT = 0.6  # of the area within reach: a jaw that opens moves up to half of a head
 CALLED = 2  # blendshapes named for the face, whose size is then the typical one
-FAR, FAR_ON_SKIN = 5.0, 10.0  # median radii from the middle of the face: of another piece, of one piece with the face
-TOO_WIDE = 3.0  # median radii
-ON_SKIN = 0.5  # of a blendshape's energy
+FAR, FAR_ON_SKIN = 5.0, 10.0  # median radii from the middle of the face; where it moves the skin of that face
+TOO_WIDE, WIDE_ON_SKIN = 3.0, 5.0  # median radii; a drawn face that is all angry 3.6
+ON_SKIN, FLOATS = 0.5, 0.5  # of a blendshape's energy; median radii above the skin
 FEW = 5  # blendshapes
 LITTLE = 0.5  # of the usual distance between movements: where each moves a single vertex
 SMALLEST = 0.02  # of the diagonal of the pieces that move: a single vertex that moves is no face
@@ -158,8 +160,9 @@ def _all_channels(
     middle, near = _densest(centre, typical, w)
     if (near & called).sum() >= CALLED:
         typical = max(float(np.median(radius[near & called])), least)
-    far = np.where(_on_one_skin(triangles, energy, w * near), FAR_ON_SKIN, FAR) * typical
-    beyond = (np.linalg.norm(centre - middle, axis=1) > far) | (radius > TOO_WIDE * typical)
+    on_skin = _on_one_skin(neutral, triangles, energy, w * near, FLOATS * typical)
+    far, wide = np.where(on_skin, FAR_ON_SKIN, FAR), np.where(on_skin, WIDE_ON_SKIN, TOO_WIDE)
+    beyond = (np.linalg.norm(centre - middle, axis=1) > far * typical) | (radius > wide * typical)
     if (w > 0).sum() < FEW:  # a jaw and two blinks lie far from each other for their size
         beyond &= ~called
     elsewhere = beyond & called & (radius <= TOO_WIDE * typical)
@@ -180,12 +183,19 @@ def _kept(w: Float[np.ndarray, " k"], aside: Bool[np.ndarray, " k"]) -> Float[np
 
 
 def _on_one_skin(
-    triangles: Int[np.ndarray, "f 3"], energy: Float[np.ndarray, "k v"], w: Float[np.ndarray, " k"]
+    neutral: Float[np.ndarray, "v 3"],
+    triangles: Int[np.ndarray, "f 3"],
+    energy: Float[np.ndarray, "k v"],
+    w: Float[np.ndarray, " k"],
+    within: float,
 ) -> Bool[np.ndarray, " k"]:
-    """Which blendshapes move mostly the connected piece that those of weight w move most."""
+    """Which blendshapes move mostly the connected piece that those of weight w move most, or what floats that near."""
     piece = pieces(triangles, energy.shape[1])
-    face = int(np.bincount(piece, w @ energy).argmax())
-    return energy[:, piece == face].sum(axis=1) > ON_SKIN
+    skin = piece == np.bincount(piece, w @ energy).argmax()
+    rest = np.flatnonzero(~skin & (energy.max(axis=0) > 0))
+    gap, _ = KDTree(neutral[skin]).query(neutral[rest], distance_upper_bound=within)
+    skin[rest] = np.isfinite(gap)
+    return energy[:, skin].sum(axis=1) > ON_SKIN
 
 
 def _settled(

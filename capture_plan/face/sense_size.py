@@ -10,7 +10,7 @@ import numpy as np
 from capture_plan.face.of_rig import rig_channels
 from capture_plan.face.reading import face_reading
 from capture_plan.face.sense import Sense
-from capture_plan.face.unit import CARTOON_MM, HUMAN_MM, PUPILS_MM
+from capture_plan.face.unit import CARTOON_MM, HUMAN_MM, PUPILS_MM, apart_words
 from capture_plan.formats.raw import UNITS_MM
 from capture_plan.rig.record import Rig
 
@@ -30,7 +30,7 @@ def size_sense(rig: Rig) -> Sense:
     return Sense(
         f"the pupils are {HUMAN_MM[0]:g} to {HUMAN_MM[1]:g} mm apart, or there is a reason why not",
         human or bool(reason),
-        f"the pupils are {p:.1f} mm apart" + (f"; {reason}" if reason else ""),
+        f"the pupils are {apart_words(p)}" + (f"; {reason}" if reason else ""),
         "size",
         (("--unit-mm", f"{likely_unit(rig.unit_mm, p):g}"),),
     )

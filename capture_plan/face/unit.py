@@ -84,6 +84,11 @@ def find_unit(
     return Unit(float(units[best]), sure, signs)
 
 
+def apart_words(pupils_mm: float) -> str:
+    """How far apart the pupils are, rounded alike wherever it is said."""
+    return f"{pupils_mm:,.1f} mm apart"
+
+
 def _like_a_person(pupils: float, rho: float, drop: float) -> bool:
     """Whether eyes and mouth lie to each other, and in what moves, as they do in people, whatever their size."""
     shares = (pupils / rho, drop / pupils)

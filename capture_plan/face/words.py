@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from capture_plan.face.facts import PairFacts, ReadingFacts, SpotFacts
-from capture_plan.face.unit import HUMAN_MM
+from capture_plan.face.unit import HUMAN_MM, apart_words
 from capture_plan.names.movements import movement_of
 from capture_plan.rig.understood import Sign
 
@@ -37,11 +37,11 @@ class Answer(NamedTuple):
 def answers(read: ReadingFacts) -> list[Answer]:
     """Every answer in words."""
     pupils = read.eyes.apart_mm
-    apart = "" if pupils is None else f"; pupils {pupils:.1f} mm apart"
+    apart = "" if pupils is None else f"; pupils {apart_words(pupils)}"
     axes_sure = read.axes.sure and not read.against
     return [
         Answer("Axes", _axes_words(read), read.axes.signs, axes_sure),
-        Answer("Unit", f"1 unit of the file is {read.unit.mm:g} mm{apart}", read.unit.signs, read.unit.sure),
+        Answer("Unit", f"1 unit of the file is {read.unit.mm:g} mm{apart}", _unit_signs(read), read.unit.sure),
         Answer("Eyes", _pair_words(read.eyes), read.eyes.signs, read.eyes.sure),
         Answer("Mouth", _spot_words(read.mouth), read.mouth.signs, read.mouth.sure),
         Answer("Nose", _spot_words(read.nose), read.nose.signs, read.nose.sure or read.nose.mm is None),
@@ -49,6 +49,14 @@ def answers(read: ReadingFacts) -> list[Answer]:
         Answer("Ears", _pair_words(read.ears), read.ears.signs, read.ears.sure or not read.ears.found),
         Answer("Sides", _side_words(read), read.sides.signs, read.sides.sure),
     ]
+
+
+def _unit_signs(read: ReadingFacts) -> tuple[Sign, ...]:
+    """Signs of the unit; one that speaks against it says which unit it would fit, which is no distance."""
+    return tuple(
+        Sign(f"{sign.name} would fit 1 unit = {sign.says}", "", sign.weight) if sign.weight < 0 else sign
+        for sign in read.unit.signs
+    )
 
 
 def _axes_words(read: ReadingFacts) -> str:
@@ -151,11 +159,11 @@ def _frame_doubts(read: ReadingFacts) -> list[str]:
             "If the picture shows it lying, upside down or from behind, give --up and --facing."
         )
     if not unit.sure:
-        far = "" if pupils is None else f", which puts the pupils {pupils:.0f} mm apart"
+        far = "" if pupils is None else f", which puts the pupils {apart_words(pupils)}"
         found.append(f"The size is not certain: one unit was taken as {unit.mm:g} mm{far}. Give --unit-mm if it errs.")
     elif pupils is not None and not HUMAN_MM[0] <= pupils <= HUMAN_MM[1]:
         found.append(
-            f"The pupils are {pupils:.0f} mm apart, a person's {HUMAN_MM[0]:g} to {HUMAN_MM[1]:g} mm: give --unit-mm "
+            f"The pupils are {apart_words(pupils)}, a person's {HUMAN_MM[0]:g} to {HUMAN_MM[1]:g} mm: give --unit-mm "
             "if one unit of the file is not "
             f"{unit.mm:g} mm."
         )

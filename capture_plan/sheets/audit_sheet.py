@@ -105,7 +105,7 @@ def _draw_answers(book: Booklet, found: Audit) -> None:
     book.text(x, y, "WHAT WAS UNDERSTOOD", 9, bold=True)
     y += 1.3
     rows = _rows(answers(found.reading))
-    by_lines = [_signs(book, rows, most, wide - 40) for most in (2, 1, 0)]
+    by_lines = [_signs(book, rows, most, wide - 40) for most in ((2, 2), (1, 2), (1, 1), (0, 0))]
     signs = next((told for told in by_lines if y + _high(book, rows, told, wide - 40) <= BOTTOM_Y), by_lines[-1])
     for one, rests in zip(rows, signs, strict=True):
         book.line((x, y), (x + wide, y), width=0.1, colour=FAINT)
@@ -124,14 +124,16 @@ def _lines(book: Booklet, x: float, y: float, text: str, size: float, wide: floa
     return book.paragraph(x, y, text, size, width=wide, lines=lines, colour=colour)
 
 
-def _signs(book: Booklet, rows: list[Answer], lines: int, wide: float) -> list[str]:
-    """For each answer its strongest signs in words, as many as go on so many lines; none where not one does."""
+def _signs(book: Booklet, rows: list[Answer], most_lines: tuple[int, int], wide: float) -> list[str]:
+    """For each answer its strongest signs in words, as many as go on so many lines of a sure answer and of one that is
+    not; none where not one does."""
     return [
         next(
             (
                 words
                 for most in range(SPOKEN, 0, -1)
-                if len(book.broken(words := signs_words(one.signs, most), SIGNS_PT, width=wide)) <= lines
+                if len(book.broken(words := signs_words(one.signs, most), SIGNS_PT, width=wide))
+                <= most_lines[not one.sure]
             ),
             "",
         )

@@ -1,7 +1,8 @@
 """How a face was understood, drawn: the head from the front and from its left, as upright as it was read.
 
 A head that was read wrongly is shown wrongly, which is the point: nobody has to know axes to see that it lies down.
-Drawn on it: the file's axes, 100 mm, eyes, mouth, nose, chin and ears, regions in soft colours, skin against the rest.
+Drawn on it: the file's axes, a bar of a round length, eyes, mouth, nose, chin and ears, regions in soft colours, skin
+against the rest.
 
 Page lengths are millimetres from the top left corner, y down. Letters: v vertices, n labels.
 """
@@ -30,7 +31,8 @@ EXPECTED = {
     SIDE: "SIDE: the face should look to the left, upright",
 }
 COLUMN_MM, PITCH_MM, LABEL_PT = 25.0, 3.9, 7.0  # of names beside a head
-BAR_MM = 100.0
+BARS = (1.0, 2.0, 5.0)  # times a power of ten, millimetres of the head
+BAR_SHARE = 0.6  # of a view's width that the bar takes at most: what is left is the axes'
 ROUND_MM = 6.0  # of the head's surroundings shown around skin and points
 FADE, BLANK_MM = 0.04, 0.1  # of the height, where the rig goes on; of its side border, so that it fades there too
 PROBE_PX = 300  # height of the quick picture that tells what is seen
@@ -150,7 +152,7 @@ def _draw_view(
     for label, (column, row) in zip(labels, places.tolist(), strict=True):
         if label.point:
             book.marker(column, row, POINT, radius=POINT_MM, hollow=not label.sure)
-    _draw_bar(book, x + w, y + h + 4.5, w / frame.width)
+    _draw_bar(book, x + w, y + h + 4.5, w / frame.width, bar_mm(frame.width))
     _draw_axes(book, shown.read, view, x - COLUMN_MM + 1.5, y + h + 3.2)
     book.text(x + w / 2, y - 2.2, EXPECTED[view], 7.4, bold=True, align="centre", colour=SOFT)
 
@@ -213,13 +215,20 @@ def _draw_labels(
         )
 
 
-def _draw_bar(book: Booklet, right: Number, y: Number, page_per_mm: float) -> None:
-    """100 mm of the head, at its scale."""
-    left = right - BAR_MM * page_per_mm
+def bar_mm(width_mm: float) -> float:
+    """The longest of 1, 2, 5, 10, 20, ... mm that takes no more than BAR_SHARE of a view of this width."""
+    most = BAR_SHARE * width_mm
+    ten = 10.0 ** np.floor(np.log10(most))
+    return float(max(step * ten for step in BARS if step * ten <= most * (1 + 1e-9)))
+
+
+def _draw_bar(book: Booklet, right: Number, y: Number, page_per_mm: float, mm: float) -> None:
+    """A length of `mm` of the head, at its scale."""
+    left = right - mm * page_per_mm
     book.line((left, y), (right, y), width=0.7)
     for end in (left, right):
         book.line((end, y - 1.4), (end, y + 1.4), width=0.4)
-    book.text((left + right) / 2, y - 1.3, "100 mm", 7.4, bold=True, align="centre")
+    book.text((left + right) / 2, y - 1.3, f"{mm:,g} mm", 7.4, bold=True, align="centre")
 
 
 def _draw_axes(book: Booklet, read: ReadingFacts, view: View, x: Number, y: Number) -> None:

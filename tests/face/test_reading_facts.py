@@ -1,5 +1,6 @@
 """The reading as an audit tells it: in both coordinates, in sentences, every doubt with what to give."""
 
+import re
 from dataclasses import replace as change
 
 import msgspec
@@ -8,7 +9,8 @@ import pytest
 from msgspec.structs import replace
 
 from capture_plan.audit.audit import Audit, audit_rig
-from capture_plan.audit.report import audit_text, verdict
+from capture_plan.audit.mesh import sizes
+from capture_plan.audit.report import audit_text, can_be_planned, verdict
 from capture_plan.face.facts import SIGNS, PairFacts, ReadingFacts, SpotFacts, reading_facts
 from capture_plan.face.words import answers, doubts, signs_words
 from capture_plan.rig.understood import Sign
@@ -78,6 +80,35 @@ def test_a_plan_carries_the_strongest_signs_alone(rig, monkeypatch):
 def test_signs_are_told_for_and_against():
     told = signs_words((Sign("weak", "", 1.0), Sign("the format", "+y", 5.0), Sign("the blink", "it goes down", -2.0)))
     assert told == "rests on: the format, weak; against it: the blink (it goes down)"
+
+
+def test_a_unit_that_a_sign_would_fit_is_told_as_a_unit_and_not_as_a_distance(read):
+    signs = (Sign("the format", "1000 mm", 4.5), Sign("the distance between the pupils", "304.8 mm", -2.0))
+    told = next(one for one in answers(replace(read, unit=replace(read.unit, signs=signs))) if one.label == "Unit")
+    assert signs_words(told.signs) == (
+        "rests on: the format; against it: the distance between the pupils would fit 1 unit = 304.8 mm"
+    )
+
+
+@pytest.mark.parametrize("apart_mm", [90.5, 90.54, 45.45, 1205.6])
+def test_one_distance_is_rounded_alike_wherever_it_is_said(rig, found, apart_mm):
+    message = sizes(rig, apart_mm, found.used, 60.0)[0].message
+    left, right = (
+        replace(place, mm=(sign * apart_mm / 2, 700.0, 100.0))
+        for place, sign in ((found.reading.eyes.left, 1), (found.reading.eyes.right, -1))
+    )
+    for sure in (True, False):
+        eyes, unit = (replace(part, sure=sure) for part in (found.reading.eyes, found.reading.unit))
+        read = replace(found.reading, unit=unit, eyes=replace(eyes, left=left, right=right))
+        text = message + audit_text(replace(found, reading=read, interpupillary_mm=apart_mm))
+        assert set(re.findall(r"([\d,.]+) mm\s+apart", text)) == {f"{apart_mm:,.1f}"}
+
+
+def test_a_plan_can_be_made_where_a_face_was_found_whose_skin_moves(found, read):
+    assert can_be_planned(found)
+    assert can_be_planned(replace(found, reading=None))
+    assert not can_be_planned(replace(found, used=()))
+    assert not can_be_planned(replace(found, reading=without_face(read)))
 
 
 def test_the_text_says_what_was_understood(found):

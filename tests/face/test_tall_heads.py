@@ -36,21 +36,42 @@ def test_names_do_not_decide_how_long_a_head_may_be(by):
     assert rig_from_raw(raw_of(head)).understood.set_aside == ()
 
 
-def test_what_stands_as_far_off_on_a_piece_of_its_own_is_set_aside():
-    head = tall(1.6)
+def with_brows_apart(head: Head, away: np.ndarray) -> tuple[Head, list[int]]:
+    """The head whose brow movements move pieces of their own that lie so far away from its skin, mm."""
     rows = [k for k, name in enumerate(head.names) if name.startswith("brow")]
     moved = np.linalg.norm(head.deltas[rows], axis=2).max(axis=0) > 0.1
     brow = cut(head, moved & head.of("skin"))
-    still = head.deltas.copy()
-    still[rows] = 0
-    own = np.zeros_like(brow.deltas)
-    own[rows] = brow.deltas[rows]
-    apart = add(replace(head, deltas=still), (brow.neutral + np.array([0, 20.0, 5.0]), brow.triangles), "other", own)
+    still, own = head.deltas.copy(), np.zeros_like(brow.deltas)
+    still[rows], own[rows] = 0, brow.deltas[rows]
+    return add(replace(head, deltas=still), (brow.neutral + away, brow.triangles), "other", own), rows
+
+
+def test_what_stands_as_far_off_on_a_piece_of_its_own_is_set_aside():
+    apart, rows = with_brows_apart(tall(1.6), np.array([0, 20.0, 40.0]))
     channels = find_channels(apart.neutral, apart.triangles, apart.deltas, apart.names)
-    assert {name for name, own in zip(apart.names, channels.facial, strict=True) if not own} == {
-        head.names[k] for k in rows
-    }
-    assert channels.elsewhere.sum() == len(rows)
+    assert np.flatnonzero(~channels.facial).tolist() == rows
+    assert np.flatnonzero(channels.elsewhere).tolist() == rows
+
+
+def test_brows_that_float_on_the_skin_are_of_the_face():
+    floating, _ = with_brows_apart(tall(1.6), np.array([0, 0, 3.0]))
+    channels = find_channels(floating.neutral, floating.triangles, floating.deltas, floating.names)
+    assert channels.facial.all()
+
+
+@pytest.mark.parametrize("width_mm", [15.0, 18.0, 24.0])
+def test_what_moves_the_whole_of_a_face_with_a_small_mouth_is_of_the_face(width_mm):
+    """Drawn faces move little around the mouth, and all of themselves when they are glad."""
+    head = sample_head()
+    glad = ("browInnerUp", "browOuterUpLeft", "browOuterUpRight", "mouthSmileLeft", "mouthSmileRight")
+    joy = head.deltas[[head.names.index(name) for name in glad]].sum(axis=0)
+    mouths = [k for k, name in enumerate(head.names) if name.startswith("mouth")]
+    near = np.exp(-((np.linalg.norm(head.neutral - head.mouth, axis=1) / width_mm) ** 2)).astype(np.float32)
+    deltas = np.concatenate([head.deltas[mouths] * near[:, None], joy[None]])
+    names = (*(head.names[k] for k in mouths), "Fcl_ALL_Joy")
+    channels = find_channels(head.neutral, head.triangles, deltas, names)
+    assert channels.radius[-1] > 2 * np.median(channels.radius)
+    assert channels.facial.all()
 
 
 def test_connected_skin_far_down_a_body_is_no_face():

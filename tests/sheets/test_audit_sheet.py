@@ -22,7 +22,17 @@ from capture_plan.rig.understood import Sign
 from capture_plan.sheets.audit_sheet import A4_ACROSS, DPI, VIEWS_MM, VIEWS_Y, audit_booklet, audit_bytes
 from capture_plan.sheets.page import MARGIN_MM
 from capture_plan.sheets.style import rgb
-from capture_plan.sheets.understood import COLUMN_MM, POINT, VIEWS, file_axis, frames_of, soft_colour, understood
+from capture_plan.sheets.understood import (
+    BAR_SHARE,
+    COLUMN_MM,
+    POINT,
+    VIEWS,
+    bar_mm,
+    file_axis,
+    frames_of,
+    soft_colour,
+    understood,
+)
 from capture_plan.sheets.view import FRONT, picture, pixels
 
 EACH_MM = (A4_ACROSS.width - 2 * MARGIN_MM) / len(VIEWS)
@@ -121,6 +131,26 @@ def test_the_page_comes_as_pdf_and_as_html_that_needs_no_network(found, rig):
     assert Image.open(io.BytesIO(base64.b64decode(inside[1]))).width > 1000
     assert not re.search(r'(src|href)="(?!data:)', page)
     assert "WHAT WAS UNDERSTOOD" in page
+
+
+@pytest.mark.parametrize("width", [0.3, 9.0, 34.0, 60.0, 166.6, 166.7, 250.0, 400.0, 6000.0])
+def test_the_bar_is_a_round_length_that_fits_beside_the_axes_and_is_no_stub(width):
+    mm = bar_mm(width)
+    assert mm <= BAR_SHARE * width * (1 + 1e-6)
+    assert mm > BAR_SHARE * width / 2.5 * (1 - 1e-6)
+    assert f"{mm:.0e}"[0] in "125"
+
+
+def test_the_bars_of_human_heads_are_100_mm():
+    assert {bar_mm(width) for width in (170.0, 220.0, 300.0)} == {100.0}
+
+
+@pytest.mark.parametrize(("size", "says"), [(0.2, "20 mm"), (0.5, "50 mm"), (20.0, "2,000 mm")])
+def test_the_bar_says_how_long_it_is_on_a_head_of_any_size(found, rig, size, says):
+    small = change(rig, neutral=size * rig.neutral, deltas=np.float32(size) * rig.deltas)
+    pdf = pypdfium2.PdfDocument(audit_bytes(replace(found, reading=reading_facts(small)), small, ".pdf"))
+    text = pdf[0].get_textpage().get_text_bounded()
+    assert len(re.findall(rf"(?m)^{says}", text)) == len(VIEWS)
 
 
 def test_what_is_in_doubt_is_on_the_page(found, rig):
