@@ -9,8 +9,17 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from capture_plan.audit.audit import audit_rig
     from capture_plan.check.check import check_plan
+    from capture_plan.errors import InfeasibleError, PlanError, RigError
+    from capture_plan.evaluation.compare import compare_layouts
+    from capture_plan.expressions.record import Packing
+    from capture_plan.expressions.settings import PackingSettings
+    from capture_plan.inspection.inspect import inspect_plan
+    from capture_plan.layout.record import Layout
+    from capture_plan.layout.settings import LayoutSettings
     from capture_plan.plan.files import read_plan, write_plan
     from capture_plan.plan.make import make_plan
+    from capture_plan.plan.record import Plan
+    from capture_plan.plan.revise import edited_plan
     from capture_plan.plan.settings import Settings
     from capture_plan.reader.read import read_rig
     from capture_plan.report import write_html
@@ -18,13 +27,26 @@ if TYPE_CHECKING:
     from capture_plan.sample import sample_rig
     from capture_plan.sequence import Sequence, read_sequence
     from capture_plan.sheets import write_sheets
+    from capture_plan.visibility.camera import Camera
 
 __all__ = [
+    "Camera",
+    "InfeasibleError",
+    "Layout",
+    "LayoutSettings",
+    "Packing",
+    "PackingSettings",
+    "Plan",
+    "PlanError",
     "Rig",
+    "RigError",
     "Sequence",
     "Settings",
     "audit_rig",
     "check_plan",
+    "compare_layouts",
+    "edited_plan",
+    "inspect_plan",
     "make_plan",
     "read_plan",
     "read_rig",
@@ -36,11 +58,23 @@ __all__ = [
 ]
 
 _HOME = {
+    "Camera": "visibility.camera",
+    "InfeasibleError": "errors",
+    "Layout": "layout.record",
+    "LayoutSettings": "layout.settings",
+    "Packing": "expressions.record",
+    "PackingSettings": "expressions.settings",
+    "Plan": "plan.record",
+    "PlanError": "errors",
     "Rig": "rig.record",
+    "RigError": "errors",
     "Sequence": "sequence",
     "Settings": "plan.settings",
     "audit_rig": "audit.audit",
     "check_plan": "check.check",
+    "compare_layouts": "evaluation.compare",
+    "edited_plan": "plan.revise",
+    "inspect_plan": "inspection.inspect",
     "make_plan": "plan.make",
     "read_plan": "plan.files",
     "read_rig": "reader.read",
@@ -56,3 +90,7 @@ def __getattr__(name: str) -> object:
     if name not in _HOME:
         raise AttributeError(f"module 'capture_plan' has no attribute '{name}'")
     return getattr(import_module(f"capture_plan.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -623,8 +623,7 @@ def compare(
     import msgspec
 
     from capture_plan.audit.kept import audit_once
-    from capture_plan.evaluation.compare import BUDGETS
-    from capture_plan.evaluation.compare import compare as compare_layouts
+    from capture_plan.evaluation.compare import BUDGETS, compare_layouts
     from capture_plan.evaluation.compare_report import comparison_text
     from capture_plan.evaluation.user_layouts import read_layouts, take_weights
     from capture_plan.layout.face import see_face

@@ -1,4 +1,4 @@
-"""The three ways a plan can fail, each a line that says what was found, what was expected and what to change."""
+"""The ways a plan can fail, each a line that says what was found, what was expected and what to change."""
 
 LONGEST, END = 1500, 400  # signs of a message, and of its end, where the advice stands
 
@@ -22,6 +22,10 @@ class RigError(CapturePlanError):
 
 class PlanError(CapturePlanError):
     """A plan file is unreadable, or does not fit its rig, or cannot be written."""
+
+
+class SettingsError(PlanError, ValueError):
+    """Settings that contradict each other or lie out of range, in a file or in Python."""
 
 
 class InfeasibleError(CapturePlanError):

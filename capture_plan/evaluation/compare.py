@@ -97,7 +97,7 @@ class Comparison(Struct, frozen=True, forbid_unknown_fields=True):
     take_frames: int = 0
 
 
-def compare(
+def compare_layouts(
     face: Face,
     settings: LayoutSettings,
     *,

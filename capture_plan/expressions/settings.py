@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, Struct, field
 
+from capture_plan.errors import SettingsError
 from capture_plan.input.documents import MOST_COUNTED
 
 Share = Annotated[float, Meta(ge=0, le=1)]
@@ -97,4 +98,6 @@ class PackingSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
     def __post_init__(self) -> None:
         if self.uniqueness and self.method == "early":
-            raise ValueError("uniqueness is a term of the paper's order, which 'early' has not: set method 'minimum'")
+            raise SettingsError(
+                "uniqueness is a term of the paper's order, which 'early' has not: set method 'minimum'"
+            )

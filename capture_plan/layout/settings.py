@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from msgspec import Meta, Struct, field
 
 from capture_plan.anatomy.zones import MARGINS_MM
+from capture_plan.errors import SettingsError
 from capture_plan.input.documents import LONGEST_MM, MOST_COUNTED, MOST_NUMBER
 from capture_plan.registration.known import Known
 
@@ -74,12 +75,12 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
     def __post_init__(self) -> None:
         if self.method in BUDGETED and self.budget is None and self.number is None:
-            raise ValueError(f"method '{self.method}' needs a budget: the number of landmarks")
+            raise SettingsError(f"method '{self.method}' needs a budget: the number of landmarks")
         if self.number and self.method not in ("cover", *BUDGETED):
-            raise ValueError(
+            raise SettingsError(
                 f"method '{self.method}' settles the number itself: give number with 'cover', 'budget' or 'motion'"
             )
         if self.head_markers in (1, 2):
-            raise ValueError(
+            raise SettingsError(
                 f"{self.head_markers} head markers do not fix a head's pose: give 3, 4 or 5, or 0 for none"
             )

@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 from msgspec import structs
 
-from capture_plan.errors import PlanError
+from capture_plan.errors import PlanError, SettingsError
 from capture_plan.input.documents import read_plain, read_toml
 from capture_plan.layout.record import Layout
 from capture_plan.output import write_whole
@@ -118,7 +118,7 @@ def change_settings(settings: Settings, changes: dict[str, Any], spelled: Callab
     """`settings` with `changes`, a nested mapping as in a settings file; `spelled` is how a person wrote a name in it.
 
     Raises:
-        PlanError: an unknown name or a value out of range.
+        SettingsError: an unknown name or a value out of range.
     """
     merged = msgspec.to_builtins(settings)
     for name, value in changes.items():
@@ -126,7 +126,7 @@ def change_settings(settings: Settings, changes: dict[str, Any], spelled: Callab
     try:
         return msgspec.convert(merged, Settings)
     except msgspec.ValidationError as error:
-        raise PlanError(what_is_wrong(error, spelled)) from None
+        raise SettingsError(what_is_wrong(error, spelled)) from None
 
 
 def plan_schema() -> bytes:

@@ -13,6 +13,7 @@ from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import see_face
 from capture_plan.layout.record import Layout
 from capture_plan.plan.collide import collide
+from capture_plan.plan.files import change_settings
 from capture_plan.plan.places import read_cameras_of, read_rules_of, read_takes_of, read_target, with_zones_found
 from capture_plan.plan.record import DECIDING, FORMAT_VERSION, SAMPLE, Plan, RigReference, sealed, with_meetings
 from capture_plan.plan.settings import Settings
@@ -27,9 +28,11 @@ def make_plan(
 
     Raises:
         RigError: the rig has no blendshape that can be planned for, or the camera or target file is unusable.
+        SettingsError: a value of the settings is out of range.
         InfeasibleError: no plan satisfies the settings.
     """
     settings = settings or Settings()
+    change_settings(settings, {})  # what is written in Python is not held against its ranges before
     report = audit_once(rig)
     if not report.used:
         wrong = [f"{one.message}. {one.advice}" for one in report.findings if one.kind == "export"]

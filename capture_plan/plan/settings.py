@@ -17,6 +17,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct, field
 
+from capture_plan.errors import SettingsError
 from capture_plan.expressions.session_settings import SessionSettings
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.input.documents import MOST_COUNTED
@@ -41,6 +42,6 @@ class Settings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     def __post_init__(self) -> None:
         takes, weights = len(self.sequences), len(self.sequence_weights)
         if weights and weights != takes:
-            raise ValueError(f"{weights} sequence weights for {takes} sequences: give one for each, or none")
+            raise SettingsError(f"{weights} sequence weights for {takes} sequences: give one for each, or none")
         if self.vertex_weights and not takes:
-            raise ValueError("vertex weights weigh the error of a take: give sequences with them")
+            raise SettingsError("vertex weights weigh the error of a take: give sequences with them")

@@ -18,7 +18,7 @@ from capture_plan.evaluation.compare import (
     WORN,
     Comparison,
     Row,
-    compare,
+    compare_layouts,
     least_upper,
 )
 from capture_plan.evaluation.compare_report import comparison_text, verdicts
@@ -46,14 +46,14 @@ def found(face):
     take = np.full((5, len(face.used)), 0.1)
     sequence = Sequence("played", face.rig.neutral, face.rig.triangles, PosedFrames(face.rig, played()), 30.0, face.rig)
     given = {"mine": np.flatnonzero(face.allowed(SETTINGS))[:20]}
-    return compare(
+    return compare_layouts(
         face, SETTINGS, budgets=(10,), noises_mm=(0.2,), given=given, take=take, takes=takes_of(face.rig, [sequence])
     )
 
 
 def test_more_landmarks_than_candidates_are_refused_before_anything_is_designed(face):
     with pytest.raises(InfeasibleError, match="99,999 landmarks asked for"):
-        compare(face, SETTINGS, budgets=(10, 99_999))
+        compare_layouts(face, SETTINGS, budgets=(10, 99_999))
 
 
 def test_every_method_stands_in_the_table_once_a_budget(found):
