@@ -142,7 +142,7 @@ def test_what_was_found_of_a_plan_is_not_asked_again_unless_a_word_of_it_changes
 
 def test_an_audit_is_found_once_for_equal_rigs_and_anew_for_others(rig, monkeypatch):
     asked = []
-    monkeypatch.setattr(audited, "audit", lambda one: asked.append(one) or audit_rig(one))
+    monkeypatch.setattr(audited, "audit_rig", lambda one: asked.append(one) or audit_rig(one))
     other = dataclasses.replace(rig, note="read with care")
     assert audited.audit_once(rig) == audited.audit_once(dataclasses.replace(rig)) == audit_rig(rig)
     assert audited.audit_once(other) == audit_rig(other) != audit_rig(rig)

@@ -105,7 +105,7 @@ def one_expression_more(plan):
 def broken_by(path, decide):
     """What does not hold of a plan in which all else follows from other decisions, by the code that writes plans."""
     plan, rig = read_plan(path), sample_rig()
-    report = check.audit(rig)
+    report = check.audit_rig(rig)
     task = check.task_of(
         check.see_face(rig, report.used, check.read_cameras_of(rig, plan.settings, path.parent)),
         plan.settings.landmarks,
