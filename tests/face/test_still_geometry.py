@@ -59,8 +59,7 @@ def few(head: Head) -> Head:
     return replace(head, deltas=head.deltas[rows], names=kept)
 
 
-@pytest.mark.parametrize("stated", [True, False], ids=["stated", "unstated"])
-@pytest.mark.parametrize("unit_mm", [1.0, 1000.0])
+@pytest.mark.parametrize(("unit_mm", "stated"), [(1.0, False), (1000.0, True)])
 @pytest.mark.parametrize("still", STILL)
 def test_adding_what_stands_still_changes_nothing_that_is_understood_of_the_head(still, unit_mm, stated):
     for head in (sample_head(), few(sample_head())):
