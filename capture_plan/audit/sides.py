@@ -1,6 +1,6 @@
 """What can be wrong between the left and the right of a rig: partners, the midline they share, names, symmetry.
 
-Data     pairs          left and right halves of one movement, from geometry (`pairs.py`)
+Data     pairs          left and right halves of one movement, from geometry (`blendshape_pairs.py`)
          b[k, v]        vertex v of the skin moves by at least ACTIVE of the largest displacement of blendshape k
 Partner  a sided blendshape without a mirror image, or halves that mirror each other poorly
 Overlap  |b[i] & b[j]| over the smaller of |b[i]|, |b[j]|: where it is large, one expression shows the sum of both

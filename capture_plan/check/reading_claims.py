@@ -1,6 +1,6 @@
 """Whether what a plan was made from makes sense: recomputed on the rig, whoever said how it lies and how large it is.
 
-Asked    of the rig      how it lies, its sides, its size (`rig/face/sense.py`)
+Asked    of the rig      how it lies, its sides, its size (`face/sense.py`)
          of the markers  most are seen from the front; left ones lie on the left; a marker's region is one that the
                          blendshape moves which moves it most
 Each claim that fails says what to correct, by what the person stated when the plan was made (`advice.py`).

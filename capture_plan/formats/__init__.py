@@ -1,1 +1,1 @@
-"""One reader for each format that artists send; `rig.read` chooses among them."""
+"""One reader for each format that artists send; `reader.read` chooses among them."""

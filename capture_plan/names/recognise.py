@@ -12,7 +12,8 @@
 Confidence  1 the standard's own spelling; 0.9 a house spelling of it; 0.7 a word of the standard that others use too
             ("happy"); 0.6 the shape of a name only,
             or words of any language (0.63 at most). What the user's own name map says has confidence 1.
-Names are hints for people and for recorded weights; which blendshapes are partners, geometry decides (`pairs.py`).
+Names are hints for people and for recorded weights; which blendshapes are partners, geometry decides
+(`anatomy/blendshape_pairs.py`).
 """
 
 import re

@@ -39,7 +39,7 @@ class RigReference(Struct, frozen=True, forbid_unknown_fields=True):
 class Plan(Struct, frozen=True, forbid_unknown_fields=True):
     """What `plan.json` holds: the same input, settings and versions give it byte for byte.
 
-    `meetings` are dots that come too near to each other in the neutral or in an expression (`layout/meeting.py`).
+    `meetings` are dots that come too near to each other in the neutral or in an expression (`layout/dot_contact.py`).
     `draft` says what did not hold of the plan when something was made of it all the same; empty where all holds.
     `seal` is a digest of all else: it tells a plan that was changed by hand, and is no signature.
     """
