@@ -25,7 +25,7 @@ from capture_plan.mesh import boundary_vertices, piece_areas, pieces, surface_gr
 from capture_plan.visibility import hemisphere_visibility
 
 HEADWEAR = (  # worn on a head, no skin of it
-    r"head(wear|gear|band|phone|set|dress|piece|scarf)|wear|beanie|hood|scarf|veil|turban|bonnet|outfit|horn|antler"
+    r"head(gear|band|phone|set|dress|piece)|wear|beanie|hood|scarf|veil|turban|bonnet|outfit|horn|antler"
 )
 NOT_SKIN = re.compile(
     r"eye(?!_?-? ?lid)|sclera|iris|pupil|cornea|lens|lacrimal|caruncle|tear|occlusion|lash|brow|teeth|tooth|denture"

@@ -109,8 +109,9 @@ def test_a_lopsided_neutral_makes_no_blendshape_lopsided():
 def test_hair_that_lies_on_a_brow_is_no_mirror_image_of_it():
     rig = sample_rig()
     fringe = np.flatnonzero(rig.skin & (rig.displacement[rig.names.index("browOuterUpLeft")] > 3))
+    deeper = rig.neutral - np.where(rig.neutral[:, [0]] < 0, [[0.0, 0.0, 0.3]], 0)
     rest = {
-        "neutral": np.concatenate([rig.neutral, rig.neutral[fringe] * [-1, 1, 1] + [0, 0, 0.01]]),
+        "neutral": np.concatenate([deeper, rig.neutral[fringe] * [-1, 1, 1]]),
         "deltas": np.concatenate([rig.deltas, np.zeros((len(rig.names), len(fringe), 3), np.float32)], axis=1),
         "skin": np.append(rig.skin, np.zeros(len(fringe), dtype=bool)),
         "parts": np.append(rig.parts, np.zeros(len(fringe), dtype=rig.parts.dtype)),

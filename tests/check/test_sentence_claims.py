@@ -115,3 +115,6 @@ def test_a_second_shape_that_parts_the_lips_opens_no_pose_that_it_has_no_part_in
     (shot,) = [one for one in packed(RIG).expressions if "mouthClose" in one.blendshapes]
     assert arkit_by_motion(rig, "mouthOpen") == "jawOpen"
     assert open_lips_unsaid(rig, shot) is None
+    half = leaving_lips_open(0.5)
+    open_half = replace(half, names=rig.names, deltas=np.concatenate([parts, half.deltas]))
+    assert "its pose they stand" in (open_lips_unsaid(open_half, changed(shot, drivers=())) or "")

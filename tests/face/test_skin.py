@@ -42,7 +42,8 @@ def test_eyeballs_are_no_skin_although_they_move_and_are_seen():
 
 
 @pytest.mark.parametrize(
-    "name", ["teeth_upper", "M_EyeOcclusion", "Hair_Cards", "lashes", "helper-tongue", "T-shirt", "Headwear"]
+    "name",
+    ["teeth_upper", "M_EyeOcclusion", "Hair_Cards", "lashes", "helper-tongue", "T-shirt", "Headwear", "Headphones"],
 )
 def test_a_part_named_for_something_else_is_no_skin(name):
     patch, triangles = bumpy_head(40.0)
