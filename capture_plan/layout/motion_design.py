@@ -21,7 +21,7 @@ from capture_plan.layout.problem import Task
 from capture_plan.layout.record import MotionFit, SubjectFit
 from capture_plan.shell.elimination_order import order_of
 from capture_plan.shell.motion import TAIL_MM
-from capture_plan.shell.optimise import optimise_together
+from capture_plan.shell.optimise import MarkerProblem, optimise
 from capture_plan.shell.takes import Takes
 
 
@@ -83,21 +83,21 @@ def place(
     assert count is not None, "settings of this method carry a number"
     may = np.zeros(len(face.rig.neutral), dtype=bool)
     may[task.sites.vertices[open_]] = True
-    kept, near = first.places(pins), None
+    bending, near = first.places(pins), None
     if task.spacing:
         near = near_of(task.spacing.near, first.at, settings.spacing_mm)
         may &= ~face.around(pins, settings.spacing_mm)
         if task.met is not None:
             near = near + csr_array(task.met[first.at][:, first.at])
             may[task.met[pins].indices] = False
-    result = optimise_together(
+    problem = MarkerProblem(
         [(one.shell, one.motion) for one in takes.subjects],
-        count - len(pins) + len(kept),
         candidates=may[first.at] & first.candidates,
-        kept=kept.tolist(),
+        pinned=bending.tolist(),
         spacing=near,
         mirror=mirror_of(face.mirror, first.at) if settings.symmetric else None,
     )
+    result = optimise(problem, count - len(pins) + len(bending))
     return np.union1d(first.at[list(result.markers)], pins)
 
 

@@ -3,10 +3,11 @@
 from capture_plan.shell.boundary import Boundary, find_boundary
 from capture_plan.shell.model import Shell
 from capture_plan.shell.motion import Motion, motion_from_rig, motion_of, together, with_mirror_image
-from capture_plan.shell.optimise import Result, nested, optimise, optimise_together
+from capture_plan.shell.optimise import MarkerProblem, Result, nested, optimise
 
 __all__ = [
     "Boundary",
+    "MarkerProblem",
     "Motion",
     "Result",
     "Shell",
@@ -15,7 +16,6 @@ __all__ = [
     "motion_of",
     "nested",
     "optimise",
-    "optimise_together",
     "together",
     "with_mirror_image",
 ]

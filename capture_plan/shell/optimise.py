@@ -1,15 +1,15 @@
 """Marker optimisation: the few vertices whose motion bends a thin shell into all the others (Le et al. 2013).
 
-Data       shell, motion of one or several subjects (`Subject`); M markers; kept vertices; near[u, v] vertices too
+Data       shell, motion of one or several subjects (`Subject`); M markers; pinned vertices; near[u, v] vertices too
            close along the skin for two markers; candidates
 Variables  H, M vertices
-Model      min E(H) = sum_v s_v |Y_v - W_v Y_H|^2,   kept in H in candidates,  no two of H near
+Model      min E(H) = sum_v s_v |Y_v - W_v Y_H|^2,   pinned in H in candidates,  no two of H near
 Method     add the vertex that leaves the least error until there are M, then move one marker at a time to its best
            place until no move of one marker gains (`search`). Every score is exact and no step goes uphill
 
-    result = optimise(shell, motion, 80, candidates=moving)           -> Result
-    results = nested(shell, motion, (40, 60, 80, 100), candidates=moving)
-    result = optimise_together(((shell_a, motion_a), (shell_b, motion_b)), 80, candidates=moving)
+    problem = MarkerProblem([(shell, motion)], candidates=moving)     of several subjects a pair each
+    result = optimise(problem, 80)                                    -> Result
+    results = nested(problem, (40, 60, 80, 100))
 """
 
 from collections.abc import Sequence
@@ -20,8 +20,7 @@ from jaxtyping import Bool, Int
 from scipy.sparse import csr_array
 
 from capture_plan.shell.elimination_order import order_of, summary_of
-from capture_plan.shell.model import Shell
-from capture_plan.shell.motion import TAIL_MM, Motion
+from capture_plan.shell.motion import TAIL_MM
 from capture_plan.shell.search import Search
 from capture_plan.shell.sites import Sites
 from capture_plan.shell.subjects import Subject
@@ -29,7 +28,7 @@ from capture_plan.shell.subjects import Subject
 
 @dataclass(frozen=True)
 class Result:
-    """A layout: `markers` as placed, kept ones first; in `order` the least needed ones are last.
+    """A layout: `markers` as placed, pinned ones first; in `order` the least needed ones are last.
 
     All errors are root mean squares over all vertices and frames of the motion as given, millimetres: `rmse_mm` of the
     layout, `curve_mm[m - 1]` of the first m of `order`, `greedy_mm` of the layout before any of its `swaps`, the moves
@@ -47,70 +46,43 @@ class Result:
     swaps: int
 
 
-def optimise(
-    shell: Shell,
-    motion: Motion,
-    count: int,
-    *,
-    candidates: Bool[np.ndarray, " v"],
-    kept: Sequence[int] = (),
-    spacing: csr_array | None = None,
-    mirror: Int[np.ndarray, " v"] | None = None,
-    joint: bool = False,
-    tail_mm: float = TAIL_MM,
-) -> Result:
-    """`count` markers, the kept ones among them, none of which alone could be moved for the better.
+@dataclass(frozen=True, eq=False)
+class MarkerProblem:
+    """Motions of one or several subjects on one topology, each with its own shell, and where markers may stand.
 
-    `spacing` is `near_table` of the skin at the least distance between two markers, `mirror` the mirror image of each
-    vertex where the layout is to be symmetric, and `with_mirror_image` the motion for that. `joint` moves neighbouring
-    markers in twos at last. The search begins on rows that leave out `tail_mm`.
+    `candidates` may carry one, `pinned` do in any case. `spacing` is `near_table` of the skin at the least distance
+    between two markers, `mirror` the mirror image of each vertex where the layout is to be symmetric, and
+    `with_mirror_image` the motion for that. The search begins on rows that leave out `tail_mm`, millimetres.
+    """
+
+    subjects: Sequence[Subject]
+    candidates: Bool[np.ndarray, " v"]
+    pinned: Sequence[int] = ()
+    spacing: csr_array | None = None
+    mirror: Int[np.ndarray, " v"] | None = None
+    tail_mm: float = TAIL_MM
+
+    def search(self) -> Search:
+        """A layout of the pinned markers alone, to be grown."""
+        return Search(self.subjects, Sites(self.candidates, self.spacing, self.mirror), self.pinned, self.tail_mm)
+
+
+def optimise(problem: MarkerProblem, count: int, *, joint: bool = False) -> Result:
+    """`count` markers, the pinned ones among them, none of which alone could be moved for the better; `joint` moves
+    neighbouring markers in twos at last.
 
     Raises:
         InfeasibleError: there is no room for so many.
     """
-    return optimise_together(
-        [(shell, motion)],
-        count,
-        candidates=candidates,
-        kept=kept,
-        spacing=spacing,
-        mirror=mirror,
-        joint=joint,
-        tail_mm=tail_mm,
-    )
-
-
-def optimise_together(
-    subjects: Sequence[Subject],
-    count: int,
-    *,
-    candidates: Bool[np.ndarray, " v"],
-    kept: Sequence[int] = (),
-    spacing: csr_array | None = None,
-    mirror: Int[np.ndarray, " v"] | None = None,
-    joint: bool = False,
-    tail_mm: float = TAIL_MM,
-) -> Result:
-    """`optimise` for the motions of several subjects on one topology, each with its own shell."""
-    search = Search(subjects, Sites(candidates, spacing, mirror), kept, tail_mm)
+    search = problem.search()
     search.grow(count)
     search.finish(joint=joint)
     return _result(search)
 
 
-def nested(
-    shell: Shell,
-    motion: Motion,
-    counts: Sequence[int],
-    *,
-    candidates: Bool[np.ndarray, " v"],
-    kept: Sequence[int] = (),
-    spacing: csr_array | None = None,
-    mirror: Int[np.ndarray, " v"] | None = None,
-    tail_mm: float = TAIL_MM,
-) -> tuple[Result, ...]:
+def nested(problem: MarkerProblem, counts: Sequence[int]) -> tuple[Result, ...]:
     """One layout for each count, each a part of the next (Le et al. 2013, section 4.6): only new markers are moved."""
-    search = Search([(shell, motion)], Sites(candidates, spacing, mirror), kept, tail_mm)
+    search = problem.search()
     results = []
     for count in sorted(counts):
         search.grow(count)

@@ -6,7 +6,7 @@ from scipy.sparse import csr_array
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.mesh import near_table, surface_graph
-from capture_plan.shell import Motion, Shell, nested, optimise, optimise_together
+from capture_plan.shell import MarkerProblem, Motion, Shell, nested, optimise
 from capture_plan.shell.motion import TAIL_MM
 from capture_plan.shell.search import Search
 from capture_plan.shell.sites import Sites
@@ -40,7 +40,7 @@ def rmse(shell, motion, markers):
 
 def test_no_single_move_gains(shell):
     motion = smooth_motion(shell)
-    result = optimise(shell, motion, 6, candidates=~shell.fixed, tail_mm=0.0)
+    result = optimise(MarkerProblem([(shell, motion)], candidates=~shell.fixed, tail_mm=0.0), 6)
     rng = np.random.default_rng(1)
     for j in range(6):
         for v in np.setdiff1d(rng.choice(np.flatnonzero(~shell.fixed), 20), result.markers).tolist():
@@ -51,8 +51,8 @@ def test_no_single_move_gains(shell):
 
 def test_greedy_takes_the_best_vertex_of_all(shell):
     motion = smooth_motion(shell)
-    first = optimise(shell, motion, 2, candidates=~shell.fixed, tail_mm=0.0)
-    third = optimise(shell, motion, 3, candidates=~shell.fixed, kept=first.markers, tail_mm=0.0)
+    first = optimise(MarkerProblem([(shell, motion)], candidates=~shell.fixed, tail_mm=0.0), 2)
+    third = optimise(MarkerProblem([(shell, motion)], candidates=~shell.fixed, tail_mm=0.0, pinned=first.markers), 3)
     rest = np.setdiff1d(np.flatnonzero(~shell.fixed), first.markers)[::7]
     assert third.rmse_mm <= min(rmse(shell, motion, [*first.markers, int(v)]) for v in rest) * (1 + 1e-9)
 
@@ -64,7 +64,7 @@ def test_every_stated_error_is_on_all_that_was_given(shell):
     search.grow(9)
     greedy_mm = rmse(shell, motion, search.state.markers)
     assert search.state.rmse_mm < greedy_mm * (1 - 1e-3)
-    result = optimise(shell, motion, 9, candidates=~shell.fixed, tail_mm=1.0)
+    result = optimise(MarkerProblem([(shell, motion)], candidates=~shell.fixed, tail_mm=1.0), 9)
     assert result.greedy_mm == pytest.approx(greedy_mm, rel=1e-9)
     assert result.rmse_mm == pytest.approx(rmse(shell, motion, result.markers), rel=1e-9)
     assert result.curve_mm[5] == pytest.approx(rmse(shell, motion, result.order[:6]), rel=1e-9)
@@ -74,7 +74,7 @@ def test_every_stated_error_is_on_all_that_was_given(shell):
 @pytest.mark.parametrize("tail_mm", [0.1, 1.0, 10.0])
 def test_rows_that_the_search_left_out_make_up_one_percent_at_most(shell, tail_mm):
     motion = smooth_motion(shell, 60)
-    result = optimise(shell, motion, 12, candidates=~shell.fixed, tail_mm=tail_mm)
+    result = optimise(MarkerProblem([(shell, motion)], candidates=~shell.fixed, tail_mm=tail_mm), 12)
     assert result.seen_mm <= result.rmse_mm * (1 + 1e-9)
     assert result.rmse_mm <= 1.01 * result.seen_mm
 
@@ -93,14 +93,16 @@ def test_compression_loses_less_than_one_percent_of_the_error():
     """Of the layout that a search on all rows finds."""
     shell = shell_of(True)
     motion = smooth_motion(shell, 60)
-    quick, whole = (optimise(shell, motion, 20, candidates=~shell.fixed, tail_mm=tail) for tail in (TAIL_MM, 0.0))
+    quick, whole = (
+        optimise(MarkerProblem([(shell, motion)], candidates=~shell.fixed, tail_mm=tail), 20) for tail in (TAIL_MM, 0.0)
+    )
     assert whole.seen_mm == pytest.approx(whole.rmse_mm, rel=1e-6)
     assert quick.rmse_mm == pytest.approx(whole.rmse_mm, rel=0.01)
 
 
 def test_moves_never_go_uphill_and_more_markers_never_hurt(shell):
     motion = smooth_motion(shell)
-    results = nested(shell, motion, (4, 6, 9), candidates=~shell.fixed, tail_mm=0.0)
+    results = nested(MarkerProblem([(shell, motion)], candidates=~shell.fixed, tail_mm=0.0), (4, 6, 9))
     assert all(one.rmse_mm <= one.greedy_mm * (1 + 1e-9) for one in results)
     assert results[0].rmse_mm >= results[1].rmse_mm >= results[2].rmse_mm
     assert set(results[0].markers) < set(results[1].markers) < set(results[2].markers)
@@ -110,13 +112,13 @@ def test_one_more_marker_can_hurt_where_neighbours_move_apart():
     """It holds its vertex to the vertex's own track and takes the neighbours along; no placement is free of that."""
     shell = shell_of(True)
     noise = Motion(np.random.default_rng(0).normal(0, 1, (len(shell.vertices), 30)), np.ones(len(shell.vertices)))
-    one, two = (optimise(shell, noise, n, candidates=~shell.fixed) for n in (1, 2))
+    one, two = (optimise(MarkerProblem([(shell, noise)], candidates=~shell.fixed), n) for n in (1, 2))
     assert one.rmse_mm < two.rmse_mm
 
 
 def test_the_order_is_a_curve_that_falls_to_the_layout(shell):
     motion = smooth_motion(shell)
-    result = optimise(shell, motion, 7, candidates=~shell.fixed, tail_mm=0.0)
+    result = optimise(MarkerProblem([(shell, motion)], candidates=~shell.fixed, tail_mm=0.0), 7)
     assert sorted(result.order) == sorted(result.markers)
     assert (np.diff([c for c in result.curve_mm if np.isfinite(c)]) <= 1e-12).all()
     for m in (4, 5, 7):
@@ -127,7 +129,9 @@ def test_kept_markers_stay_and_come_first():
     shell = shell_of(True)
     kept = tuple(np.flatnonzero(~shell.fixed)[[10, 100]].tolist())
     for joint in (False, True):
-        result = optimise(shell, smooth_motion(shell), 6, candidates=~shell.fixed, kept=kept, joint=joint)
+        result = optimise(
+            MarkerProblem([(shell, smooth_motion(shell))], candidates=~shell.fixed, pinned=kept), 6, joint=joint
+        )
         assert result.markers[:2] == kept
         assert set(result.order[:2]) == set(kept)
 
@@ -135,7 +139,7 @@ def test_kept_markers_stay_and_come_first():
 def test_only_candidates_carry_markers():
     shell = shell_of(True)
     candidates = shell.vertices[:, 1] > 0
-    result = optimise(shell, smooth_motion(shell), 6, candidates=candidates)
+    result = optimise(MarkerProblem([(shell, smooth_motion(shell))], candidates=candidates), 6)
     assert candidates[list(result.markers)].all()
 
 
@@ -143,11 +147,11 @@ def test_markers_keep_their_distance_along_the_skin():
     shell, far = shell_of(True), 45.0
     near = near_table(surface_graph(shell.vertices, shell.triangles), shell.vertices, far)
     motion = smooth_motion(shell)
-    result = optimise(shell, motion, 8, candidates=~shell.fixed, spacing=near, joint=True)
+    result = optimise(MarkerProblem([(shell, motion)], candidates=~shell.fixed, spacing=near), 8, joint=True)
     among = near[list(result.markers)][:, list(result.markers)]
     assert among.nnz == len(result.markers)
     with pytest.raises(InfeasibleError, match="room for"):
-        optimise(shell, motion, 300, candidates=~shell.fixed, spacing=near)
+        optimise(MarkerProblem([(shell, motion)], candidates=~shell.fixed, spacing=near), 300)
 
 
 def symmetric_shell():
@@ -159,7 +163,9 @@ def symmetric_shell():
 @pytest.mark.parametrize("count", [6, 7])
 def test_a_symmetric_layout_is_its_own_mirror_image(count):
     shell, mirror = symmetric_shell()
-    result = optimise(shell, smooth_motion(shell), count, candidates=~shell.fixed, mirror=mirror, tail_mm=0.0)
+    result = optimise(
+        MarkerProblem([(shell, smooth_motion(shell))], candidates=~shell.fixed, mirror=mirror, tail_mm=0.0), count
+    )
     assert set(mirror[list(result.markers)].tolist()) == set(result.markers)
     assert len(result.markers) == count
     assert result.rmse_mm == pytest.approx(rmse(shell, smooth_motion(shell), result.markers), rel=1e-9)
@@ -189,7 +195,7 @@ def test_a_symmetric_layout_keeps_to_its_candidates_and_distances():
     candidates, far = ~shell.fixed & ~((shell.vertices[:, 0] > 0) & (shell.vertices[:, 1] > 0)), 40.0
     near = near_table(surface_graph(shell.vertices, shell.triangles), shell.vertices, far)
     motion = smooth_motion(shell, 30)
-    H = list(optimise(shell, motion, 8, candidates=candidates, mirror=mirror, spacing=near).markers)
+    H = list(optimise(MarkerProblem([(shell, motion)], candidates=candidates, mirror=mirror, spacing=near), 8).markers)
     assert candidates[H].all()
     assert set(mirror[H].tolist()) == set(H)
     assert near[H][:, H].nnz == len(H)
@@ -207,7 +213,7 @@ def test_no_pair_has_a_better_place():
     shell, mirror = symmetric_shell()
     motion = smooth_motion(shell)
     candidates = ~shell.fixed & (mirror != np.arange(len(mirror)))
-    result = optimise(shell, motion, 6, candidates=candidates, mirror=mirror, tail_mm=0.0)
+    result = optimise(MarkerProblem([(shell, motion)], candidates=candidates, mirror=mirror, tail_mm=0.0), 6)
     left = [h for h in result.markers if h not in (result.markers[0], mirror[result.markers[0]])]
     for v in np.setdiff1d(np.flatnonzero(candidates), result.markers)[::5].tolist():
         assert rmse(shell, motion, [*left, v, int(mirror[v])]) >= result.rmse_mm * (1 - 1e-9)
@@ -216,16 +222,16 @@ def test_no_pair_has_a_better_place():
 def test_joint_moves_never_hurt():
     shell = shell_of(True)
     motion = smooth_motion(shell)
-    single = optimise(shell, motion, 8, candidates=~shell.fixed, tail_mm=0.0)
-    joint = optimise(shell, motion, 8, candidates=~shell.fixed, tail_mm=0.0, joint=True)
+    single = optimise(MarkerProblem([(shell, motion)], candidates=~shell.fixed, tail_mm=0.0), 8)
+    joint = optimise(MarkerProblem([(shell, motion)], candidates=~shell.fixed, tail_mm=0.0), 8, joint=True)
     assert joint.rmse_mm <= single.rmse_mm * (1 + 1e-9)
 
 
 def test_a_subject_given_twice_is_one_subject():
     shell = shell_of(True)
     motion = smooth_motion(shell)
-    one = optimise(shell, motion, 5, candidates=~shell.fixed)
-    two = optimise_together([(shell, motion)] * 2, 5, candidates=~shell.fixed)
+    one = optimise(MarkerProblem([(shell, motion)], candidates=~shell.fixed), 5)
+    two = optimise(MarkerProblem([(shell, motion)] * 2, candidates=~shell.fixed), 5)
     assert two.rmse_mm == pytest.approx(one.rmse_mm, rel=1e-6)
 
 
@@ -233,8 +239,8 @@ def test_a_shared_layout_serves_both_better_than_either_own_one():
     """In the sum of both errors; each layout is at most as good as the one made for both at this start."""
     a, b = shell_of(True), shell_of(True)
     motions = smooth_motion(a, seed=1), smooth_motion(b, seed=2)
-    shared = optimise_together(list(zip((a, b), motions, strict=True)), 6, candidates=~a.fixed, tail_mm=0.0)
-    own = optimise(a, motions[0], 6, candidates=~a.fixed, tail_mm=0.0)
+    shared = optimise(MarkerProblem(list(zip((a, b), motions, strict=True)), candidates=~a.fixed, tail_mm=0.0), 6)
+    own = optimise(MarkerProblem([(a, motions[0])], candidates=~a.fixed, tail_mm=0.0), 6)
 
     def both(markers):
         return np.hypot(rmse(a, motions[0], markers), rmse(b, motions[1], markers))
@@ -246,7 +252,7 @@ def test_a_shared_layout_serves_both_better_than_either_own_one():
 def test_weights_draw_markers_to_where_errors_count():
     shell = shell_of(True)
     motion, top = smooth_motion(shell, 20), shell.vertices[:, 1] > 20
-    drawn = optimise(shell, motion.weighted(np.where(top, 100.0, 1.0)), 6, candidates=~shell.fixed)
-    plain = optimise(shell, motion, 6, candidates=~shell.fixed)
+    drawn = optimise(MarkerProblem([(shell, motion.weighted(np.where(top, 100.0, 1.0)))], candidates=~shell.fixed), 6)
+    plain = optimise(MarkerProblem([(shell, motion)], candidates=~shell.fixed), 6)
     only_top = motion.weighted(top.astype(float))
     assert rmse(shell, only_top, drawn.markers) < rmse(shell, only_top, plain.markers)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from capture_plan.mesh import near_table, surface_graph
-from capture_plan.shell import Shell, motion_of, nested, optimise
+from capture_plan.shell import MarkerProblem, Shell, motion_of, nested, optimise
 from capture_plan.shell.pair_exchange import NEAR, near_pairs
 from capture_plan.shell.search import Search
 from capture_plan.shell.sites import Sites
@@ -60,8 +60,8 @@ def test_nested_layouts_keep_the_wishes_of_a_single_one():
     shell, mirror = symmetric_shell()
     near = near_table(surface_graph(shell.vertices, shell.triangles), shell.vertices, 40.0)
     kept = tuple(np.flatnonzero(~shell.fixed & (mirror == np.arange(len(mirror))))[:1].tolist())
-    motion, wishes = smooth_motion(shell, 20), {"kept": kept, "mirror": mirror, "spacing": near}
-    for result in nested(shell, motion, (3, 5, 8), candidates=~shell.fixed, **wishes):
+    motion, wishes = smooth_motion(shell, 20), {"pinned": kept, "mirror": mirror, "spacing": near}
+    for result in nested(MarkerProblem([(shell, motion)], candidates=~shell.fixed, **wishes), (3, 5, 8)):
         H = list(result.markers)
         assert H[0] == kept[0]
         assert set(mirror[H].tolist()) == set(H)
@@ -84,7 +84,7 @@ def test_a_pair_stands_where_both_may_and_not_too_close_to_each_other():
 
 def test_a_piece_that_nothing_holds_gets_the_first_marker():
     shell = two_pieces()
-    result = optimise(shell, smooth_motion(shell), 3, candidates=~shell.fixed, tail_mm=0.0)
+    result = optimise(MarkerProblem([(shell, smooth_motion(shell))], candidates=~shell.fixed, tail_mm=0.0), 3)
     assert shell.piece[result.markers[0]] == 0
 
 
@@ -100,7 +100,10 @@ def test_two_markers_at_once_find_what_one_at_a_time_does_not(count, seed):
     """On rows as fine as that needs, whatever the search began with."""
     shell = shell_of(True)
     planted, motion = planted_motion(shell, seed, count)
-    one, two = (optimise(shell, motion, count, candidates=~shell.fixed, joint=joint) for joint in (False, True))
+    one, two = (
+        optimise(MarkerProblem([(shell, motion)], candidates=~shell.fixed), count, joint=joint)
+        for joint in (False, True)
+    )
     assert one.rmse_mm > 0.1
     assert set(two.markers) == set(planted.tolist())
     assert two.rmse_mm < 1e-6
@@ -147,6 +150,6 @@ def test_a_layout_that_all_rows_find_worse_than_the_greedy_one_is_searched_again
 def test_a_planted_layout_is_found_exactly(seed):
     shell = shell_of(True)
     planted, motion = planted_motion(shell, seed, 10)
-    found = optimise(shell, motion, 10, candidates=~shell.fixed, tail_mm=0.0, joint=True)
+    found = optimise(MarkerProblem([(shell, motion)], candidates=~shell.fixed, tail_mm=0.0), 10, joint=True)
     assert set(found.markers) == set(planted.tolist())
     assert found.rmse_mm < 1e-6

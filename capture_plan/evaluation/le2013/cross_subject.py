@@ -22,7 +22,7 @@ from capture_plan.progress import track
 from capture_plan.registration.correspondence import correspond
 from capture_plan.shell.model import Shell
 from capture_plan.shell.motion import Motion
-from capture_plan.shell.optimise import optimise_together
+from capture_plan.shell.optimise import MarkerProblem, optimise
 from capture_plan.shell.subjects import Subject
 from capture_plan.shell.take import Take
 
@@ -139,7 +139,7 @@ def layout_of(subjects: Sequence[OnFirst], count: int) -> tuple[Int[np.ndarray, 
     size = max(len(one.take.at) for one in subjects) + STRIP
     group = [numbered(one.take, one.map[sites], size) for one in subjects]
     tail_mm = min(tail_of(one.take.motion) for one in subjects)
-    found = optimise_together(group, count, candidates=np.arange(size) < len(sites), tail_mm=tail_mm)
+    found = optimise(MarkerProblem(group, np.arange(size) < len(sites), tail_mm=tail_mm), count)
     return sites[list(found.markers)], found.rmse_mm
 
 

@@ -9,6 +9,7 @@ Random layouts are `RANDOM` draws; their number is the mean of the draws' errors
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -28,7 +29,7 @@ from capture_plan.registration.empirical_layouts import empirical_layout, place_
 from capture_plan.registration.known import EMPIRICAL
 from capture_plan.shell.model import Shell
 from capture_plan.shell.motion import TAIL_MM, Motion, with_mirror_image
-from capture_plan.shell.optimise import Result, nested, optimise
+from capture_plan.shell.optimise import MarkerProblem, Result, nested, optimise
 from capture_plan.shell.take import Take
 
 OURS, MIRRORED, RIG = "ours: exact swaps", "ours, symmetric", "from the rig: least error"
@@ -80,21 +81,24 @@ def vertex_errors(shell: Shell, motion: Motion, vertices: Layout) -> Float[np.nd
 
 def optimised(shell: Shell, take: Take, count: int) -> Result:
     """Our layout of a take, its rim held (`take.shell`) or not (`take.loose`)."""
-    return optimise(shell, take.motion, count, candidates=take.candidates, tail_mm=tail_of(take.motion))
+    return optimise(problem_of(take, take.motion, shell), count)
+
+
+def problem_of(take: Take, motion: Motion, shell: Shell | None = None) -> MarkerProblem:
+    """Markers of a motion on the skin of a take, whose rim is held unless another shell is given."""
+    return MarkerProblem([(shell or take.shell, motion)], take.candidates, tail_mm=tail_of(motion))
 
 
 def ours(take: Take, motion: Motion, count: int) -> tuple[np.ndarray, ...]:
     """Greedy, then exact swaps."""
-    found = optimise(take.shell, motion, count, candidates=take.candidates, tail_mm=tail_of(motion))
-    return (np.array(found.markers),)
+    return (np.array(optimise(problem_of(take, motion), count).markers),)
 
 
 def ours_mirrored(take: Take, motion: Motion, count: int) -> tuple[np.ndarray, ...]:
     """The same in mirrored pairs, of the motion and its reflection."""
     both = with_mirror_image(motion, take.mirror)
-    may, tail_mm = take.candidates, tail_of(motion)
-    found = optimise(take.shell, both, count, candidates=may, mirror=take.mirror, tail_mm=tail_mm)
-    return (np.array(found.markers),)
+    problem = replace(problem_of(take, both), mirror=take.mirror, tail_mm=tail_of(motion))
+    return (np.array(optimise(problem, count).markers),)
 
 
 def as_published(take: Take, motion: Motion, count: int) -> tuple[np.ndarray, ...]:
@@ -160,7 +164,7 @@ def from_rig(take: Take, face: Face, count: int) -> list[Scored]:
 
 def inside(take: Take, face: Face, counts: Sequence[int]) -> tuple[Scored, ...]:
     """Layouts of which each is a part of the next."""
-    results = nested(take.shell, take.motion, counts, candidates=take.candidates, tail_mm=tail_of(take.motion))
+    results = nested(problem_of(take, take.motion), counts)
     return tuple(score(take, face, NESTED, [np.array(one.markers)]) for one in results)
 
 

@@ -17,7 +17,7 @@ from capture_plan.evaluation.le2013.methods import METHODS, OURS, motion_error
 from capture_plan.evaluation.le2013.published_algorithm import ITERATIONS, Descent, optimise_as_published
 from capture_plan.shell.model import Shell
 from capture_plan.shell.motion import Motion
-from capture_plan.shell.optimise import optimise
+from capture_plan.shell.optimise import MarkerProblem, optimise
 from capture_plan.shell.take import Take
 
 STARTS = 5  # Fig. 3
@@ -77,7 +77,7 @@ class Folds(Struct, frozen=True):
 def simulation_recovery(shell: Shell, count: int, seed: int, *, joint: bool = False) -> Recovery:
     """One simulated layout of `count` markers, looked for; `joint` moves neighbours in twos where single moves miss."""
     planted, motion = simulated(shell, count, seed)
-    found = optimise(shell, motion, count, candidates=~shell.fixed, joint=joint, tail_mm=EXACT_TAIL_MM)
+    found = optimise(MarkerProblem([(shell, motion)], ~shell.fixed, tail_mm=EXACT_TAIL_MM), count, joint=joint)
     return recovered(shell, planted, np.array(found.markers), found.rmse_mm, seed)
 
 

@@ -7,7 +7,7 @@ from capture_plan.errors import RigError
 from capture_plan.evaluation.le2013.handles import drag
 from capture_plan.sample import sample_rig
 from capture_plan.sample.motion import sample_motion
-from capture_plan.shell.optimise import optimise
+from capture_plan.shell.optimise import MarkerProblem, optimise
 from capture_plan.shell.take import face_take
 
 FRAME = 7
@@ -20,7 +20,7 @@ def take():
 
 @pytest.fixture(scope="module")
 def markers(take):
-    return np.array(optimise(take.shell, take.motion, 12, candidates=take.candidates).markers)
+    return np.array(optimise(MarkerProblem([(take.shell, take.motion)], candidates=take.candidates), 12).markers)
 
 
 def change(take, markers, dragged):

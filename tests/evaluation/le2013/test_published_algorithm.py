@@ -9,7 +9,7 @@ from capture_plan.evaluation.le2013.published_algorithm import (
     paper_move_seconds,
     visited,
 )
-from capture_plan.shell import optimise
+from capture_plan.shell import MarkerProblem, optimise
 from capture_plan.shell.elimination_order import order_of, summary_of
 from tests.shell.test_shell_model import some_markers
 from tests.shell.test_shell_optimise import smooth_motion
@@ -78,7 +78,9 @@ def test_exact_moves_end_below_the_published_algorithm():
     shell = shell_of(True)
     motion = smooth_motion(shell, 30)
     published = optimise_as_published(shell, motion, 8, candidates=~shell.fixed, tail_mm=0.0)
-    assert optimise(shell, motion, 8, candidates=~shell.fixed, tail_mm=0.0).rmse_mm < published.rmse_mm
+    assert (
+        optimise(MarkerProblem([(shell, motion)], candidates=~shell.fixed, tail_mm=0.0), 8).rmse_mm < published.rmse_mm
+    )
 
 
 def test_a_factorisation_for_each_move_takes_time():
