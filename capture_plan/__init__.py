@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from capture_plan.layout.record import Layout
     from capture_plan.layout.settings import LayoutSettings
     from capture_plan.plan.files import read_plan, write_plan
+    from capture_plan.plan.inputs import PlanInputs, read_inputs
     from capture_plan.plan.make import make_plan
     from capture_plan.plan.record import Plan
     from capture_plan.plan.revise import edited_plan
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from capture_plan.sample import sample_rig
     from capture_plan.sequence import Sequence, read_sequence
     from capture_plan.sheets import write_sheets
+    from capture_plan.shell.takes import takes_of
     from capture_plan.visibility.camera import Camera
 
 __all__ = [
@@ -38,6 +40,7 @@ __all__ = [
     "PackingSettings",
     "Plan",
     "PlanError",
+    "PlanInputs",
     "Rig",
     "RigError",
     "Sequence",
@@ -48,10 +51,12 @@ __all__ = [
     "edited_plan",
     "inspect_plan",
     "make_plan",
+    "read_inputs",
     "read_plan",
     "read_rig",
     "read_sequence",
     "sample_rig",
+    "takes_of",
     "write_html",
     "write_plan",
     "write_sheets",
@@ -66,6 +71,7 @@ _HOME = {
     "PackingSettings": "expressions.settings",
     "Plan": "plan.record",
     "PlanError": "errors",
+    "PlanInputs": "plan.inputs",
     "Rig": "rig.record",
     "RigError": "errors",
     "Sequence": "sequence",
@@ -76,10 +82,12 @@ _HOME = {
     "edited_plan": "plan.revise",
     "inspect_plan": "inspection.inspect",
     "make_plan": "plan.make",
+    "read_inputs": "plan.inputs",
     "read_plan": "plan.files",
     "read_rig": "reader.read",
     "read_sequence": "sequence",
     "sample_rig": "sample",
+    "takes_of": "shell.takes",
     "write_html": "report",
     "write_plan": "plan.files",
     "write_sheets": "sheets",

@@ -17,7 +17,8 @@ from capture_plan.check.check import check_plan
 from capture_plan.errors import CapturePlanError
 from capture_plan.expressions.settings import Edits, PackingSettings
 from capture_plan.layout.settings import LayoutSettings
-from capture_plan.plan.files import plan_bytes, read_plan, read_settings, refer_to, rig_of
+from capture_plan.plan.files import inputs_of, plan_bytes, read_plan, read_settings, refer_to
+from capture_plan.plan.inputs import read_inputs
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.revise import edited_plan
 from capture_plan.plan.settings import Settings
@@ -76,7 +77,12 @@ def through_take(path: Path, n: int) -> None:
     assert np.isfinite(take.frames.block(0, min(len(take.frames), 50))).all()
     assert take.fps > 0
     if n % 4 == 0:
-        make_plan(rig, msgspec.structs.replace(cheap("motion", budget=3), sequences=(str(path),)))
+        planned(rig, msgspec.structs.replace(cheap("motion", budget=3), sequences=(str(path),)))
+
+
+def planned(rig: Rig, settings: Settings, folder: Path = Path()) -> None:
+    """The settings and the files that they name give a plan."""
+    make_plan(read_inputs(rig, settings, folder), settings)
 
 
 def through_settings(path: Path, n: int) -> None:
@@ -84,27 +90,27 @@ def through_settings(path: Path, n: int) -> None:
     rig, found = small_rig(path.parent), read_settings(path)
     layout = msgspec.structs.replace(found.landmarks, method=METHODS[n % len(METHODS)], number=None)
     expressions = msgspec.structs.replace(found.expressions, method="greedy")
-    make_plan(rig, msgspec.structs.replace(found, landmarks=layout, expressions=expressions), folder=path.parent)
+    planned(rig, msgspec.structs.replace(found, landmarks=layout, expressions=expressions), path.parent)
 
 
 def through_rules(path: Path, n: int) -> None:
     """A rule file gives a plan."""
     expressions = msgspec.structs.replace(CHEAP, rules=str(path))
-    make_plan(small_rig(path.parent), msgspec.structs.replace(cheap("cover"), expressions=expressions))
+    planned(small_rig(path.parent), msgspec.structs.replace(cheap("cover"), expressions=expressions))
 
 
 def through_cameras(path: Path, n: int) -> None:
     """Cameras give a plan."""
-    make_plan(small_rig(path.parent), msgspec.structs.replace(cheap("cover"), cameras=str(path)))
+    planned(small_rig(path.parent), msgspec.structs.replace(cheap("cover"), cameras=str(path)))
 
 
 def through_plan(path: Path, n: int) -> None:
     """A plan is checked, and edited."""
     plan = read_plan(path)
-    rig = rig_of(plan, path)
-    check_plan(plan, rig, folder=path.parent)
+    given = inputs_of(plan, path)
+    check_plan(plan, given)
     if n % 3 == 0:
-        edited_plan(plan, rig, Edits(dropped=NAMES[:1]), folder=path.parent)
+        edited_plan(plan, given, Edits(dropped=NAMES[:1]))
 
 
 def plan_json(path: Path) -> None:

@@ -29,7 +29,9 @@ from capture_plan.expressions import early
 from capture_plan.expressions.settings import Edits
 from capture_plan.layout import assembly as follow
 from capture_plan.layout.settings import LayoutSettings
+from capture_plan.plan import inputs
 from capture_plan.plan.files import read_plan, rig_of, write_plan
+from capture_plan.plan.inputs import read_inputs
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.record import Plan, sealed
 from capture_plan.plan.revise import edited_plan
@@ -158,7 +160,8 @@ def verdict(document: dict[str, Any], plan: Plan, path: Path, *, resealed: bool)
         if _plain(read) == _plain(plan):
             return "same"
         rig = rig_of(read, path) if read.rig != plan.rig else rig_of(plan, path)
-        claims = check.claims_of(sealed(read) if resealed else read, rig, path.parent)
+        given = read_inputs(rig, read.settings, path.parent, names=read.rig.names)
+        claims = check.claims_of(sealed(read) if resealed else read, given)
         return "uncaught" if all(claim.holds for claim in claims) else "caught"
     except (msgspec.ValidationError, PlanError, RigError, InfeasibleError):
         return "refused"
@@ -172,7 +175,7 @@ def _plain(plan: Plan) -> bytes:
 def answers_kept() -> Iterator[None]:
     """Within it what is slow is asked once for the same arguments, so that thousands of plans can be checked."""
     slow = [(check, "audit_rig"), (check, "see_face"), (check, "task_of"), (again, "collide"), (again, "state_problem")]
-    slow += [(again, "blendshape_importance"), (again, "session"), (check, "read_takes_of"), (check, "motion_claims")]
+    slow += [(again, "blendshape_importance"), (again, "session"), (inputs, "read_takes"), (check, "motion_claims")]
     slow += [(early, "habit_squares"), (follow, "name_landmarks"), (follow, "points_of"), (follow, "motion_fit")]
     slow += [(follow, "performances"), (follow, "predictions")]
     with ExitStack() as patches:
@@ -246,7 +249,7 @@ def made_plans(folder: Path) -> dict[str, Plan]:
         "motion of two people": Settings(sequences=takes, landmarks=LayoutSettings(method="motion", number=12)),
     }
     made = {
-        name: make_plan(rig, settings, folder=folder) if settings.sequences else plan_of(settings)
+        name: make_plan(read_inputs(rig, settings, folder), settings) if settings.sequences else plan_of(settings)
         for name, settings in asked.items()
     }
     edits = Edits(locked={"jawOpen": 2}, apart=(("jawOpen", "browInnerUp"),))

@@ -6,7 +6,6 @@ that wrote it, so that whatever a plan says otherwise is not true of this rig.
 
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 
 from msgspec.structs import replace
 
@@ -26,7 +25,7 @@ from capture_plan.expressions.session import session
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.layout.record import Layout
 from capture_plan.plan.collide import collide
-from capture_plan.plan.places import read_rules_of, read_target
+from capture_plan.plan.inputs import PlanInputs
 from capture_plan.plan.record import Plan, with_meetings
 from capture_plan.rig import Rig
 
@@ -50,17 +49,17 @@ class Stated:
         return model_of(self.rig, self.problem, self.settings, self.target)
 
 
-def stated_list(plan: Plan, rig: Rig, folder: Path = Path(), apart: Pairs | None = None) -> Stated:
+def stated_list(plan: Plan, inputs: PlanInputs, apart: Pairs | None = None) -> Stated:
     """The problem of a plan's list. `apart` are blendshapes whose surfaces run through each other, found on the rig
     where they are not given."""
-    settings, said = plan.settings.expressions, plan.packing
+    rig, settings, said = inputs.rig, plan.settings.expressions, plan.packing
     apart = collide(rig, plan.audit.used, settings) if apart is None else apart
-    problem = state_problem(rig, plan.audit.used, settings, read_rules_of(plan.settings, folder), apart)
+    problem = state_problem(rig, plan.audit.used, settings, inputs.rules, apart)
     place = {name: k for k, name in enumerate(problem.names)}
     lists = [set(names) for names in (*(one.blendshapes for one in said.expressions), *said.unscanned)]
     lists.append(set(place).difference(*lists))
     chosen = [own for names in lists if (own := tuple(sorted(place[name] for name in names & set(place))))]
-    return Stated(rig, settings, problem, read_target(rig, plan.settings, folder), chosen)
+    return Stated(rig, settings, problem, inputs.target, chosen)
 
 
 def made_again(plan: Plan, report: Audit, layout: Layout, given: Stated) -> Plan:

@@ -7,7 +7,6 @@ cover, the clique of blendshapes no two of which fit together.
 """
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 from msgspec.structs import replace
@@ -29,47 +28,47 @@ from capture_plan.layout.assembly import decided_in, follow
 from capture_plan.layout.face import see_face
 from capture_plan.layout.problem import task_of
 from capture_plan.plan.claims import Claim, claim
-from capture_plan.plan.places import read_cameras_of, read_rules_of, read_takes_of, with_zones_found
+from capture_plan.plan.inputs import PlanInputs, inputs_for
 from capture_plan.plan.record import Plan
 from capture_plan.plan.structure import check_structure
 from capture_plan.rig import Rig
 
 
-def check_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> tuple[Claim, ...]:
-    """Every claim of the plan, recomputed on the rig it was made for; `folder` is where the plan file lies.
+def check_plan(plan: Plan, inputs: Rig | PlanInputs) -> tuple[Claim, ...]:
+    """Every claim of the plan, recomputed on the rig it was made for and on what else it was made from.
 
     A plan for other blendshapes than the rig has to plan for is compared no further.
 
     Raises:
-        PlanError: it names what is not there.
+        PlanError: it names what is not there, or a file that is not among the inputs.
         InfeasibleError: its settings cannot be followed on this rig.
     """
-    return tuple(claims_of(plan, rig, folder))
+    return tuple(claims_of(plan, inputs))
 
 
-def claims_of(plan: Plan, rig: Rig, folder: Path, *, quick: bool = False) -> Iterator[Claim]:
+def claims_of(plan: Plan, inputs: Rig | PlanInputs, *, quick: bool = False) -> Iterator[Claim]:
     """The claims of `check_plan`, one after the other as they are found.
 
     With `quick` the plan's word is taken for what costs most of the time: recorded takes, and which surfaces run
     through each other; the audit may be one that was found before.
     """
-    seal, report = seal_claim(plan), (audit_once if quick else audit_rig)(rig)
-    plan = replace(plan, settings=with_zones_found(plan.settings, folder))
-    yield seal
+    given = inputs_for(inputs, plan.settings, takes=not quick)
+    rig = given.rig
+    report = (audit_once if quick else audit_rig)(rig)
+    yield seal_claim(plan)
     yield draft_claim(plan)
     yield audit_claim(plan, report)
     if plan.audit.used != report.used:
         return
     check_structure(plan, rig)
-    face = see_face(rig, report.used, read_cameras_of(rig, plan.settings, folder))
+    face = see_face(rig, report.used, given.cameras, given.zones)
     task = task_of(face, plan.settings.landmarks)
     if plan.layout.head:
         task = task.beside(np.array([m.vertex for m in plan.layout.head]))
-    takes = None if quick else read_takes_of(rig, plan.settings, folder, plan.rig.names)
-    apart = plan.packing.colliding if quick else None
-    given = stated_list(plan, rig, folder, apart)
+    takes = None if quick else given.takes
+    listed = stated_list(plan, given, plan.packing.colliding if quick else None)
     decided = decided_in(plan.layout, task)
-    again = made_again(plan, report, follow(task, decided, takes), given)
+    again = made_again(plan, report, follow(task, decided, takes), listed)
     if quick:
         again = replace(again, layout=replace(again.layout, motion=plan.layout.motion))
     yield from again_claims(plan, again)
@@ -79,18 +78,18 @@ def claims_of(plan: Plan, rig: Rig, folder: Path, *, quick: bool = False) -> Ite
     yield from worth_claims(plan, task)
     yield from refuted_claims(plan, task, decided)
     yield from () if quick else motion_claims(plan, task, takes)
-    yield from expression_claims(plan, rig, folder)
-    yield from list_claims(plan, given)
+    yield from expression_claims(plan, given)
+    yield from list_claims(plan, listed)
     yield from reading_claims(plan, rig)
     yield from sentence_claims(plan, rig)
     yield from apart_claims(plan, rig)
 
 
-def expression_claims(plan: Plan, rig: Rig, folder: Path) -> list[Claim]:
+def expression_claims(plan: Plan, inputs: PlanInputs) -> list[Claim]:
     """Every blendshape once, no overlap, partners together, rules kept, the clique."""
     packing, mu = plan.packing, plan.settings.expressions.mu
     found = f"{len(packing.expressions)} expressions of {packing.objective}, at least {packing.bound} proved"
-    faults = packing_claims(rig, plan.audit.used, packing, mu, read_rules_of(plan.settings, folder))
+    faults = packing_claims(inputs.rig, plan.audit.used, packing, mu, inputs.rules)
     if plan.settings.expressions.method == "early":
         wrong = misplaced(packing)
         asked = wrong or packing.order_proven

@@ -5,7 +5,7 @@ seal says already that something was changed: where no quick claim tells what, e
 hold becomes a draft only where a person insists, and carries what is wrong with it from then on.
 
 What was found is kept under all that it depends on: every word of the plan, all of the rig, all of this package's code.
-Where a plan also depends on other files, it is found again each time.
+Where a plan also depends on what a person measured, painted or wrote rules for, it is found again each time.
 """
 
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ from capture_plan.check.again_claims import NO_DRAFT, SEALED
 from capture_plan.check.check import claims_of
 from capture_plan.errors import PlanError, printable
 from capture_plan.plan.claims import Claim
-from capture_plan.plan.places import names_files
+from capture_plan.plan.inputs import PlanInputs, inputs_for
 from capture_plan.plan.record import Plan, seal_of
 from capture_plan.reader.read_cache import everything_of
 from capture_plan.rig import Rig
@@ -31,29 +31,31 @@ ENTRIES = 200  # plans, a few kB each
 LINE = 160  # letters of a lie; `check` tells all of it
 
 
-def lies(plan: Plan, rig: Rig, *, folder: Path = Path()) -> tuple[Claim, ...]:
-    """The claims of the plan that fail, its seal first; `folder` is where the plan file lies.
+def lies(plan: Plan, inputs: Rig | PlanInputs) -> tuple[Claim, ...]:
+    """The claims of the plan that fail, its seal first. Where the seal is broken, takes are asked for too.
 
     Raises:
-        PlanError: the plan names what is not there.
+        PlanError: the plan names what is not there, or a file that is not among the inputs.
         InfeasibleError: its settings cannot be followed on this rig.
     """
     if plan.seal != seal_of(plan):
-        broken = _failing(plan, rig, folder, quick=True)
-        return broken if len(broken) > 1 else _failing(plan, rig, folder, quick=False)
-    if names_files(plan.settings, folder):
-        return _failing(plan, rig, folder, quick=True)
-    name = digest([code_digest(), msgspec.json.encode(plan), *everything_of(rig)])
+        broken = _failing(plan, inputs, quick=True)
+        return broken if len(broken) > 1 else _failing(plan, inputs, quick=False)
+    given = inputs_for(inputs, plan.settings, takes=False)
+    if given.target is not None or given.rules is not None or given.zones:
+        return _failing(plan, given, quick=True)
+    cameras = repr(given.cameras).encode()
+    name = digest([code_digest(), msgspec.json.encode(plan), cameras, *everything_of(given.rig)])
 
     def found() -> Arrays:
-        failing = msgspec.json.encode(_failing(plan, rig, folder, quick=True))
+        failing = msgspec.json.encode(_failing(plan, given, quick=True))
         return {"lies": np.frombuffer(failing, dtype=np.uint8)}
 
     return msgspec.json.decode(cached(found, "gate", name, entries=ENTRIES)["lies"].tobytes(), type=tuple[Claim, ...])
 
 
-def _failing(plan: Plan, rig: Rig, folder: Path, *, quick: bool) -> tuple[Claim, ...]:
-    return tuple(one for one in claims_of(plan, rig, folder, quick=quick) if not one.holds)
+def _failing(plan: Plan, inputs: Rig | PlanInputs, *, quick: bool) -> tuple[Claim, ...]:
+    return tuple(one for one in claims_of(plan, inputs, quick=quick) if not one.holds)
 
 
 def as_draft(plan: Plan, broken: tuple[Claim, ...]) -> Plan:

@@ -25,7 +25,7 @@ from capture_plan.mesh.mirror import mirror_plane
 from capture_plan.output import write_whole
 from capture_plan.plan.collide import collide
 from capture_plan.plan.files import plan_bytes
-from capture_plan.plan.places import read_cameras_of, read_rules_of, read_takes_of, read_target, with_zones_found
+from capture_plan.plan.inputs import PlanInputs, inputs_for
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
 from capture_plan.shell.takes import Takes
@@ -33,16 +33,15 @@ from capture_plan.shell.takes import Takes
 Arrays = dict[str, Any]
 
 
-def write_verifier(plan: Plan, rig: Rig, folder: Path, *, plan_folder: Path = Path()) -> list[Path]:
-    """Write plan, rig and checker into `folder`; `plan_folder` is where files of the settings are seen from.
+def write_verifier(plan: Plan, inputs: Rig | PlanInputs, folder: Path) -> list[Path]:
+    """Write plan, rig and checker into `folder`.
 
     Raises:
-        PlanError: a file of the settings is not there, or the place cannot be written.
-        RigError: a file of the settings is unusable.
+        PlanError: the plan's settings name a file that is not among the inputs, or the place cannot be written.
         InfeasibleError: the settings cannot be followed on this rig.
     """
     packed = io.BytesIO()
-    np.savez_compressed(packed, **given_arrays(plan, rig, plan_folder))
+    np.savez_compressed(packed, **given_arrays(plan, inputs_for(inputs, plan.settings)))
     script = files("capture_plan.exports").joinpath("verify_plan.py").read_bytes()
     contents = {"plan.json": plan_bytes(plan), "rig.npz": packed.getvalue(), "verify_plan.py": script}
     for name, content in contents.items():
@@ -50,13 +49,12 @@ def write_verifier(plan: Plan, rig: Rig, folder: Path, *, plan_folder: Path = Pa
     return [folder / name for name in contents]
 
 
-def given_arrays(plan: Plan, rig: Rig, plan_folder: Path) -> Arrays:
+def given_arrays(plan: Plan, inputs: PlanInputs) -> Arrays:
     """Everything in rig.npz."""
+    rig = inputs.rig
     report = audit_once(rig)
-    settings = with_zones_found(plan.settings, plan_folder)
-    face = see_face(rig, report.used, read_cameras_of(rig, plan.settings, plan_folder))
-    task = task_of(face, settings.landmarks)
-    takes = read_takes_of(rig, plan.settings, plan_folder, plan.rig.names)
+    face = see_face(rig, report.used, inputs.cameras, inputs.zones)
+    task = task_of(face, plan.settings.landmarks)
     return {
         "neutral": rig.neutral,
         "triangles": rig.triangles,
@@ -68,8 +66,8 @@ def given_arrays(plan: Plan, rig: Rig, plan_folder: Path) -> Arrays:
         "used": np.array(report.used),
         "audit": np.array(msgspec.json.encode(report).decode()),
         **place_arrays(task),
-        **rule_arrays(plan, rig, report.used, plan_folder),
-        **(take_arrays(takes) if takes else {}),
+        **rule_arrays(plan, inputs, report.used),
+        **(take_arrays(inputs.takes) if inputs.takes else {}),
     }
 
 
@@ -92,12 +90,12 @@ def place_arrays(task: Task) -> Arrays:
     }
 
 
-def rule_arrays(plan: Plan, rig: Rig, used: tuple[str, ...], plan_folder: Path) -> Arrays:
+def rule_arrays(plan: Plan, inputs: PlanInputs, used: tuple[str, ...]) -> Arrays:
     """Who is performed with whom, who never is, and how much of the whole importance each blendshape has."""
-    settings = plan.settings.expressions
+    rig, settings = inputs.rig, plan.settings.expressions
     apart = collide(rig, used, settings)
-    problem = state_problem(rig, used, settings, read_rules_of(plan.settings, plan_folder), apart)
-    worth = blendshape_importance(rig, problem.names, settings, read_target(rig, plan.settings, plan_folder))
+    problem = state_problem(rig, used, settings, inputs.rules, apart)
+    worth = blendshape_importance(rig, problem.names, settings, inputs.target)
     share = dict(zip(problem.names, worth / worth.sum(), strict=True))
     kinds = ("pairs", "local", "relaxed", "exclusive", "colliding", "drivers")
     return {

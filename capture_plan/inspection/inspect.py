@@ -3,12 +3,9 @@
 Everything is computed from the rig and the landmarks' vertices. Lengths are in millimetres, angles in degrees.
 """
 
-from pathlib import Path
-
 import numpy as np
 from jaxtyping import Bool, Int
 from msgspec import Struct
-from msgspec.structs import replace
 from scipy.sparse import csr_array
 
 from capture_plan.evaluation.alternatives import Alternative, alternatives
@@ -34,7 +31,7 @@ from capture_plan.layout.predict import performances, predictions
 from capture_plan.layout.record import MotionFit, Prediction, Worth
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.mesh import geodesic_distance, vertex_normals
-from capture_plan.plan.places import read_cameras_of, read_takes_of, with_zones_found
+from capture_plan.plan.inputs import PlanInputs, inputs_for
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
 from capture_plan.shell.takes import Takes
@@ -96,12 +93,15 @@ class Inspection(Struct, frozen=True):
     draft: tuple[str, ...] = ()
 
 
-def inspect_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> Inspection:
-    """The layout of `plan` on its rig; `folder` is where the plan file lies."""
-    plan = replace(plan, settings=with_zones_found(plan.settings, folder))
-    settings = plan.settings.landmarks
-    face = see_face(rig, plan.audit.used, read_cameras_of(rig, plan.settings, folder))
-    takes = read_takes_of(rig, plan.settings, folder, plan.rig.names)
+def inspect_plan(plan: Plan, inputs: Rig | PlanInputs) -> Inspection:
+    """The layout of `plan` on its rig, with the inputs that it was made from.
+
+    Raises:
+        PlanError: the plan's settings name a file that is not among the inputs.
+    """
+    given, settings = inputs_for(inputs, plan.settings), plan.settings.landmarks
+    rig, takes = given.rig, given.takes
+    face = see_face(rig, plan.audit.used, given.cameras, given.zones)
     vertices = np.array([m.vertex for m in plan.layout.landmarks])
     observation = face.observation(settings.noise_mm)
     covers = shares(face, settings, vertices) >= settings.epsilon

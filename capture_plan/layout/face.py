@@ -1,7 +1,7 @@
 """The face as landmarks are chosen from it: which skin moves, how well it is seen, where landmarks may stand."""
 
-import os
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -9,10 +9,10 @@ from jaxtyping import Bool, Float, Int
 from scipy.sparse import csr_array
 from scipy.spatial import KDTree
 
-from capture_plan.anatomy.painted_zone import painted_zone
 from capture_plan.anatomy.performed_deltas import performed_deltas
 from capture_plan.anatomy.regions import FaceRegions, face_regions
-from capture_plan.anatomy.zones import ZONES, Ground, check_zone, ground_of
+from capture_plan.anatomy.zones import Ground, check_zone, ground_of
+from capture_plan.audit.kept import audit_once
 from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.layout.contact_pairs import met_in
 from capture_plan.layout.observation import Observation
@@ -33,12 +33,14 @@ USUAL = 68  # points that people are used to
 
 @dataclass(frozen=True, eq=False)
 class Face:
-    """What landmarks are chosen from: `used` blendshapes of a rig, and how well each vertex is seen (0 to 1)."""
+    """What landmarks are chosen from: `used` blendshapes of a rig, how well each vertex is seen (0 to 1), and the skin
+    of zones that a person painted, by their names."""
 
     rig: Rig
     used: tuple[str, ...]
     visibility: Float[np.ndarray, " v"]
     cameras: tuple[Camera, ...] = ()
+    painted: Mapping[str, Bool[np.ndarray, " v"]] = field(default_factory=dict)
 
     @property
     def rows(self) -> list[int]:
@@ -134,14 +136,14 @@ class Face:
         )
 
     def zone(self, name: str, margin_mm: float) -> Bool[np.ndarray, " v"]:
-        """Skin that a keep-out covers: a zone of `anatomy.zones` by its name, or a file that paints one, with a margin.
+        """Skin that a keep-out covers: a zone of `anatomy.zones` or a painted one, by its name, with a margin.
 
         Raises:
-            RigError: there is no such zone, or the file is unusable.
+            RigError: there is no such zone.
         """
         if (name, margin_mm) not in self._zones:
-            if name not in ZONES and os.path.exists(name):
-                mask = self.ground.within(painted_zone(name, self.rig).mask, margin_mm)
+            if name in self.painted:
+                mask = self.ground.within(self.painted[name], margin_mm)
             else:
                 check_zone(name, margin_mm)
                 mask = self.ground.zone(name, margin_mm).mask
@@ -264,9 +266,16 @@ class Face:
         return Observation(self.rig.deltas[self.rows], self.moving_skin, noise_mm)
 
 
-def see_face(rig: Rig, used: tuple[str, ...], cameras: tuple[Camera, ...] = ()) -> Face:
+def see_face(
+    rig: Rig,
+    used: tuple[str, ...] | None = None,
+    cameras: tuple[Camera, ...] = (),
+    painted: Mapping[str, Bool[np.ndarray, " v"]] | None = None,
+) -> Face:
     """Visibility of every skin vertex in every expression, from anywhere or, where they are known, from the cameras;
-    what is no place has that of the nearest place."""
+    what is no place has that of the nearest place. `used` are the blendshapes that count, those that the audit plans
+    for unless told. `painted` is the skin of zones that a person painted, by name."""
+    used = audit_once(rig).used if used is None else used
     face = Face(rig, used, np.zeros(len(rig.neutral)))
     at, deltas = np.flatnonzero(face.markable & face.places), performed_deltas(rig, used)
     visibility = np.zeros(len(rig.neutral))
@@ -277,7 +286,7 @@ def see_face(rig: Rig, used: tuple[str, ...], cameras: tuple[Camera, ...] = ()) 
     markable = np.flatnonzero(face.markable)
     if len(at):
         visibility[markable] = visibility[at][nearest_of(rig.neutral, markable, at)]
-    return Face(rig, used, visibility, cameras)
+    return Face(rig, used, visibility, cameras, painted or {})
 
 
 def nearest_of(

@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-from msgspec import structs
 
 from capture_plan.errors import PlanError, SettingsError
 from capture_plan.input.documents import read_plain, read_toml
 from capture_plan.layout.record import Layout
 from capture_plan.output import write_whole
-from capture_plan.plan.places import found_from, seen_from, with_zones_found, zones_seen_from
+from capture_plan.plan.inputs import PlanInputs, read_inputs
+from capture_plan.plan.places import found_from, seen_from, with_files
 from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference, sealed
 from capture_plan.plan.settings import Settings
 from capture_plan.plan.structure import check_texts
@@ -84,19 +84,7 @@ def read_settings(path: Path, named: Named | None = None) -> Settings:
     try:
         document = read_toml(path, PlanError, "`capture-plan settings` shows what can be set")
         settings = msgspec.convert(_by_number(document, named) if named else document, Settings)
-        cameras, target = found_from(path.parent, settings.cameras), found_from(path.parent, settings.target)
-        settings = with_zones_found(settings, path.parent)
-        rules = found_from(path.parent, settings.expressions.rules)
-        expressions = structs.replace(settings.expressions, rules=rules)
-        sequences = tuple(str(found_from(path.parent, take)) for take in settings.sequences)
-        return structs.replace(
-            settings,
-            cameras=cameras,
-            target=target,
-            expressions=expressions,
-            sequences=sequences,
-            vertex_weights=found_from(path.parent, settings.vertex_weights),
-        )
+        return with_files(settings, lambda name: found_from(path.parent, name))
     except msgspec.ValidationError as error:
         raise PlanError(f"{path}: {what_is_wrong(error)}: `capture-plan settings` shows what can be set") from None
 
@@ -153,19 +141,19 @@ def refer_to(
 
 def settings_seen_from(folder: Path, settings: Settings) -> Settings:
     """The settings with their files as seen from `folder`."""
-    cameras, target = seen_from(folder, settings.cameras), seen_from(folder, settings.target)
-    landmarks = structs.replace(settings.landmarks, keep_out=zones_seen_from(folder, settings.landmarks.keep_out))
-    expressions = structs.replace(settings.expressions, rules=seen_from(folder, settings.expressions.rules))
-    sequences = tuple(str(seen_from(folder, take)) for take in settings.sequences)
-    return structs.replace(
-        settings,
-        cameras=cameras,
-        target=target,
-        landmarks=landmarks,
-        expressions=expressions,
-        sequences=sequences,
-        vertex_weights=seen_from(folder, settings.vertex_weights),
-    )
+    return with_files(settings, lambda name: seen_from(folder, name))
+
+
+def inputs_of(plan: Plan, plan_path: Path, *, rig_path: str | None = None, takes: bool = True) -> PlanInputs:
+    """Read what a plan was made from: its rig, from where the plan says or from `rig_path`, and what its settings name.
+    Without `takes` these are left out.
+
+    Raises:
+        RigError: the rig or a file of the settings cannot be read.
+        PlanError: it is not the rig the plan was made for, or an input was given in Python.
+    """
+    rig = rig_of(plan, plan_path, rig_path=rig_path)
+    return read_inputs(rig, plan.settings, plan_path.parent, names=plan.rig.names, takes=takes)
 
 
 def rig_of(plan: Plan, plan_path: Path, *, rig_path: str | None = None) -> Rig:

@@ -1,7 +1,6 @@
 """From a rig to a plan: audit, landmarks, expressions."""
 
 from importlib.metadata import version
-from pathlib import Path
 
 from capture_plan.audit.audit import Audit
 from capture_plan.audit.kept import audit_once
@@ -14,42 +13,43 @@ from capture_plan.layout.face import see_face
 from capture_plan.layout.record import Layout
 from capture_plan.plan.collide import collide
 from capture_plan.plan.files import change_settings
-from capture_plan.plan.places import read_cameras_of, read_rules_of, read_takes_of, read_target, with_zones_found
+from capture_plan.plan.inputs import PlanInputs, inputs_for, stated
 from capture_plan.plan.record import DECIDING, FORMAT_VERSION, SAMPLE, Plan, RigReference, sealed, with_meetings
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
 
 
 def make_plan(
-    rig: Rig, settings: Settings | None = None, *, reference: RigReference | None = None, folder: Path = Path()
+    inputs: Rig | PlanInputs, settings: Settings | None = None, *, reference: RigReference | None = None
 ) -> Plan:
-    """Plan a session for `rig`. `reference` says where the rig was read from, for the plan file, whose `folder` is
-    where files of the settings are seen from.
+    """Plan a session for a rig, or for a rig with what else is known. `reference` says where the rig was read from, for
+    the plan file.
 
     Raises:
-        RigError: the rig has no blendshape that can be planned for, or the camera or target file is unusable.
+        RigError: the rig has no blendshape that can be planned for.
+        PlanError: the settings name a file that is not among the inputs.
         SettingsError: a value of the settings is out of range.
         InfeasibleError: no plan satisfies the settings.
     """
     settings = settings or Settings()
     change_settings(settings, {})  # what is written in Python is not held against its ranges before
+    given = inputs_for(inputs, settings)
+    rig, settings = given.rig, stated(settings, given)
     report = audit_once(rig)
     if not report.used:
         wrong = [f"{one.message}. {one.advice}" for one in report.findings if one.kind == "export"]
         nothing = ["no blendshape moves the face skin: export deltas that do, or name the skin"]
         raise RigError(f"{rig.name}: {' '.join(wrong or nothing)}")
-    cameras = read_cameras_of(rig, settings, folder)
-    takes = read_takes_of(rig, settings, folder, reference.names if reference else None)
-    face, wishes = see_face(rig, report.used, cameras), with_zones_found(settings, folder).landmarks
+    face = see_face(rig, report.used, given.cameras, given.zones)
     packing = pack(
         rig,
         report.used,
         settings.expressions,
-        target=read_target(rig, settings, folder),
-        rules=read_rules_of(settings, folder),
+        target=given.target,
+        rules=given.rules,
         apart=collide(rig, report.used, settings.expressions),
     )
-    layout = design_layout(face, wishes, takes=takes, poses=packing.poses)
+    layout = design_layout(face, settings.landmarks, takes=given.takes, poses=packing.poses)
     return assemble_plan(rig, settings, report, layout, packing, reference=reference)
 
 

@@ -4,23 +4,19 @@ A setting that may be a file or a word (a camera preset, names of parts) is a fi
 """
 
 import os
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import overload
 
-import numpy as np
-from jaxtyping import Float
 from msgspec.structs import replace
 
-from capture_plan.expressions.rules import Rules, read_rules
-from capture_plan.names.name_map import read_name_map
 from capture_plan.plan.settings import Settings
-from capture_plan.reader.neutral import read_neutral
-from capture_plan.reader.vertex_weights import read_vertex_weights
-from capture_plan.rig import Rig
-from capture_plan.sequence import read_sequence
-from capture_plan.shell.takes import Takes, takes_of
-from capture_plan.visibility import Camera, cameras_for
 
 
+@overload
+def seen_from(folder: Path, given: str) -> str: ...
+@overload
+def seen_from(folder: Path, given: None) -> None: ...
 def seen_from(folder: Path, given: str | None) -> str | None:
     """`given` as a path from `folder`, with forward slashes, where it is a file or folder; else as it is."""
     if given is None or not os.path.exists(given):
@@ -31,6 +27,10 @@ def seen_from(folder: Path, given: str | None) -> str | None:
         return Path(given).resolve().as_posix()
 
 
+@overload
+def found_from(folder: Path, kept: str) -> str: ...
+@overload
+def found_from(folder: Path, kept: None) -> None: ...
 def found_from(folder: Path, kept: str | None) -> str | None:
     """Where `seen_from(folder, ...)` leads from the working folder."""
     if kept is None:
@@ -39,49 +39,29 @@ def found_from(folder: Path, kept: str | None) -> str | None:
     return str(path) if os.path.exists(path) else kept
 
 
-def zones_seen_from(folder: Path, zones: dict[str, float]) -> dict[str, float]:
-    """Keep-outs with their files as seen from `folder`."""
-    return {str(seen_from(folder, name)): margin for name, margin in zones.items()}
+def named_files(settings: Settings) -> Iterator[tuple[str, str]]:
+    """What settings name that may be a file: what it is for, and its name there. Zones are among them by any name."""
+    single = {
+        "cameras": settings.cameras,
+        "rules": settings.expressions.rules,
+        "the actor's neutral": settings.target,
+        "vertex weights": settings.vertex_weights,
+    }
+    yield from ((what, name) for what, name in single.items() if name)
+    yield from (("takes", name) for name in settings.sequences)
+    yield from (("a keep-out zone", name) for name in settings.landmarks.keep_out)
 
 
-def with_zones_found(settings: Settings, folder: Path) -> Settings:
-    """The settings with the files of keep-outs where they lead from the working folder."""
-    zones = settings.landmarks.keep_out
-    found = {str(found_from(folder, name)): margin for name, margin in zones.items()}
-    return replace(settings, landmarks=replace(settings.landmarks, keep_out=found))
-
-
-def names_files(settings: Settings, folder: Path) -> bool:
-    """Whether the settings are about files seen from `folder`, recorded takes aside."""
-    given = (settings.cameras, settings.target, settings.expressions.rules, *settings.landmarks.keep_out)
-    return any(os.path.exists(str(found_from(folder, name))) for name in given if name)
-
-
-def read_rules_of(settings: Settings, folder: Path) -> Rules | None:
-    """The rule file of the settings, seen from `folder`; None where ours do."""
-    path = found_from(folder, settings.expressions.rules)
-    return read_rules(Path(path)) if path else None
-
-
-def read_takes_of(rig: Rig, settings: Settings, folder: Path, names: str | None = None) -> Takes | None:
-    """The takes of the settings together, seen from `folder` as the name map `names` is; None where there are none."""
-    mine = read_name_map(str(found_from(folder, names))) if names else None
-    paths = [str(found_from(folder, path)) for path in settings.sequences]
-    if not paths:
-        return None
-    sequences = [read_sequence(path, rig=rig, name_map=mine) for path in paths]
-    weighed = found_from(folder, settings.vertex_weights)
-    s = read_vertex_weights(Path(weighed), rig) if weighed else 1.0
-    return takes_of(rig, sequences, shares=settings.sequence_weights, s=s)
-
-
-def read_cameras_of(rig: Rig, settings: Settings, folder: Path) -> tuple[Camera, ...]:
-    """The cameras of the settings, none where they are unknown; a camera file is seen from `folder`."""
-    spec = found_from(folder, settings.cameras)
-    return cameras_for(spec, rig.neutral, rig.skin) if spec else ()
-
-
-def read_target(rig: Rig, settings: Settings, folder: Path) -> Float[np.ndarray, "v 3"] | None:
-    """The actor's neutral on the rig's mesh; nothing where none is given."""
-    path = found_from(folder, settings.target)
-    return read_neutral(Path(path), rig) if path else None
+def with_files(settings: Settings, placed: Callable[[str], str]) -> Settings:
+    """The settings with `placed(name)` in place of each of `named_files`."""
+    zones = {placed(name): margin for name, margin in settings.landmarks.keep_out.items()}
+    rules = settings.expressions.rules
+    return replace(
+        settings,
+        landmarks=replace(settings.landmarks, keep_out=zones),
+        expressions=replace(settings.expressions, rules=rules and placed(rules)),
+        sequences=tuple(map(placed, settings.sequences)),
+        cameras=settings.cameras and placed(settings.cameras),
+        target=settings.target and placed(settings.target),
+        vertex_weights=settings.vertex_weights and placed(settings.vertex_weights),
+    )

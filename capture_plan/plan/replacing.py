@@ -9,7 +9,7 @@ from capture_plan.layout.dot_numbers import dots_of
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.output import same
 from capture_plan.plan.files import read_plan
-from capture_plan.plan.places import found_from
+from capture_plan.plan.places import found_from, named_files
 from capture_plan.plan.record import SAMPLE, Plan, seal_of
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
@@ -93,17 +93,13 @@ def is_from(plan: Plan, folder: Path, source: str) -> bool:
     return same(Path(str(found_from(folder, plan.rig.path))), Path(source))
 
 
-def inputs_of(settings: Settings, folder: Path = Path()) -> list[str]:
+def files_of(settings: Settings, folder: Path = Path()) -> list[str]:
     """The files that settings name, seen from `folder`."""
-    given = (
-        *(settings.cameras, settings.target, settings.expressions.rules, settings.vertex_weights),
-        *(*settings.sequences, *settings.landmarks.keep_out),
-    )
-    return [str(found_from(folder, name)) for name in given if name]
+    return [found_from(folder, name) for _, name in named_files(settings)]
 
 
-def inputs_of_plan(plan: Plan, path: Path, rig: str | None = None) -> list[str | Path]:
+def files_of_plan(plan: Plan, path: Path, rig: str | None = None) -> list[str | Path]:
     """The files that a plan at `path` is made of, itself among them; `rig` where the rig has moved."""
     reference = (rig or plan.rig.path, plan.rig.skin, plan.rig.names)
     named = [str(found_from(path.parent, name)) for name in reference if name and name != SAMPLE]
-    return [path, *named, *inputs_of(plan.settings, path.parent)]
+    return [path, *named, *files_of(plan.settings, path.parent)]

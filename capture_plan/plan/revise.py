@@ -1,7 +1,5 @@
 """Change the expressions of a plan as an artist asks, and leave the rest of what was agreed as it is."""
 
-from pathlib import Path
-
 from msgspec.structs import replace
 
 from capture_plan.expressions.explain import why_apart
@@ -10,19 +8,21 @@ from capture_plan.expressions.revise import another, repack
 from capture_plan.expressions.session import session
 from capture_plan.expressions.settings import Edits
 from capture_plan.plan.collide import collide
-from capture_plan.plan.places import read_rules_of, read_target
+from capture_plan.plan.inputs import PlanInputs, inputs_for
 from capture_plan.plan.record import Plan, sealed, with_meetings
 from capture_plan.plan.structure import check_structure
 from capture_plan.rig import Rig
 
 
-def edited_plan(plan: Plan, rig: Rig, edits: Edits, *, folder: Path = Path()) -> Plan:
+def edited_plan(plan: Plan, inputs: Rig | PlanInputs, edits: Edits) -> Plan:
     """The plan with the shortest list that follows `edits` and moves as few blendshapes as possible.
 
     Raises:
         PlanError: the plan names what is not there.
         InfeasibleError: no list follows them.
     """
+    given = inputs_for(inputs, plan.settings, takes=False)
+    rig = given.rig
     check_structure(plan, rig)
     settings = replace(plan.settings.expressions, edits=edits)
     packing = repack(
@@ -31,20 +31,22 @@ def edited_plan(plan: Plan, rig: Rig, edits: Edits, *, folder: Path = Path()) ->
         settings,
         plan.packing,
         edits,
-        target=read_target(rig, plan.settings, folder),
-        rules=read_rules_of(plan.settings, folder),
+        target=given.target,
+        rules=given.rules,
         apart=collide(rig, plan.audit.used, settings),
     )
     return with_packing(replace(plan, settings=replace(plan.settings, expressions=settings)), rig, packing)
 
 
-def other_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> Plan:
+def other_plan(plan: Plan, inputs: Rig | PlanInputs) -> Plan:
     """The plan with another list of as many expressions, nearly as good.
 
     Raises:
         PlanError: the plan names what is not there.
         InfeasibleError: there is none.
     """
+    given = inputs_for(inputs, plan.settings, takes=False)
+    rig = given.rig
     check_structure(plan, rig)
     settings = plan.settings.expressions
     packing = another(
@@ -52,24 +54,24 @@ def other_plan(plan: Plan, rig: Rig, *, folder: Path = Path()) -> Plan:
         plan.audit.used,
         settings,
         [plan.packing],
-        target=read_target(rig, plan.settings, folder),
-        rules=read_rules_of(plan.settings, folder),
+        target=given.target,
+        rules=given.rules,
         apart=collide(rig, plan.audit.used, settings),
     )
     return with_packing(plan, rig, packing)
 
 
-def why_not_together(plan: Plan, rig: Rig, a: str, b: str, *, folder: Path = Path()) -> str:
+def why_not_together(plan: Plan, inputs: Rig | PlanInputs, a: str, b: str) -> str:
     """Everything that keeps two blendshapes of a plan out of one expression."""
-    settings = plan.settings.expressions
+    given, settings = inputs_for(inputs, plan.settings, takes=False), plan.settings.expressions
     return why_apart(
-        rig,
+        given.rig,
         plan.audit.used,
         settings,
         a,
         b,
-        rules=read_rules_of(plan.settings, folder),
-        apart=collide(rig, plan.audit.used, settings),
+        rules=given.rules,
+        apart=collide(given.rig, plan.audit.used, settings),
     )
 
 

@@ -25,10 +25,12 @@ from capture_plan.layout.settings import LayoutSettings
 
 
 class Settings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """`cameras`: a preset or a camera file, nothing where they are unknown; `target`: a file of the actor's neutral;
-    `sequences`: recorded takes of the rig, or of other people on its mesh; `sequence_weights`: the say that each has in
-    what a layout loses of them, the same where none are given; `vertex_weights`: a file of how much an error counts at
-    each vertex."""
+    """Everything that a person decides about a plan, each with a default.
+
+    `cameras`: a preset or a camera file, nothing where they are unknown; `target`: a file of the actor's neutral;
+    `sequences`: recorded takes of the rig, or of other people on its mesh; `sequence_weights`: how much each of them
+    counts, the same where none are given; `vertex_weights`: a file of how much an error counts at each vertex.
+    """
 
     landmarks: LayoutSettings = field(default_factory=LayoutSettings)
     expressions: PackingSettings = field(default_factory=PackingSettings)

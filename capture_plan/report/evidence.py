@@ -9,7 +9,6 @@ The script `assets/check.js` does the sums: cover, prices, distances, sides, dis
 
 import json
 from itertools import combinations
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,19 +17,17 @@ from capture_plan.errors import CapturePlanError
 from capture_plan.exports.verify import given_arrays
 from capture_plan.exports.verify_plan import Face, Scans
 from capture_plan.plan.files import plan_bytes
+from capture_plan.plan.inputs import PlanInputs, inputs_for
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
 
 DIGITS = 6  # of a share: finer than the difference that a float32 delta makes
 
 
-def evidence(plan: Plan, rig: Rig, folder: Path) -> dict[str, Any]:
-    """What `check.js` reads; `{"missing": why}` where files are missing or the settings cannot be followed.
-
-    `folder` is where files of the settings are seen from.
-    """
+def evidence(plan: Plan, inputs: Rig | PlanInputs) -> dict[str, Any]:
+    """What `check.js` reads; `{"missing": why}` where inputs are missing or the settings cannot be followed."""
     try:
-        arrays = given_arrays(plan, rig, folder)
+        arrays = given_arrays(plan, inputs_for(inputs, plan.settings, takes=False))
     except CapturePlanError as error:
         return {"missing": str(error)}
     face = Face(json.loads(plan_bytes(plan)), arrays)

@@ -22,6 +22,7 @@ from capture_plan.expressions.session import Item
 from capture_plan.layout.record import Landmark
 from capture_plan.output import write_whole
 from capture_plan.plan.files import plan_bytes
+from capture_plan.plan.inputs import PlanInputs
 from capture_plan.plan.record import Plan
 from capture_plan.report.contents import contents, marker_facts, marker_rows
 from capture_plan.report.evidence import evidence
@@ -50,18 +51,20 @@ class Picture(Protocol):
     def save(self, fp: io.BytesIO, format: str, **params: Any) -> None: ...
 
 
-def write_html(plan: Plan, rig: Rig, path: Path, *, folder: Path = Path()) -> Path:
-    """Write the plan as one HTML file, whole or not at all; `folder` is where files of its settings are seen from.
+def write_html(plan: Plan, inputs: Rig | PlanInputs, path: Path) -> Path:
+    """Write the plan as one HTML file, whole or not at all.
 
     Raises:
         PlanError: the place cannot be written.
     """
-    write_whole(path, page_html(plan, rig, folder=folder).encode())
+    write_whole(path, page_html(plan, inputs).encode())
     return path
 
 
-def page_html(plan: Plan, rig: Rig, *, folder: Path = Path()) -> str:
-    """The plan page: pictures, tables, the 3D head, the plan's data and what checks it in one document."""
+def page_html(plan: Plan, inputs: Rig | PlanInputs) -> str:
+    """The plan page: pictures, tables, the 3D head, the plan's data and what checks it in one document. It checks
+    nothing where the inputs of the plan's settings are missing, and says so."""
+    rig = inputs.rig if isinstance(inputs, PlanInputs) else inputs
     pictures = expression_pictures(plan, rig, height_px=EXPRESSION_PICTURE_PX)
     plates = marker_pictures(plan, rig, height_px=MARKER_PICTURE_PX)
     line_of = {item.name: item for item in plan.session.items}
@@ -77,7 +80,7 @@ def page_html(plan: Plan, rig: Rig, *, folder: Path = Path()) -> str:
             marker_pictures=[plate(view, picture) for view, picture in plates.items()],
             head_json=script_json(json.dumps(plan_head(rig, plan))),
             plan_json=script_json(plan_bytes(plan).decode()),
-            evidence_json=script_json(json.dumps(evidence(plan, rig, folder))),
+            evidence_json=script_json(json.dumps(evidence(plan, inputs))),
             css=asset("style.css"),
             scripts=script,
             policy=policy(script),

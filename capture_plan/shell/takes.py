@@ -40,6 +40,11 @@ class Takes:
         return self.subjects[0]
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """Of all sequences."""
+        return tuple(one.sequence.name for person in self.subjects for one in person.recordings)
+
+    @property
     def frames(self) -> int:
         """Of all subjects."""
         return sum(one.frames for one in self.subjects)

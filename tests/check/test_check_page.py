@@ -11,6 +11,7 @@ from capture_plan.check.unchecked import ASKED, unchecked
 from capture_plan.face.sense import Sense
 from capture_plan.plan.advice import correction, corrections, say_names, stated
 from capture_plan.plan.claims import CHANGED, Claim, claim
+from capture_plan.plan.inputs import PlanInputs
 from capture_plan.plan.record import RigReference
 from capture_plan.plan.settings import Settings
 from capture_plan.sample import sample_rig
@@ -160,7 +161,7 @@ def test_an_early_order_is_found_out_where_it_is_not_kept_and_where_nothing_is_c
     unsaid = replace(plan, packing=replace(plan.packing, order_proven=False))
     swapped = replace(plan, packing=replace(plan.packing, expressions=(second, first, *rest)))
     proved = [
-        packing_again(one, stated_list(one, RIG, apart=plan.packing.colliding)).order_proven
+        packing_again(one, stated_list(one, PlanInputs(RIG), apart=plan.packing.colliding)).order_proven
         for one in (plan, unsaid, swapped)
     ]
     assert proved == [True, True, False]

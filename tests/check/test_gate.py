@@ -3,7 +3,6 @@
 import csv
 import dataclasses
 import json
-from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -20,9 +19,10 @@ from capture_plan.check.gate import NAMED, as_draft, as_far_as_it_goes, lies
 from capture_plan.errors import PlanError
 from capture_plan.exports import WRITES
 from capture_plan.plan.files import read_plan, write_plan
-from capture_plan.plan.places import names_files
+from capture_plan.plan.inputs import PlanInputs
 from capture_plan.plan.record import sealed
 from capture_plan.sheets.page import DRAFT, Booklet, paper
+from capture_plan.visibility import cameras_for
 from tests.command import run
 from tests.once import QUICK, plan_of
 from tests.tampering import answers_kept, tampered
@@ -135,9 +135,20 @@ def test_what_was_found_of_a_plan_is_not_asked_again_unless_a_word_of_it_changes
     assert (lies(plan, rig), lies(plan, rig)) == ((), ())
     assert lies(lie, rig) == lies(lie, rig) != ()
     assert len(asked) <= 2
-    with_file = replace(plan.settings, target="neutral.obj")
-    assert not names_files(with_file, Path("nowhere"))
-    assert names_files(replace(plan.settings, target=__file__), Path("nowhere"))
+
+
+def test_what_was_found_of_a_plan_is_asked_again_where_the_inputs_beside_its_rig_change(plan, rig, monkeypatch):
+    """Cameras are part of what an answer is kept for; what a person measured or painted is asked each time."""
+    asked = []
+    monkeypatch.setattr(gate, "claims_of", lambda *arguments, **named: asked.append(arguments) or ())
+    near, far = (cameras_for("frontal", rig.neutral * scale, rig.skin) for scale in (1.0, 1.1))
+    seen = sealed(replace(plan, settings=replace(plan.settings, cameras="frontal")))
+    for cameras in (near, near, far, far):
+        lies(seen, PlanInputs(rig, cameras=cameras))
+    assert len(asked) == 2
+    for _ in range(2):
+        lies(plan, PlanInputs(rig, target=rig.neutral))
+    assert len(asked) == 4
 
 
 def test_an_audit_is_found_once_for_equal_rigs_and_anew_for_others(rig, monkeypatch):

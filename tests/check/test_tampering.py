@@ -25,6 +25,7 @@ from capture_plan.layout.head_sites import head_candidates
 from capture_plan.layout.second_look import Room, ranked
 from capture_plan.plan.claims import claim
 from capture_plan.plan.files import read_plan, write_plan
+from capture_plan.plan.inputs import PlanInputs, read_inputs
 from capture_plan.plan.record import sealed
 from capture_plan.plan.revise import other_plan
 from capture_plan.sample import sample_rig
@@ -105,17 +106,17 @@ def one_expression_more(plan):
 def broken_by(path, decide):
     """What does not hold of a plan in which all else follows from other decisions, by the code that writes plans."""
     plan, rig = read_plan(path), sample_rig()
-    report = check.audit_rig(rig)
+    given, report = read_inputs(rig, plan.settings, path.parent), check.audit_rig(rig)
     task = check.task_of(
-        check.see_face(rig, report.used, check.read_cameras_of(rig, plan.settings, path.parent)),
+        check.see_face(rig, report.used, given.cameras),
         plan.settings.landmarks,
     )
     if plan.layout.head:
         task = task.beside(np.array([m.vertex for m in plan.layout.head]))
     decided = decide(plan)
     layout = check.follow(task, check.decided_in(decided.layout, task), None)
-    forged = sealed(again.made_again(decided, report, layout, again.stated_list(decided, rig)))
-    return [one.what for one in check.claims_of(forged, rig, path.parent) if not one.holds]
+    forged = sealed(again.made_again(decided, report, layout, again.stated_list(decided, given)))
+    return [one.what for one in check.claims_of(forged, given) if not one.holds]
 
 
 def expressions_turned(plan):
@@ -290,7 +291,7 @@ def test_an_order_that_an_exchange_refutes_is_not_proved(rig, method):
 def lists_of(path):
     """A plan, and its list as the problem has it."""
     plan = read_plan(path)
-    return plan, again.stated_list(plan, sample_rig(), apart=plan.packing.colliding)
+    return plan, again.stated_list(plan, PlanInputs(sample_rig()), apart=plan.packing.colliding)
 
 
 def test_an_early_list_that_was_shaken_is_none_of_the_search(made):
@@ -309,7 +310,7 @@ def test_an_early_list_is_none_of_the_greedy_method(made):
     assert [one.holds for one in list_claims(called, given)] == [False]
     greedy = pack(given.rig, plan.audit.used, settings, apart=plan.packing.colliding)
     made_so = replace(called, packing=greedy)
-    (claim,) = list_claims(made_so, again.stated_list(made_so, given.rig, apart=greedy.colliding))
+    (claim,) = list_claims(made_so, again.stated_list(made_so, PlanInputs(given.rig), apart=greedy.colliding))
     assert claim.holds
 
 

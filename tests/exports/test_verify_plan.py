@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 
 from capture_plan.exports import verify_plan, write_verifier
-from capture_plan.plan.files import read_plan
-from capture_plan.sample import sample_rig
+from capture_plan.plan.files import inputs_of, read_plan
 from tests.lies import LIES as CONSISTENT
 from tests.lies import source_vertices_zero
 from tests.tampering import KINDS, answers_kept, is_free, tampered, verdict
@@ -59,9 +58,10 @@ def asked_once():
 @pytest.fixture(scope="module")
 def folders(made, tmp_path_factory):
     """Where each plan lies with its rig and the checker."""
-    rig, folder = sample_rig(), tmp_path_factory.mktemp("checked")
+    folder = tmp_path_factory.mktemp("checked")
     for name, path in made.items():
-        write_verifier(read_plan(path), rig, folder / name, plan_folder=path.parent)
+        plan = read_plan(path)
+        write_verifier(plan, inputs_of(plan, path), folder / name)
     return {name: folder / name for name in made}
 
 

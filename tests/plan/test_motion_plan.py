@@ -20,7 +20,15 @@ from capture_plan.layout.design import design_layout
 from capture_plan.layout.motion_design import fit_of
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.mesh import geodesic_distance
-from capture_plan.plan.files import change_settings, read_plan, refer_to, rig_of, settings_seen_from, write_plan
+from capture_plan.plan.files import (
+    change_settings,
+    inputs_of,
+    read_plan,
+    refer_to,
+    settings_seen_from,
+    write_plan,
+)
+from capture_plan.plan.inputs import read_inputs
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.settings import Settings
 from capture_plan.plan.summary import motion_words, summary
@@ -76,7 +84,7 @@ def session(rig, tmp_path_factory):
     target = folder / "plans" / "plan.json"
     asked = change_settings(Settings(), {"sequences": [str(file)], "landmarks": {"method": "motion", "number": NUMBER}})
     settled = settings_seen_from(target.parent, asked)
-    made = make_plan(rig, settled, reference=refer_to(rig, "sample", target), folder=target.parent)
+    made = make_plan(read_inputs(rig, settled, target.parent), settled, reference=refer_to(rig, "sample", target))
     return write_plan(made, target)
 
 
@@ -233,8 +241,8 @@ def test_the_method_needs_a_number():
 
 def broken(session, rig=None):
     plan = read_plan(session)
-    rig = rig or rig_of(plan, session)
-    return [c.what for c in check_plan(plan, rig, folder=session.parent) if not c.holds]
+    given = read_inputs(rig, plan.settings, session.parent) if rig else inputs_of(plan, session)
+    return [c.what for c in check_plan(plan, given) if not c.holds]
 
 
 def test_every_claim_holds_from_any_folder_and_after_a_move(session, tmp_path, monkeypatch):
@@ -317,7 +325,7 @@ def test_a_layout_unlike_two_others_is_unlike_both(face, take, layout, others):
 
 def test_an_inspection_says_what_the_take_loses_and_what_could_be_had_instead(session):
     plan = read_plan(session)
-    found = inspect_plan(plan, rig_of(plan, session), folder=session.parent)
+    found = inspect_plan(plan, inputs_of(plan, session))
     text = inspection_text(found)
     assert found.take.fit == plan.layout.motion
     assert min(found.take.without_mm) >= plan.layout.motion.rmse_mm - 1e-4
@@ -344,9 +352,10 @@ def test_wishes_are_kept_as_a_check_without_a_solver_finds(rig, tmp_path, asked)
     landmarks = {"method": "motion", "number": NUMBER} | asked
     places = {"sequences": [str(file)]} | ({"cameras": "head-mounted-pair"} if "min_views" in asked else {})
     settings = change_settings(Settings(), places | {"landmarks": landmarks, "expressions": {"method": "greedy"}})
-    plan = make_plan(rig, settings)
+    given = read_inputs(rig, settings)
+    plan = make_plan(given, settings)
     assert len(plan.layout.landmarks) == landmarks["number"]
-    assert [claim.what for claim in check_plan(plan, rig) if not claim.holds] == []
+    assert [claim.what for claim in check_plan(plan, given) if not claim.holds] == []
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,15 @@ from msgspec.structs import replace
 from capture_plan.check.check import check_plan
 from capture_plan.errors import PlanError, RigError
 from capture_plan.expressions.settings import Edits
-from capture_plan.plan.files import read_plan, read_settings, refer_to, rig_of, settings_seen_from, write_plan
+from capture_plan.plan.files import (
+    inputs_of,
+    read_plan,
+    read_settings,
+    refer_to,
+    settings_seen_from,
+    write_plan,
+)
+from capture_plan.plan.inputs import read_inputs
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.places import found_from, seen_from
 from capture_plan.plan.replacing import edits_lost, refuse_to_replace
@@ -46,11 +54,14 @@ def session(tmp_path):
 
 def plan_in(folder, monkeypatch):
     monkeypatch.chdir(folder)
-    given = {"unit_mm": 1.0, "up": "+y", "facing": "+z", "skin": "skin.txt", "names": "names.toml"}
-    rig, target = read_rig("hero.npz", **given), folder / "plans" / "plan.json"
+    corrected = {"unit_mm": 1.0, "up": "+y", "facing": "+z", "skin": "skin.txt", "names": "names.toml"}
+    rig, target = read_rig("hero.npz", **corrected), folder / "plans" / "plan.json"
     settings = settings_seen_from(target.parent, read_settings(folder / "session.toml"))
-    reference = refer_to(rig, "hero.npz", target, **given)
-    write_plan(make_plan(rig, settings, reference=reference, folder=target.parent), target)
+    reference = refer_to(rig, "hero.npz", target, **corrected)
+    write_plan(
+        make_plan(read_inputs(rig, settings, target.parent, names=reference.names), settings, reference=reference),
+        target,
+    )
     return rig, target
 
 
@@ -63,7 +74,7 @@ def test_a_session_that_moved_is_found_and_checked_from_any_folder(session, tmp_
     plan = read_plan(path)
     assert (plan.rig.path, plan.rig.skin, plan.rig.names) == ("../hero.npz", "../skin.txt", "../names.toml")
     assert plan.settings.cameras == "../rig.toml"
-    assert [claim for claim in check_plan(plan, rig_of(plan, path), folder=path.parent) if not claim.holds] == []
+    assert [claim for claim in check_plan(plan, inputs_of(plan, path)) if not claim.holds] == []
 
 
 def test_the_user_s_names_reach_the_actor(session, monkeypatch):

@@ -19,6 +19,7 @@ from capture_plan.plan.files import (
     rig_of,
     write_plan,
 )
+from capture_plan.plan.inputs import read_inputs
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.settings import Settings
 from capture_plan.plan.summary import summary
@@ -162,7 +163,7 @@ def test_a_target_neutral_of_another_mesh_is_refused(rig, tmp_path):
     path = tmp_path / "actor.obj"
     path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     with pytest.raises(RigError, match=r"actor\.obj has 3 vertices"):
-        make_plan(rig, Settings(target=str(path)))
+        read_inputs(rig, Settings(target=str(path)))
 
 
 def test_settings_survive_json():

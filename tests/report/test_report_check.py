@@ -23,7 +23,7 @@ def plan():
 
 @pytest.fixture(scope="module")
 def rig_figures(plan, tmp_path_factory):
-    return json.loads(json.dumps(evidence(plan, sample_rig(), tmp_path_factory.mktemp("plan"))))
+    return json.loads(json.dumps(evidence(plan, sample_rig())))
 
 
 @pytest.fixture(scope="module")
@@ -75,6 +75,6 @@ def test_a_lie_gets_a_cross(checked, document, forge, named):
     assert any(named in line for line in told), told
 
 
-def test_what_cannot_be_computed_is_said(plan, tmp_path):
+def test_what_cannot_be_computed_is_said(plan):
     lost = replace(plan, settings=replace(plan.settings, cameras="gone.toml"))
-    assert "gone.toml" in evidence(lost, sample_rig(), tmp_path)["missing"]
+    assert "gone.toml" in evidence(lost, sample_rig())["missing"]

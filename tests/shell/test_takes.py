@@ -15,6 +15,7 @@ from capture_plan.layout.design import design_layout
 from capture_plan.layout.motion_design import fit_of
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.plan.files import change_settings, read_plan, rig_of, write_plan
+from capture_plan.plan.inputs import read_inputs
 from capture_plan.plan.settings import Settings
 from capture_plan.reader.vertex_weights import read_vertex_weights
 from capture_plan.sample.motion import sample_motion
@@ -251,7 +252,7 @@ def planned(rig, anna, bert, tmp_path_factory):
 
 
 def broken(plan, rig, folder):
-    return [c.what for c in check_plan(plan, rig, folder=folder) if not c.holds]
+    return [c.what for c in check_plan(plan, read_inputs(rig, plan.settings, folder)) if not c.holds]
 
 
 def test_a_plan_for_two_people_holds_and_says_so(planned):
