@@ -2,7 +2,7 @@
 
 Displacement, visibility, both    the single cover with alpha 0, 1, and as set: what makes one place better than another
 Symmetric                         the single cover of mirrored pairs
-Distance Off, swarm, Distance On  two landmarks for every blendshape: `methods`, `refine`
+Distance Off, swarm, Distance On  two landmarks for every blendshape: `particle_swarm`
 Adaptive                          Algorithm 1: more where one would have to tell too many blendshapes apart
 """
 
