@@ -26,7 +26,7 @@ check: .venv/ready
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
 	.venv/bin/pyright
-	.venv/bin/marimo check notebooks/*.py
+	.venv/bin/marimo check notebooks/*.py notebooks/learn/*.py
 
 .venv/ready: requirements.lock pyproject.toml .ci/setup
 	bash .ci/setup

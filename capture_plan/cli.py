@@ -16,6 +16,7 @@ import typer
 
 if TYPE_CHECKING:
     from capture_plan.audit.audit import Audit
+    from capture_plan.plan.inputs import PlanInputs
     from capture_plan.plan.record import Plan
     from capture_plan.plan.settings import Settings
     from capture_plan.rig import Rig
@@ -301,9 +302,10 @@ def plan(
     """Plan a session for RIG: landmarks and expressions, with what was proved and what error to expect."""
     from capture_plan.output import refuse_place, replace_whole
     from capture_plan.plan.files import plan_bytes, read_settings, refer_to, settings_seen_from
+    from capture_plan.plan.inputs import read_inputs
     from capture_plan.plan.make import make_plan
     from capture_plan.plan.named import NamedDots
-    from capture_plan.plan.replacing import inputs_of, refuse_to_replace
+    from capture_plan.plan.replacing import files_of, refuse_to_replace
     from capture_plan.plan.settings import Settings
     from capture_plan.plan.summary import summary
     from capture_plan.progress import listen
@@ -322,7 +324,7 @@ def plan(
         | {"sequence_weights": sequence_weight, "vertex_weights": vertex_weights},
         {"minutes": minutes},
     )
-    refuse_place(output, inputs=[rig, settings, skin, names, *inputs_of(chosen)], over_plan=True)
+    refuse_place(output, inputs=[rig, settings, skin, names, *files_of(chosen)], over_plan=True)
     found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     dots.must_be_of(found)
     settled = settings_seen_from(output.parent, chosen)
@@ -331,7 +333,7 @@ def plan(
     reference = refer_to(found, rig, output, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     heard: list[str] = []
     with listen(lambda lines: say(kept(lines, heard))):
-        made = make_plan(found, settled, reference=reference, folder=output.parent)
+        made = make_plan(read_inputs(found, settled, output.parent, names=names), settled, reference=reference)
     said = replace_whole(output, plan_bytes(made))
     say([*unheard(summary(made), heard), *said])
     say_written([output])
@@ -417,11 +419,11 @@ def check(
     from capture_plan.check.check import check_plan
     from capture_plan.check.report import as_rows, check_lines
     from capture_plan.check.unchecked import unchecked
-    from capture_plan.plan.files import read_plan, rig_of
+    from capture_plan.plan.files import inputs_of, read_plan
     from capture_plan.plan.summary import near_words
 
     made = read_plan(plan)
-    claims = check_plan(made, rig_of(made, plan, rig_path=rig), folder=plan.parent)
+    claims = check_plan(made, inputs_of(made, plan, rig_path=rig))
     if json:
         print(msgspec.json.format(msgspec.json.encode(as_rows(claims))).decode())
     say([*check_lines(claims, unchecked(made, claims), every=every), *near_words(made)])
@@ -463,14 +465,14 @@ def edit(
         raise PlanError("nothing to edit: give --lock, --together, --apart, --drop, --another or --why")
     if sum(map(bool, (lock or together or apart or drop, another, why))) > 1:
         raise PlanError("--another and --why stand alone: give --lock, --together, --apart and --drop without them")
-    folder, output = plan.parent, output or plan
+    output = output or plan
     here = output.resolve() == plan.resolve()
-    made, found = open_plan(
+    made, given = open_plan(
         plan, rig, force=force, refuse=lambda read: refuse_place(output, inputs=read[here:], over_plan=True)
     )
     if why is not None:
         a, b = pair_of(why)
-        say([why_not_together(made, found, a, b, folder=folder)])
+        say([why_not_together(made, given, a, b)])
         return
     before = made.settings.expressions.edits
     edits = Edits(
@@ -482,10 +484,10 @@ def edit(
     if edits == before and not another:
         raise PlanError(f"{plan} follows these edits already: nothing was written")
     if not (here or replace):
-        source, asked = str(found_from(folder, made.rig.path)), replaced(made.settings.expressions, edits=edits)
-        refuse_to_replace(output, found, source, replaced(made.settings, expressions=asked))
+        source, asked = found_from(plan.parent, made.rig.path), replaced(made.settings.expressions, edits=edits)
+        refuse_to_replace(output, given.rig, source, replaced(made.settings, expressions=asked))
     with as_far_as_it_goes(made):
-        changed = other_plan(made, found, folder=folder) if another else edited_plan(made, found, edits, folder=folder)
+        changed = other_plan(made, given) if another else edited_plan(made, given, edits)
     said = replace_whole(output, plan_bytes(changed))
     say([*expression_lines(changed, made), *renumbered_words(made.packing, changed.packing), *said])
     say_written([output])
@@ -514,9 +516,9 @@ def inspect(
         if output is not None:
             refuse_place(output, inputs=read, endings=(".txt", ".json"))
 
-    made, its_rig = open_plan(plan, rig, force=force, refuse=refuse)
+    made, given = open_plan(plan, rig, force=force, refuse=refuse, takes=True)
     with as_far_as_it_goes(made):
-        found = inspect_plan(made, its_rig, folder=plan.parent)
+        found = inspect_plan(made, given)
     if output is not None:
         text = json_text(found) if json or is_json(output) else f"{inspection_text(found)}\n"
         say([*replace_whole(output, text.encode()), short_text(found)])
@@ -545,11 +547,11 @@ def render(
     from capture_plan.sheets import write_sheets
     from capture_plan.sheets.write import WRITES
 
-    made, found = open_plan(
+    made, given = open_plan(
         plan, rig, force=force, refuse=lambda read: refuse_folder(output, WRITES, inputs=read), into=output
     )
     with as_far_as_it_goes(made), listen(say):
-        say_written(write_sheets(made, found, output, paper=paper, dpi=dpi))
+        say_written(write_sheets(made, given.rig, output, paper=paper, dpi=dpi))
     say([f"Next: print {output / 'sheets.pdf'} at 100 % and hold a ruler to its 50 mm bar."])
 
 
@@ -574,22 +576,27 @@ def export(
     wanted = only or [kind for kind in Export if kind != Export.verify]
     if {Export.json, Export.verify} & set(wanted) and not same(plan, output / "plan.json"):
         refuse_plan(output / "plan.json")
-    made, found = open_plan(
-        plan, rig, force=force, refuse=lambda read: refuse_folder(output, WRITES, inputs=read), into=output
+    made, given = open_plan(
+        plan,
+        rig,
+        force=force,
+        refuse=lambda read: refuse_folder(output, WRITES, inputs=read),
+        into=output,
+        takes=Export.verify in wanted,
     )
     draft = "-DRAFT" if made.draft else ""
     written: list[Path] = []
-    with as_far_as_it_goes(made), together(output, written, found.name) as new:
+    with as_far_as_it_goes(made), together(output, written, given.rig.name) as new:
         if Export.html in wanted:
-            written.append(write_html(made, found, new / "plan.html", folder=plan.parent))
+            written.append(write_html(made, given, new / "plan.html"))
         if Export.csv in wanted:
             written += [*write_tables(made, new), write_slate(made.session, new / f"slate{draft}.csv")]
         if Export.json in wanted:
             written += [write_plan(made, new / "plan.json"), write_schema(new / "plan.schema.json")]
         if Export.meshes in wanted:
-            written += write_expression_meshes(found, made.audit.used, made.packing, new / f"expressions{draft}")
+            written += write_expression_meshes(given.rig, made.audit.used, made.packing, new / f"expressions{draft}")
         if Export.verify in wanted:
-            written += write_verifier(made, found, new, plan_folder=plan.parent)
+            written += write_verifier(made, given, new)
     if Export.html in wanted:
         say([f"Next: open {output / 'plan.html'}; it needs no network."])
     elif Export.verify in wanted:
@@ -712,28 +719,60 @@ def notebook(
     raise typer.Exit(open_notebook(rig, take or (), edit=edit, headless=headless, host=host, port=port))
 
 
+@app.command()
+def learn(
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="DIR", help="Folder to write them into, as pages."),
+    ] = None,
+    headless: Annotated[bool, typer.Option("--headless", help="Start the server without a browser.")] = False,
+    port: Annotated[int | None, typer.Option(min=0, max=65535, help="Port of the server.")] = None,
+) -> None:
+    """Open the lessons: from a rig to a printed page, which method when, and what the numbers mean; or write them and a
+    reference of the package as pages."""
+    from capture_plan.notebook import notebooks_folder, open_lessons
+
+    if output is None:
+        raise typer.Exit(open_lessons(headless=headless, port=port))
+    from capture_plan.notebooks_support.site import WRITES, write_site
+    from capture_plan.output import refuse_folder
+
+    refuse_folder(output, WRITES, inputs=[])
+    written: list[Path] = []
+    with together(output, written) as new:
+        written += write_site(notebooks_folder(), new)
+    say([f"Next: open {output / 'index.html'}; it needs no network."])
+
+
 def open_plan(
-    path: Path, rig: str | None, *, force: bool, refuse: Callable[[list[str | Path]], None], into: Path | None = None
-) -> tuple["Plan", "Rig"]:
-    """The plan in a file and its rig; where it does not hold, a draft by force, else exit 1 with its lies named.
-    `refuse` is asked before any work whether the output may stand where it shall, beside what is read; a folder that
-    it is put `into` may show no other head."""
+    path: Path,
+    rig: str | None,
+    *,
+    force: bool,
+    refuse: Callable[[list[str | Path]], None],
+    into: Path | None = None,
+    takes: bool = False,
+) -> tuple["Plan", "PlanInputs"]:
+    """The plan in a file and what it was made from, its takes where they are needed; where it does not hold, a draft by
+    force, else exit 1 with its lies named. `refuse` is asked before any work whether the output may stand where it
+    shall, beside what is read; a folder that it is put `into` may show no other head."""
     from capture_plan.check.gate import as_draft, insisted, lies, refusal
     from capture_plan.output import refuse_another
-    from capture_plan.plan.files import read_plan, rig_of
-    from capture_plan.plan.replacing import inputs_of_plan
+    from capture_plan.plan.files import inputs_of, read_plan
+    from capture_plan.plan.record import seal_of
+    from capture_plan.plan.replacing import files_of_plan
 
     plan = read_plan(path)
-    refuse(inputs_of_plan(plan, path, rig))
+    refuse(files_of_plan(plan, path, rig))
     if into is not None:
         refuse_another(into, plan.rig.name)
-    found = rig_of(plan, path, rig_path=rig)
-    broken = lies(plan, found, folder=path.parent)
+    given = inputs_of(plan, path, rig_path=rig, takes=takes or plan.seal != seal_of(plan))
+    broken = lies(plan, given)
     if broken:
         say(insisted(path, broken) if force else refusal(path, broken))
         if not force:
             raise typer.Exit(1)
-    return as_draft(plan, broken), found
+    return as_draft(plan, broken), given
 
 
 def open_rig(path: str, **corrections: Any) -> "Rig":

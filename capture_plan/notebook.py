@@ -63,6 +63,17 @@ def open_notebook(
     return serve("run", str(session), *arguments)
 
 
+def open_lessons(*, headless: bool = False, port: int | None = None) -> int:
+    """Serve the lessons until they are stopped; marimo prints the address. Returns the exit code.
+
+    Raises:
+        RigError: nobody can listen at the address.
+    """
+    check_address("127.0.0.1", port or 0)
+    lessons = str(notebooks_folder() / "learn")
+    return serve("run", lessons, *options(headless=headless, host="127.0.0.1", port=port))
+
+
 def check_address(host: str, port: int) -> None:
     """RigError where nobody can listen at an address: one line before the server says it in many."""
     try:

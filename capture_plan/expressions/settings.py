@@ -63,7 +63,7 @@ MEASURED_BY: dict[Importance, str] = {"error": "expected squared error", "paper"
 
 
 class PackingSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Shares from 0 to 1, after Carrigan et al. 2020.
+    """What a person decides about expressions, after Carrigan et al. 2020: shares from 0 to 1.
 
     `method`: `early` is of the provably shortest lists one whose first expressions leave little error in the rebuilt
     rig, and so does the whole, what one scan cannot take apart counted, and that is little behind other lists for each

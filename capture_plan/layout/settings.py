@@ -26,7 +26,7 @@ ORDERED = ("studio", *BUDGETED)  # methods that choose all landmarks as one set,
 
 
 class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Lengths in millimetres, shares from 0 to 1.
+    """What a person decides about landmarks: lengths in millimetres, shares from 0 to 1.
 
     `method`: `studio` is the fewest landmarks found that reach every blendshape, have no larger upper estimate of the
     error than 68 points, those of iBUG or as many spread evenly, whichever is better, and tell all mixes apart but for
