@@ -1,5 +1,5 @@
 # `make demo` and `make test` set everything up first; a second run starts at once.
-.PHONY: demo test check tests lock
+.PHONY: demo test quick check tests lock
 
 demo: .venv/ready
 	.venv/bin/capture-plan demo -o out/demo
@@ -13,6 +13,11 @@ CHECKED = $(addprefix tests/,anatomy/test_blendshape_pairs.py anatomy/test_zones
 	shell/test_shell_model.py shell/test_shell_motion.py shell/test_shell_state.py transfer/test_deformation.py \
 	transfer/test_score.py visibility/test_visibility.py)
 OTHERS = $(filter-out $(CHECKED),$(sort $(wildcard tests/test_*.py tests/*/test_*.py tests/*/*/test_*.py)))
+
+# What a change asks for first, for a minute at most: `make test` is the whole truth.
+quick: .venv/ready
+	.venv/bin/ruff check .
+	$(PYTEST) --within 45 $$(.venv/bin/python -m tests.changed)
 
 # Neither the tests nor the checks of the code keep two cores busy alone.
 test: .venv/ready

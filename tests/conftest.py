@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import time
 
 import pytest
 from hypothesis import settings
@@ -13,6 +14,19 @@ QUIET = ["--no-sandbox", "--disable-background-networking", "--disable-component
 # How long an example takes says what else the machine does; everything else is as hypothesis chose for this place.
 settings.register_profile("untimed", parent=settings(), deadline=None)
 settings.load_profile("untimed")
+
+
+STARTED = time.monotonic()
+
+
+def pytest_addoption(parser):
+    parser.addoption("--within", type=float, metavar="SECONDS", help="Start no test later than so many seconds.")
+
+
+def pytest_runtest_setup(item):
+    within = item.config.getoption("--within")
+    if within and time.monotonic() - STARTED > within:
+        pytest.skip(f"{within:g} s are over")
 
 
 def pytest_collection_modifyitems(items):
