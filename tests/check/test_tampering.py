@@ -3,7 +3,6 @@
 import json
 import math
 from dataclasses import replace as dataclass_replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -212,7 +211,7 @@ def weak_prices(plan):
 def heads_close_together(plan):
     """All head markers in one place, but for the spacing: nothing fixes how the head turns."""
     rig, head = sample_rig(), plan.layout.head
-    face = check.see_face(rig, plan.audit.used, check.read_cameras_of(rig, plan.settings, Path()))
+    face = check.see_face(rig, plan.audit.used, read_inputs(rig, plan.settings).cameras)
     x, still = rig.neutral, head_candidates(face, face.cameras).vertices
     near = still[np.argsort(np.linalg.norm(x[still] - x[still[0]], axis=1))][: len(head)].tolist()
     moved = tuple(replace(m, vertex=v) for m, v in zip(head, near, strict=True))
@@ -315,10 +314,10 @@ def test_an_early_list_is_none_of_the_greedy_method(made):
 
 
 def test_an_order_that_is_not_that_of_the_take_is_found_out(made):
-    plan, rig = read_plan(made["motion of two people"]), sample_rig()
+    path, rig = made["motion of two people"], sample_rig()
+    plan = read_plan(path)
     task = check.task_of(check.see_face(rig, plan.audit.used, ()), plan.settings.landmarks)
-    takes = check.read_takes_of(rig, plan.settings, made["motion of two people"].parent, plan.rig.names)
-    assert takes is not None
+    takes = read_inputs(rig, plan.settings, path.parent).takes
     chosen = decided_in(plan.layout, task).further
     assert order_claim(task, takes, chosen).holds
     assert not order_claim(task, takes, chosen[::-1]).holds
