@@ -87,7 +87,13 @@ def region_label(region: str, side: int) -> str:
 
 
 def face_regions(rig: Rig) -> FaceRegions:
-    """The region and the side of every skin vertex of any rig, named or not."""
+    """The region and the side of every skin vertex of any rig, named or not.
+
+    Example:
+        >>> regions = face_regions(sample_rig())
+        >>> regions.known, "nose" in regions.names
+        (True, True)
+    """
     anchors = face_anchors(rig)
     u = anchors.pupils
     at = np.flatnonzero(rig.skin)

@@ -42,6 +42,10 @@ def check_plan(plan: Plan, inputs: Rig | PlanInputs) -> tuple[Claim, ...]:
     Raises:
         PlanError: it names what is not there, or a file that is not among the inputs.
         InfeasibleError: its settings cannot be followed on this rig.
+
+    Example:
+        >>> all(claim.holds for claim in check_plan(read_plan("hero.plan.json"), sample_rig()))
+        True
     """
     return tuple(claims_of(plan, inputs))
 

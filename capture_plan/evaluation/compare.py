@@ -113,6 +113,13 @@ def compare_layouts(
 
     Raises:
         InfeasibleError: no skin is seen well enough, or a budget is larger than the number of candidates.
+
+    Example:
+        >>> rig = sample_rig()
+        >>> face = see_face(rig, rig.names[:6])
+        >>> found = compare_layouts(face, LayoutSettings(), budgets=(6,), noises_mm=(0.2,))
+        >>> max(found.rows, key=lambda row: len(row.vertices)).method
+        '72 points (MPEG-4), placed'
     """
     observation, among = face.observation(settings.noise_mm), candidates(face)
     must_have(among, max(budgets))

@@ -64,6 +64,12 @@ def pack(
     Raises:
         RigError: a target has another number of vertices, a rule an unknown name, or nothing is used.
         InfeasibleError: no list follows the edits.
+
+    Example:
+        >>> rig = sample_rig()
+        >>> packing = pack(rig, audit_rig(rig).used, PackingSettings(method="minimum"))
+        >>> packing.objective, packing.bound, packing.expressions[0].name
+        (18, 18, 'E01')
     """
     if not used:
         raise RigError(f"{rig.name}: no blendshape moves the skin: nothing to pack into expressions")

@@ -98,6 +98,11 @@ def inspect_plan(plan: Plan, inputs: Rig | PlanInputs) -> Inspection:
 
     Raises:
         PlanError: the plan's settings name a file that is not among the inputs.
+
+    Example:
+        >>> found = inspect_plan(read_plan("hero.plan.json"), sample_rig())
+        >>> len(found.markers) == found.worth.landmarks
+        True
     """
     given, settings = inputs_for(inputs, plan.settings), plan.settings.landmarks
     rig, takes = given.rig, given.takes

@@ -55,6 +55,11 @@ def design_layout(
     Raises:
         InfeasibleError: no skin is seen well enough, the wishes clash, or the budget does not pay for a single site or
             is more than fits.
+
+    Example:
+        >>> layout = design_layout(see_face(sample_rig()), LayoutSettings(method="budget", budget=16))
+        >>> layout.worth.landmarks, layout.worth.noise_mm
+        (16, 0.2)
     """
     task = task_of(face, settings, unlike)
     head = NOTHING

@@ -274,7 +274,13 @@ def see_face(
 ) -> Face:
     """Visibility of every skin vertex in every expression, from anywhere or, where they are known, from the cameras;
     what is no place has that of the nearest place. `used` are the blendshapes that count, those that the audit plans
-    for unless told. `painted` is the skin of zones that a person painted, by name."""
+    for unless told. `painted` is the skin of zones that a person painted, by name.
+
+    Example:
+        >>> face = see_face(sample_rig())
+        >>> len(face.used), bool((face.visibility >= 0).all() and (face.visibility <= 1).all())
+        (51, True)
+    """
     used = audit_once(rig).used if used is None else used
     face = Face(rig, used, np.zeros(len(rig.neutral)))
     at, deltas = np.flatnonzero(face.markable & face.places), performed_deltas(rig, used)

@@ -35,6 +35,12 @@ def decimate(
 
     Raises:
         RigError: fewer than one triangle is wanted.
+
+    Example:
+        >>> rig = sample_rig()
+        >>> kept, triangles = decimate(rig.neutral, rig.triangles, 5000)
+        >>> len(triangles), len(kept) < len(rig.neutral)
+        (5000, True)
     """
     if faces_wanted < 1:
         raise RigError(f"{faces_wanted} triangles wanted: give 1 or more")

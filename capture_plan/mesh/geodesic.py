@@ -66,7 +66,14 @@ def surface_graph(vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray,
 def geodesic_distance(
     graph: csr_array, sources: Int[np.ndarray, " m"], *, limit: float = np.inf
 ) -> Float[np.ndarray, "m v"]:
-    """Distance in millimetres from each source to every vertex along `surface_graph`; infinite beyond `limit`."""
+    """Distance in millimetres from each source to every vertex along `surface_graph`; infinite beyond `limit`.
+
+    Example:
+        >>> square = np.array([[0.0, 0, 0], [3, 0, 0], [3, 4, 0], [0, 4, 0]])
+        >>> graph = surface_graph(square, np.array([[0, 1, 2], [0, 2, 3]]))
+        >>> geodesic_distance(graph, np.array([0])).tolist()
+        [[0.0, 3.0, 5.0, 4.0]]
+    """
     return np.atleast_2d(dijkstra(graph, directed=False, indices=sources, limit=limit))
 
 

@@ -28,7 +28,12 @@ def vertex_areas(vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, 
 
 
 def vertex_normals(vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]) -> Float[np.ndarray, "v 3"]:
-    """Area-weighted unit normals; zero where a vertex has no triangle with an area."""
+    """Area-weighted unit normals; zero where a vertex has no triangle with an area.
+
+    Example:
+        >>> vertex_normals(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]]))[0].tolist()
+        [0.0, 0.0, 1.0]
+    """
     cross = np.repeat(triangle_cross(vertices, triangles), 3, axis=0)
     total = np.stack(
         [np.bincount(triangles.ravel(), weights=cross[:, axis], minlength=len(vertices)) for axis in range(3)], axis=1

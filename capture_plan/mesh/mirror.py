@@ -70,7 +70,12 @@ def mirror_plane(vertices: Float[np.ndarray, "v 3"]) -> float:
 
 
 def mirror_map(vertices: Float[np.ndarray, "v 3"]) -> Int[np.ndarray, " v"]:
-    """Index of the vertex nearest to each vertex's reflection in the mirror plane x = c."""
+    """Index of the vertex nearest to each vertex's reflection in the mirror plane x = c.
+
+    Example:
+        >>> mirror_map(np.array([[-1.0, 0, 0], [0, 1, 0], [1, 0, 0]])).tolist()
+        [2, 1, 0]
+    """
     return partner_map(vertices, Plane((1.0, 0.0, 0.0), mirror_plane(vertices)), tie=TIE_MM)
 
 

@@ -29,14 +29,19 @@ def plan_bytes(plan: Plan) -> bytes:
     return msgspec.json.format(msgspec.json.encode(sealed(plan)), indent=1) + b"\n"
 
 
-def write_plan(plan: Plan, path: Path) -> Path:
+def write_plan(plan: Plan, path: Path | str) -> Path:
     """Write `path` whole or not at all.
 
     Raises:
         PlanError: the place cannot be written.
+
+    Example:
+        >>> plan = read_plan("hero.plan.json")
+        >>> read_plan(write_plan(plan, "again.plan.json")) == plan
+        True
     """
-    write_whole(path, plan_bytes(plan))
-    return path
+    write_whole(Path(path), plan_bytes(plan))
+    return Path(path)
 
 
 def write_layout(layout: Layout, path: Path) -> Path:
@@ -45,12 +50,17 @@ def write_layout(layout: Layout, path: Path) -> Path:
     return path
 
 
-def read_plan(path: Path) -> Plan:
+def read_plan(path: Path | str) -> Plan:
     """The plan in `path`.
 
     Raises:
         PlanError: missing, not a plan, of another format, or with a value that no plan may have.
+
+    Example:
+        >>> read_plan("hero.plan.json").rig.name
+        'MakeHuman head'
     """
+    path = Path(path)
     content = read_plain(path, PlanError, "give the plan.json that `plan` wrote", most=MOST_BYTES)
     try:
         json.loads(content, object_pairs_hook=once)  # msgspec takes the last of two

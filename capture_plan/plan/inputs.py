@@ -66,6 +66,11 @@ def read_inputs(
     Raises:
         RigError: a file is missing or unusable.
         PlanError: an input was given in Python, and no file has it.
+
+    Example:
+        >>> settings = Settings(cameras="frontal")
+        >>> [camera.name for camera in read_inputs(sample_rig(), settings).cameras]
+        ['frontal']
     """
     folder = Path(folder)
     only_in_python = [what for what, said in named_files(settings) if said.startswith(IN_PYTHON)]

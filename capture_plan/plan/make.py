@@ -30,6 +30,11 @@ def make_plan(
         PlanError: the settings name a file that is not among the inputs.
         SettingsError: a value of the settings is out of range.
         InfeasibleError: no plan satisfies the settings.
+
+    Example:
+        >>> plan = make_plan(sample_rig(), Settings(landmarks=LayoutSettings(method="cover")))
+        >>> len(plan.layout.landmarks), plan.layout.certificate.landmarks
+        (12, 12)
     """
     settings = settings or Settings()
     change_settings(settings, {})  # what is written in Python is not held against its ranges before

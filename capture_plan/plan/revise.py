@@ -20,6 +20,12 @@ def edited_plan(plan: Plan, inputs: Rig | PlanInputs, edits: Edits) -> Plan:
     Raises:
         PlanError: the plan names what is not there.
         InfeasibleError: no list follows them.
+
+    Example:
+        >>> plan = read_plan("hero.plan.json")
+        >>> edited = edited_plan(plan, sample_rig(), Edits(apart=(("jawOpen", "browInnerUp"),)))
+        >>> any({"jawOpen", "browInnerUp"} <= {*one.blendshapes} for one in edited.packing.expressions)
+        False
     """
     given = inputs_for(inputs, plan.settings, takes=False)
     rig = given.rig

@@ -67,6 +67,11 @@ def read_rig(
     separated by commas ("M_Face,M_BackHead"), or a text file of vertex numbers of the artist's file, counted from 0,
     with ranges ("0-6705 7002"). `names` is a TOML file that says what blendshapes are (`name_map.py`). RigError in one
     line when there is no usable rig.
+
+    Example:
+        >>> rig = read_rig("hero.npz", unit_mm=1, up="+y", facing="+z")
+        >>> len(rig.names), len(rig.neutral)
+        (52, 4939)
     """
     check_given(unit_mm, up, facing)
     path = Path(path)

@@ -82,6 +82,10 @@ def place_ibug68(rig: Rig) -> Int[np.ndarray, "68"]:
 
     Raises:
         RigError: the skin is too coarse for 68 points, or ends before some of them.
+
+    Example:
+        >>> len(set(place_ibug68(sample_rig()).tolist()))
+        68
     """
     placement = place_layout(rig, "ibug68")
     if missing := placement.left_out:

@@ -51,14 +51,18 @@ class Picture(Protocol):
     def save(self, fp: io.BytesIO, format: str, **params: Any) -> None: ...
 
 
-def write_html(plan: Plan, inputs: Rig | PlanInputs, path: Path) -> Path:
+def write_html(plan: Plan, inputs: Rig | PlanInputs, path: Path | str) -> Path:
     """Write the plan as one HTML file, whole or not at all.
 
     Raises:
         PlanError: the place cannot be written.
+
+    Example:
+        >>> write_html(read_plan("hero.plan.json"), sample_rig(), "hero.html").stat().st_size > 1_000_000
+        True
     """
-    write_whole(path, page_html(plan, inputs).encode())
-    return path
+    write_whole(Path(path), page_html(plan, inputs).encode())
+    return Path(path)
 
 
 def page_html(plan: Plan, inputs: Rig | PlanInputs) -> str:

@@ -13,7 +13,13 @@ UNIT_MM = 100.0  # the artist's file is in decimetres
 
 @cache
 def sample_rig() -> Rig:
-    """The sample head: 4,939 vertices, 52 blendshapes, millimetres."""
+    """The sample head: 4,939 vertices, 52 blendshapes, millimetres.
+
+    Example:
+        >>> rig = sample_rig()
+        >>> rig.neutral.shape, rig.triangles.shape, rig.deltas.shape
+        ((4939, 3), (9608, 3), (52, 4939, 3))
+    """
     head = files("capture_plan.sample").joinpath("head.npz")
     with head.open("rb") as file, np.load(file, allow_pickle=False) as data:
         arrays = dict(data)

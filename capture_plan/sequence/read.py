@@ -74,6 +74,11 @@ def read_sequence(
     `rig` is what recorded weights drive, or the mesh that the frames are of; `neutral` is the actor's neutral (an OBJ
     file, or a rig of the same mesh), otherwise the rig's or the first frame. `name_map` tells which weight drives what.
     `unit_mm`, `up`, `facing` are as in `read_rig`, for meshes without a rig. RigError in one line when it is unusable.
+
+    Example:
+        >>> take = read_sequence("take.csv", rig=sample_rig())
+        >>> len(take), take.fps
+        (3, 30.0)
     """
     path = Path(path)
     check_given(unit_mm, up, facing)

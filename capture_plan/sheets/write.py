@@ -41,6 +41,11 @@ def write_sheets(plan: Plan, rig: Rig, folder: Path | str, *, paper: Sheet = "a4
     Raises:
         PlanError: the plan belongs to another rig, or the folder cannot be written.
         RenderError: this machine cannot draw.
+
+    Example:
+        >>> pdf, *pages = write_sheets(read_plan("hero.plan.json"), sample_rig(), "sheets", paper="a4", dpi=72)
+        >>> pdf.name, pages[0].name
+        ('sheets.pdf', '01-markers-front.png')
     """
     return write_booklet(draw_sheets(plan, rig, sheet=paper, dpi=dpi), Path(folder), dpi, rig.name)
 

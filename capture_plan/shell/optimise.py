@@ -73,6 +73,13 @@ def optimise(problem: MarkerProblem, count: int, *, joint: bool = False) -> Resu
 
     Raises:
         InfeasibleError: there is no room for so many.
+
+    Example:
+        >>> rig = sample_rig()
+        >>> take = face_take(rig, read_sequence("take.csv", rig=rig))
+        >>> found = optimise(MarkerProblem([(take.shell, take.motion)], take.candidates), 6)
+        >>> len(found.markers), found.rmse_mm <= found.greedy_mm
+        (6, True)
     """
     search = problem.search()
     search.grow(count)

@@ -93,6 +93,12 @@ def takes_of(
 
     Raises:
         RigError: one is of another mesh, or they move nothing.
+
+    Example:
+        >>> rig = sample_rig()
+        >>> takes = takes_of(rig, [read_sequence("take.csv", rig=rig)])
+        >>> takes.names, takes.frames
+        (('take',), 3)
     """
     persons, notes = by_person(rig, sequences)
     subjects, decided = [], [*notes]

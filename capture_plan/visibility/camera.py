@@ -82,7 +82,12 @@ class Camera:
 
 
 def look_at(position: Float[np.ndarray, "3"], target: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
-    """World-to-camera rotation that puts `target` in the image centre and the world's +y up in the image."""
+    """World-to-camera rotation that puts `target` in the image centre and the world's +y up in the image.
+
+    Example:
+        >>> look_at(np.array([0, 0, 500.0]), np.zeros(3)).astype(int).tolist()
+        [[1, 0, 0], [0, -1, 0], [0, 0, -1]]
+    """
     forward = target - position
     right = np.cross(forward, [0.0, 1.0, 0.0])
     if not np.linalg.norm(right) > 1e-9 * np.linalg.norm(forward):

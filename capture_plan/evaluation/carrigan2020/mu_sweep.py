@@ -50,7 +50,13 @@ def mu_sweep(
     rules: Rules | None = None,
     apart: Pairs = (),
 ) -> tuple[MuRow, ...]:
-    """A row for every mu; the other settings stay."""
+    """A row for every mu; the other settings stay.
+
+    Example:
+        >>> rig = sample_rig()
+        >>> [(row.minimum, row.greedy) for row in mu_sweep(rig, audit_rig(rig).used, PackingSettings(), (0.3,))]
+        [(18, 18)]
+    """
     rows = []
     for mu in track(mus, "Packing for every mu"):
         least, sequence, greedy = (

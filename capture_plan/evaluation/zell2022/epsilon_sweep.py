@@ -40,6 +40,11 @@ def epsilon_sweep(face: Face, settings: LayoutSettings, epsilons: Sequence[float
 
     Raises:
         InfeasibleError: no skin is seen well enough.
+
+    Example:
+        >>> rows = epsilon_sweep(see_face(sample_rig()), LayoutSettings(), (0.3, 0.5))
+        >>> [(row.fewest, row.bound, row.proven_optimal) for row in rows]
+        [(9, 9, True), (12, 12, True)]
     """
     sites = face.sites(replace(settings, method="cover"))
     everywhere, rows = np.arange(len(sites.visibility)), []

@@ -24,7 +24,12 @@ Layouts = dict[str, Int[np.ndarray, " _"]]  # as many landmarks as each has
 
 
 def single_cover(face: Face, settings: LayoutSettings) -> Int[np.ndarray, " m"]:
-    """Vertices of the cover that `settings.weights` call best, spacing left aside."""
+    """Vertices of the cover that `settings.weights` call best, spacing left aside.
+
+    Example:
+        >>> len(single_cover(see_face(sample_rig()), LayoutSettings(epsilon=0.5)))
+        12
+    """
     sites = face.sites(replace(settings, method="cover"))
     rows = np.flatnonzero(sites.covers(settings.epsilon).any(axis=1))
     return sites.members(best_cover(sites, settings, rows, np.arange(len(sites.visibility)), None).chosen)
