@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial.transform import Rotation
 
 from capture_plan.layout.spacing import nearest_two
 from capture_plan.mesh import (
@@ -16,6 +17,7 @@ from capture_plan.mesh import (
     vertex_areas,
     vertex_normals,
 )
+from capture_plan.mesh.geodesic import crossings
 
 
 @pytest.fixture(scope="module")
@@ -82,6 +84,28 @@ def test_a_knight_s_move_over_an_edge_is_unfolded(sheet):
     assert found[12] == pytest.approx(np.sqrt(2))  # along the diagonal edge
     assert found[13] == pytest.approx(np.sqrt(5))  # across one edge
     assert found[10] == pytest.approx(10)  # along the rim
+
+
+def folded_pair(seed):
+    """A quadrilateral a, c, b, d in the plane with its diagonal a b, and the same folded along that and turned."""
+    rng = np.random.default_rng(seed)
+    a, b = np.zeros(3), np.array([rng.uniform(1, 9), 0, 0])
+    c, d = (np.array([rng.uniform(-9, 15), side * rng.uniform(0.5, 9), 0]) for side in (1, -1))
+    fold, turn = Rotation.from_rotvec([rng.uniform(-3, 3), 0, 0]), Rotation.random(rng=rng)
+    return np.stack([a, b, c, d]), turn.apply(np.stack([a, b, c, fold.apply(d)])) + rng.uniform(-50, 50, 3)
+
+
+@pytest.mark.parametrize("seed", range(50))
+def test_the_way_over_an_edge_is_straight_where_the_unfolded_triangles_are_convex_and_elsewhere_there_is_none(seed):
+    flat, folded = folded_pair(seed)
+    (ax, _), (bx, _), (cx, cy), (dx, dy) = flat[:, :2]
+    meets = cx + (dx - cx) * cy / (cy - dy)  # where the line from c to d meets that of the edge
+    pairs, lengths = crossings(folded, np.array([[0, 1, 2], [1, 0, 3]]))
+    if ax < meets < bx:
+        assert set(pairs.ravel().tolist()) == {2, 3}
+        assert lengths == pytest.approx([np.hypot(cx - dx, cy - dy)])
+    else:
+        assert len(pairs) == 0
 
 
 def test_distances_keep_the_triangle_inequality_and_are_symmetric(sheet):
