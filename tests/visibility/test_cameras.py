@@ -60,6 +60,23 @@ def test_each_distortion_coefficient_by_hand(which, coefficient, moved):
     assert (bent - [319.5, 239.5]) / 100 - 0.5 == pytest.approx(moved)
 
 
+@pytest.mark.parametrize(
+    ("which", "moved"),
+    [
+        (0, (0.6 * 0.4, 0.2 * 0.4)),
+        (1, (0.6 * 0.4**2, 0.2 * 0.4**2)),
+        (2, (2 * 0.6 * 0.2, 0.4 + 2 * 0.2**2)),
+        (3, (0.4 + 2 * 0.6**2, 2 * 0.6 * 0.2)),
+        (4, (0.6 * 0.4**3, 0.2 * 0.4**3)),
+    ],
+)
+def test_no_distortion_coefficient_takes_a_for_b(which, moved):
+    """Brown's model at a = 0.6 and b = 0.2, where s = 0.4."""
+    distortion = 0.1 * np.eye(5)[which]
+    bent = camera(distortion=distortion, focal=100).project(np.array([[300.0, -100.0, 0]]))[0]
+    assert (bent - [319.5, 239.5]) / 100 - [0.6, 0.2] == pytest.approx(0.1 * np.array(moved))
+
+
 def test_points_beyond_the_fold_of_the_lens_are_not_in_the_image():
     """With k1 = -0.5, r (1 - 0.5 r²) turns back at r = sqrt(2/3): farther points must not come back into the image."""
     lens = camera(distortion=(-0.5, 0, 0, 0, 0), focal=100)
