@@ -10,7 +10,8 @@ from scipy.sparse import csr_array
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.constraint_rows import Limit
-from capture_plan.layout.cover import dual_prices, solve_cover
+from capture_plan.layout.costs import RESOLUTION
+from capture_plan.layout.cover import best, dual_prices, solve_cover
 from capture_plan.layout.infeasibility import possible, smallest_clash
 from capture_plan.layout.presolve import essential_rows, undominated
 from capture_plan.layout.program import Program, branch
@@ -137,6 +138,24 @@ def test_a_clash_names_wishes_of_which_each_is_needed(seed):
     assert not possible(program, clash)
     for wish in clash:
         assert possible(program, [other for other in clash if other is not wish])
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_proof_by_reduced_costs_is_about_all_sites_though_few_are_tried(seed, monkeypatch):
+    """With 10 of 40 sites tried first, the answer is as cheap as where all are tried at once."""
+    covers, cost, _size = random_program(seed, k=12, s=40)
+    rng = np.random.default_rng(seed)
+    near = apart([rng.choice(40, 8, replace=False) for _ in range(8)], s=40)
+    price = np.rint(cost / RESOLUTION).astype(int)
+    program = Program(covers, price, np.ones(12, dtype=int), near.balls, near.table, ())
+    monkeypatch.setattr("capture_plan.layout.cover.FIRST_SITES", 10)
+    monkeypatch.setattr("capture_plan.layout.cover.FIRST_SHARE", 0)
+    whole, found = branch(program), best(program)
+    assert whole is not None
+    assert found is not None
+    assert found.bound == found.cost == price[found.chosen].sum() == whole.cost
+    assert covers[:, found.chosen].any(axis=1).all()
+    assert not (near.table.toarray() & ~np.eye(40, dtype=bool))[np.ix_(found.chosen, found.chosen)].any()
 
 
 def test_an_undecided_program_is_not_called_impossible(monkeypatch):
