@@ -97,6 +97,18 @@ def test_lexicographic_needs_as_few_as_counting_and_suits_better(face):
     assert sites.size[good.chosen].sum() == sites.size[few.chosen].sum() == few.objective
 
 
+@pytest.mark.parametrize("pair", [False, True])
+def test_a_landmark_may_own_exactly_a_tenth_of_the_blendshapes_and_each_of_a_pair_as_many(pair):
+    """20 blendshapes, two landmarks or pairs; the first owns as many as it may, then one more."""
+    most = 4 if pair else 2
+    for owned, found in ((most, []), (most + 1, list(range(most + 1)))):
+        reach = np.zeros((20, 2))
+        reach[:owned, 0] = 1.0
+        reach[owned:, 1] = 0.1  # too little to be a candidate
+        sites = Sites(np.array([[0, 5 * pair], [1, 1]]), reach, np.ones(2))
+        assert crowded(sites, np.array([0, 1]), 0.5).tolist() == found
+
+
 def test_a_landmark_that_owns_too_many_blendshapes_is_crowded(face):
     sites = face.sites(SETTINGS)
     busiest = np.array([sites.covers(SETTINGS.epsilon).sum(axis=0).argmax()])
