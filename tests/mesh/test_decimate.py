@@ -6,7 +6,7 @@ import trimesh
 from scipy.spatial import KDTree
 
 from capture_plan.errors import RigError
-from capture_plan.mesh import boundary_vertices, triangle_areas
+from capture_plan.mesh import boundary_vertices, pieces, triangle_areas
 from capture_plan.mesh.decimate import decimate
 from capture_plan.mesh.geometry import triangle_cross
 from capture_plan.sample import sample_rig
@@ -89,6 +89,14 @@ def test_what_is_coarse_enough_stays_as_it_is(face):
     kept, coarse = decimate(x, triangles, len(triangles))
     assert (kept == np.arange(len(x))).all()
     assert (coarse == triangles).all()
+
+
+def test_a_triangle_by_itself_is_never_taken_out():
+    x, triangles = sheet()
+    x = np.vstack([x, [[20, 0, 0], [20.1, 0, 0], [20, 0.1, 0]]])
+    kept, coarse = decimate(x, np.vstack([triangles, [[169, 170, 171]]]), 1)
+    assert {169, 170, 171} <= set(kept.tolist())
+    assert pieces(coarse, len(kept)).max() == 1
 
 
 def test_the_same_scan_gives_the_same_mesh(face):
