@@ -91,6 +91,16 @@ def best_by_trying(instance, weights):
     return fewest, cost, max([weights[part].sum().round(5) for part in parts] for parts in easiest)
 
 
+@few
+@given(seeds)
+def test_where_only_counting_limits_a_list_it_is_as_short_as_the_count_says(seed):
+    """Movements of one each, nothing apart: full expressions and one of the rest."""
+    rng = np.random.default_rng(seed)
+    g, most = int(rng.integers(1, 7)), int(rng.integers(1, 5))
+    instance = Instance(np.zeros((g, 0), dtype=bool), np.ones(g, dtype=int), most, np.full(g, FREE))
+    assert instance.least == min(len(p) for p in partitions(list(range(g))) if all(len(part) <= most for part in p))
+
+
 @many
 @given(seeds)
 def test_the_shortest_easiest_and_best_ordered_list_is_found(seed):
