@@ -84,6 +84,15 @@ def test_points_beyond_the_fold_of_the_lens_are_not_in_the_image():
     assert lens.in_image(points).tolist() == [True, False, False]
 
 
+def test_the_image_ends_half_a_pixel_beyond_the_centres_of_its_outermost_pixels():
+    """At 1 pixel in a millimetre the image of 640 x 480 is 640 x 480 mm, its middle at the target."""
+    near, far = (np.array([[side * x, 0, 0] for side in (1, -1)]) for x in (319.9, 320.1))
+    low, high = (np.array([[0, side * y, 0] for side in (1, -1)]) for y in (239.9, 240.1))
+    one = camera(focal=500.0)
+    assert one.in_image(np.vstack([near, low])).all()
+    assert not one.in_image(np.vstack([far, high])).any()
+
+
 def test_a_camera_sees_exactly_the_cap_of_a_sphere():
     """From distance d of the centre a sphere of radius r shows where cos(theta) > r / d."""
     vertices, triangles = sphere(60, 90)
