@@ -109,6 +109,16 @@ def test_shares_of_sessions_weigh_their_errors_and_their_scale_does_not_matter(r
     assert one.error(markers) == pytest.approx(np.sqrt((a**2 + 3 * b**2) / 4), rel=1e-6)
 
 
+def test_a_blendshape_is_missing_where_no_take_of_anyone_shows_it(rig):
+    a, b = (
+        meshes(str(n), head, np.stack([0 * rig.neutral, rig.deltas[rig.names.index(name)]]), rig)
+        for n, (head, name) in enumerate(((rig.neutral, "jawOpen"), (another_head(rig), "browInnerUp")))
+    )
+    takes = takes_of(rig, [a, b])
+    assert len(takes.subjects) == 2
+    assert takes.missing(("jawOpen", "browInnerUp", "cheekPuff")) == ("cheekPuff",)
+
+
 def test_a_layout_for_two_people_serves_both_better_than_one_for_either(rig, face):
     jaw, brow = (
         np.stack([w * rig.deltas[rig.names.index(name)] for w in (0.0, 0.5, 1.0)])
