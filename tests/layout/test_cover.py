@@ -126,6 +126,17 @@ def test_pins_keep_outs_caps_numbers_spacing_and_demands_together_are_as_cheap_a
 
 @given(st.integers(0, 10**6))
 @settings(max_examples=60, deadline=None)
+def test_what_is_left_of_a_wish_misses_as_much_as_the_whole_with_what_was_chosen_before(seed):
+    rng = np.random.default_rng(seed)
+    before, more = np.split(rng.permutation(9), [int(rng.integers(5))])
+    amount, most = rng.integers(0, 3, 9), [None, 0, 3, 30][int(rng.integers(4))]
+    total = int(amount[before].sum())
+    wish = Limit("some", amount, least=int(rng.integers(0, 8)), most=None if most is None else most + total)
+    assert wish.after(before).shortfall(more) == wish.shortfall(np.concatenate([before, more]))
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=60, deadline=None)
 def test_a_clash_names_wishes_of_which_each_is_needed(seed):
     covers, _cost, _ = random_program(seed)
     spacing = apart([np.random.default_rng(seed).choice(9, 6, replace=False)])
