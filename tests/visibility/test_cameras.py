@@ -178,6 +178,9 @@ def test_a_file_gives_the_same_camera_by_matrix_by_vector_and_by_tape(tmp_path):
     assert top.distortion.tolist() == [0.1, 0, 0, 0, 0]
     assert top.intrinsics[:2, 2].tolist() == [319.5, 239.5]
     assert turned.intrinsics[:2, 2].tolist() == [300, 200]
+    for one in (top, turned, tape):
+        assert one.intrinsics[:, :2].tolist() == [[900, 0], [0, 910], [0, 0]]
+        assert one.intrinsics[2, 2] == 1
 
 
 @pytest.mark.parametrize(
