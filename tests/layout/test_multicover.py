@@ -88,6 +88,18 @@ def test_the_first_round_reaches_every_blendshape(face):
     assert sites.covers(SETTINGS.epsilon)[:, first.chosen].any(axis=1).all()
 
 
+@pytest.mark.parametrize("demand", [2, 3])
+def test_each_blendshape_has_as_many_sites_as_it_asks_for_also_where_the_best_is_not_proved(demand, monkeypatch):
+    for name, most in (("FIRST_SITES", 40), ("MOST_SITES", 40), ("FIRST_SHARE", 0)):
+        monkeypatch.setattr(f"capture_plan.layout.cover.{name}", most)
+    rng = np.random.default_rng(demand)
+    sites = Sites(np.stack([np.arange(200)] * 2, axis=1), rng.uniform(size=(30, 200)), np.ones(200))
+    wanted = replace(SETTINGS, weights="count", epsilon=0.9)
+    found = best_cover(sites, wanted, np.arange(30), np.arange(200), None, demand=demand)
+    assert not found.proven_optimal
+    assert sites.covers(0.9)[:, found.chosen].sum(axis=1).min() >= demand
+
+
 def test_lexicographic_needs_as_few_as_counting_and_suits_better(face):
     everything = np.arange(len(face.used))
     sites = face.sites(SETTINGS)

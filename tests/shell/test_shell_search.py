@@ -53,6 +53,7 @@ def test_each_marker_is_paired_once_with_the_nearest_others():
     apart = np.linalg.norm(places[:, None] - places, axis=2)
     near = {tuple(sorted((i, int(j)))) for i in range(12) for j in np.argsort(apart[i])[1 : NEAR + 1]}
     assert sorted(near_pairs(places)) == sorted(near)
+    assert near_pairs(places[:2]) == [(0, 1)]
     assert near_pairs(places[:1]) == []
 
 
