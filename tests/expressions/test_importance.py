@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
-from capture_plan.expressions.active_sets import active_sets, vertex_kinds
+from capture_plan.expressions.active_sets import active_sets, skin_displacement, vertex_kinds
 from capture_plan.expressions.importance import (
     cosine_similarity,
     displacement_strength,
@@ -13,7 +14,8 @@ from capture_plan.expressions.importance import (
     triangle_stretch,
     uniqueness,
 )
-from capture_plan.expressions.settings import DistortionForm
+from capture_plan.expressions.listing import blendshape_importance
+from capture_plan.expressions.settings import DistortionForm, PackingSettings
 from capture_plan.sample import sample_rig
 
 OURS = DistortionForm()
@@ -120,6 +122,17 @@ def test_distortion_counts_triangles_with_an_active_corner():
     active = np.array([[True, False, False, False], [False, True, False, False], [False, False, False, True]])
     expected = np.array([stretch[0], stretch.sum(), stretch[1]])
     assert triangle_distortion(SQUARE, [target], TRIANGLES, active, OURS) == pytest.approx(expected / expected.max())
+
+
+def test_without_a_target_the_importance_of_the_paper_is_how_strongly_skin_moves():
+    rig = sample_rig()
+    used, paper = rig.names[:8], PackingSettings(importance="paper")
+    active = active_sets(rig, used, paper.mu)
+    found = blendshape_importance(rig, used, paper, None)
+    assert found == pytest.approx(displacement_strength(skin_displacement(rig, used), active))
+    assert np.ptp(found) > 0.1
+    alike = blendshape_importance(rig, used, replace(paper, distortion=0.0), rig.neutral)
+    assert alike == pytest.approx(found)
 
 
 def test_uniqueness_is_least_for_a_copy_and_full_for_the_opposite():
