@@ -15,6 +15,7 @@ from capture_plan.layout.cover import best, dual_prices, solve_cover
 from capture_plan.layout.infeasibility import possible, smallest_clash
 from capture_plan.layout.presolve import essential_rows, undominated
 from capture_plan.layout.program import Program, branch
+from capture_plan.layout.second_look import Room, cheaper
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.spacing import Spacing
 
@@ -167,6 +168,34 @@ def test_a_proof_by_reduced_costs_is_about_all_sites_though_few_are_tried(seed, 
     assert found.bound == found.cost == price[found.chosen].sum() == whole.cost
     assert covers[:, found.chosen].any(axis=1).all()
     assert not (near.table.toarray() & ~np.eye(40, dtype=bool))[np.ix_(found.chosen, found.chosen)].any()
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=15, deadline=None)
+def test_a_second_look_finds_a_cheaper_choice_where_a_single_exchange_makes_one_and_only_there(seed):
+    """One site for none, or one or two for one other: all tried."""
+    covers, _cost, size = random_program(seed)
+    rng = np.random.default_rng(seed)
+    price, most = rng.integers(1, 9, 9), int(rng.integers(4, 12))
+    spacing, limit = apart([rng.choice(9, 2, replace=False)]), Limit("few", size, most=most)
+    close = spacing.table.toarray() & ~np.eye(9, dtype=bool)
+
+    def holds(some):
+        at = np.array(sorted(some), dtype=int)
+        alone = not close[np.ix_(at, at)].any()
+        return bool(alone and covers[:, at].any(axis=1).all() and limit.shortfall(at) == 0)
+
+    every = [set(some) for n in range(1, 7) for some in combinations(range(9), n) if holds(some)]
+    if not every:
+        return
+    chosen = every[int(rng.integers(len(every)))]
+    fewer = [chosen - {site} for site in chosen]
+    left = [*fewer, *(chosen - set(pair) for pair in combinations(chosen, 2))]
+    others = [*fewer, *(rest | {site} for rest in left for site in set(range(9)) - rest)]
+    better = [some for some in others if holds(some) and price[list(some)].sum() < price[list(chosen)].sum()]
+    found = cheaper(Room(covers, np.ones(9, dtype=bool), spacing, [limit]), price, np.array(sorted(chosen)))
+    assert (found is None) == (not better)
+    assert found is None or set(found.tolist()) in better
 
 
 def test_an_undecided_program_is_not_called_impossible(monkeypatch):
