@@ -12,6 +12,7 @@ from capture_plan.mesh import (
     geodesic_distance,
     near_table,
     pieces,
+    straight_table,
     surface_graph,
     triangle_areas,
     vertex_areas,
@@ -135,6 +136,16 @@ def test_the_near_table_holds_every_distance_below_its_radius_and_no_other(ball)
     expected = np.where(whole < 7.0, whole, 0)
     np.testing.assert_allclose(table.toarray(), expected, atol=1e-12)
     assert table.nnz == (whole < 7.0).sum()
+
+
+def test_tables_hold_nothing_at_exactly_their_radius(sheet):
+    vertices, triangles = sheet
+    for table in (
+        straight_table(vertices, np.arange(121), 1.0),
+        near_table(surface_graph(vertices, triangles), vertices, 1.0),
+    ):
+        np.testing.assert_array_equal(table.toarray(), np.zeros((121, 121)))
+        assert table.nnz == 121
 
 
 def test_a_surface_of_no_triangle_has_no_edges():
