@@ -11,6 +11,7 @@ from capture_plan.mesh import (
     edges,
     geodesic_distance,
     near_table,
+    piece_areas,
     pieces,
     straight_table,
     surface_graph,
@@ -68,6 +69,15 @@ def test_two_balls_are_two_pieces(ball):
     piece = pieces(both, 2 * len(vertices))
     assert set(piece[: len(vertices)]) == {0}
     assert set(piece[len(vertices) :]) == {1}
+
+
+def test_every_piece_has_an_area_also_one_of_a_single_vertex(sheet):
+    vertices, triangles = sheet
+    apart = np.concatenate([triangles, triangles + 122])  # number 121 and the last are in no triangle
+    piece = pieces(apart, 244)
+    areas = piece_areas(np.vstack([vertices, [[0, 0, 9]]] * 2), apart, piece)
+    assert len(areas) == piece.max() + 1 == 4
+    assert areas[piece[[0, 121, 122, 243]]] == pytest.approx([100, 0, 100, 0])
 
 
 def test_distances_on_a_ball_are_great_circles(ball):
