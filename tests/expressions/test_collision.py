@@ -16,7 +16,10 @@ from capture_plan.expressions.collision import (
     depth_behind,
 )
 from capture_plan.expressions.compatibility import performed_together
+from capture_plan.expressions.surfaces import surface
+from capture_plan.face.anchors import eyeballs
 from capture_plan.mesh import boundary_vertices, vertex_normals
+from capture_plan.mesh.geometry import triangle_cross
 from capture_plan.mesh.mirror import mirror_plane
 from capture_plan.sample import sample_rig
 from tests.solids import sphere
@@ -91,6 +94,16 @@ def test_less_of_everything_collides_no_deeper():
     ]
     assert deepest == sorted(deepest)
     assert deepest[0] == 0
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_an_eyeball_faces_outwards_whichever_way_its_triangles_run(turned):
+    rig = replace(RIG, triangles=RIG.triangles[:, ::-1].copy()) if turned else RIG
+    for eye in eyeballs(RIG)[:2]:
+        ball = surface(rig, eye, closed=True)
+        x = rig.neutral[ball.vertices]
+        middle = x[ball.triangles].mean(axis=1) - x.mean(axis=0)
+        assert np.einsum("fx,fx->", middle, triangle_cross(x, ball.triangles)) > 0
 
 
 def mirrored():

@@ -1,6 +1,7 @@
 """How hard an expression is, and what replaces it where an actor fails."""
 
 import pytest
+from msgspec.structs import replace
 
 from capture_plan.expressions.collision import collisions
 from capture_plan.expressions.difficulty import difficulty
@@ -65,6 +66,15 @@ def test_a_fallback_shows_the_same_blendshapes_in_two_simpler_expressions(expres
         assert collisions(RIG, part.pose) == ()
     for a, b in PACKING.pairs:
         assert all((a in part.blendshapes) == (b in part.blendshapes) for part in parts)
+
+
+def test_a_fallback_parts_eyes_from_mouth_where_nothing_speaks_against_it():
+    upper = ("browInnerUp", "eyeBlinkLeft", "eyeBlinkRight")
+    lower = ("mouthSmileLeft", "mouthSmileRight", "noseSneerLeft", "noseSneerRight")
+    both = replace(PACKING.expressions[0], blendshapes=(*lower, *upper), weights=(1.0,) * 7, drivers=())
+    first, second = fallback(RIG, RIG.names, both)
+    assert set(first.blendshapes) == set(upper)
+    assert set(second.blendshapes) == set(lower)
 
 
 def test_eyes_and_mouth_are_told_apart():

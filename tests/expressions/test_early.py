@@ -11,7 +11,20 @@ from hypothesis import strategies as st
 
 from capture_plan.expressions import PackingSettings, packing_faults
 from capture_plan.expressions.conflicts import maximal_sets
-from capture_plan.expressions.early import BEHIND, END, PRICE, Model, chains, early, in_best_order, in_places, moves
+from capture_plan.expressions.early import (
+    BEHIND,
+    END,
+    PRICE,
+    SURELY,
+    Model,
+    can_be_lowered,
+    chains,
+    early,
+    in_best_order,
+    in_places,
+    moves,
+    neighbours,
+)
 from capture_plan.expressions.instance import FREE, Instance
 from capture_plan.expressions.pack import pack
 from capture_plan.expressions.settings import Edits
@@ -92,6 +105,20 @@ def test_the_order_leaves_least_after_every_scan(seed):
         assert in_best_order(model, model.ordered(parts))
         gains = [model.gain(part) for part in model.ordered(parts)]
         assert in_best_order(model, model.ordered(parts)[::-1]) == (max(gains) - min(gains) < 1e-9 * model.start)
+
+
+@few
+@given(seeds)
+def test_a_list_can_be_lowered_where_a_single_move_does_and_not_where_a_search_ends(seed):
+    model, lists = small(seed)
+    for parts in lists[:8]:
+        own = replace(model, to_beat=tuple(model.left([model.ordered(parts)])))
+        near = [other for a, b in combinations(range(3), 2) for other in neighbours(own, parts, a, b)]
+        lower = any(own.value(other) < own.value(parts) - SURELY for other in near)
+        assert can_be_lowered(model, parts) == lower
+    if lists:
+        own = replace(model, to_beat=tuple(model.left([lists[0]])))
+        assert not can_be_lowered(own, early(own, lists[:1]))
 
 
 @few

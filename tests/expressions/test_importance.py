@@ -1,11 +1,14 @@
 """Active sets and the importance of blendshapes."""
 
+from dataclasses import replace as dataclass_replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
-from capture_plan.expressions.active_sets import active_sets, vertex_kinds
+from capture_plan.expressions.active_sets import STILL_MM, active_sets, skin_displacement, vertex_kinds
 from capture_plan.expressions.importance import (
     cosine_similarity,
     displacement_strength,
@@ -13,7 +16,8 @@ from capture_plan.expressions.importance import (
     triangle_stretch,
     uniqueness,
 )
-from capture_plan.expressions.settings import DistortionForm
+from capture_plan.expressions.listing import blendshape_importance
+from capture_plan.expressions.settings import DistortionForm, PackingSettings
 from capture_plan.sample import sample_rig
 
 OURS = DistortionForm()
@@ -120,6 +124,25 @@ def test_distortion_counts_triangles_with_an_active_corner():
     active = np.array([[True, False, False, False], [False, True, False, False], [False, False, False, True]])
     expected = np.array([stretch[0], stretch.sum(), stretch[1]])
     assert triangle_distortion(SQUARE, [target], TRIANGLES, active, OURS) == pytest.approx(expected / expected.max())
+
+
+def test_what_moves_by_no_more_than_nothing_is_static_however_low_the_threshold():
+    rig = sample_rig()
+    a, b, c = np.flatnonzero(rig.skin)[:3]
+    deltas = np.zeros_like(rig.deltas)
+    deltas[0, [a, b, c], 1] = 1.0, 1.01 * STILL_MM, STILL_MM
+    assert vertex_kinds(dataclass_replace(rig, deltas=deltas), rig.names[:1], 0.0)[0, [a, b, c]].tolist() == [2, 2, 0]
+
+
+def test_without_a_target_the_importance_of_the_paper_is_how_strongly_skin_moves():
+    rig = sample_rig()
+    used, paper = rig.names[:8], PackingSettings(importance="paper")
+    active = active_sets(rig, used, paper.mu)
+    found = blendshape_importance(rig, used, paper, None)
+    assert found == pytest.approx(displacement_strength(skin_displacement(rig, used), active))
+    assert np.ptp(found) > 0.1
+    alike = blendshape_importance(rig, used, replace(paper, distortion=0.0), rig.neutral)
+    assert alike == pytest.approx(found)
 
 
 def test_uniqueness_is_least_for_a_copy_and_full_for_the_opposite():

@@ -52,6 +52,17 @@ def test_lips_that_move_alike_are_no_halves(rig):
     assert local_pairs(same, USED, active_sets(same, USED, 0.3)) == (("upper_R", "lower_R"),)
 
 
+def test_what_a_lip_drags_along_beside_the_opening_does_not_make_it_another_movement(rig):
+    regions, deltas = face_regions(rig), rig.deltas.copy()
+    nose = (regions.of_vertex == regions.names.index("nose")) & (rig.neutral[:, 0] > 0)
+    weaker = np.sqrt(np.square(deltas[rig.names.index("upper_L")]).sum() / nose.sum())
+    deltas[rig.names.index("upper_L"), nose] = weaker * np.array([0, 0, 1.0])  # as much as the lip itself
+    dragging = replace(rig, deltas=deltas)
+    active = active_sets(dragging, USED, 0.3)
+    assert active[USED.index("upper_L"), nose].any()
+    assert local_pairs(dragging, USED, active) == (("upper_L", "lower_L"), ("upper_R", "lower_R"))
+
+
 def test_all_four_of_a_loop_go_together_and_only_when_asked(rig):
     settings = PackingSettings(local_pairs=True)
     packing = pack(rig, USED, settings)

@@ -114,6 +114,12 @@ def test_maximal_sets_and_their_cover_name_the_same_conflicts(seed):
     assert not any((a <= b).all() for a in sets.T for b in sets.T if a is not b and (a != b).any())
 
 
+def test_a_set_whose_conflicts_others_name_already_and_one_of_a_single_item_are_left_out():
+    sets = np.array([np.isin(np.arange(6), one) for one in ((0, 1, 3), (1, 2, 4), (0, 2, 5), (0, 1, 2))]).T
+    np.testing.assert_array_equal(edge_cover(sets), sets[:, :3])
+    assert edge_cover(np.eye(3, dtype=bool)).shape == (3, 0)
+
+
 @few
 @given(st.integers(0, 100_000))
 def test_the_clique_is_a_largest_one(seed):

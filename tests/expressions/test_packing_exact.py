@@ -13,6 +13,7 @@ from capture_plan.expressions.compatibility import groups
 from capture_plan.expressions.conflicts import conflict_graph, maximal_sets
 from capture_plan.expressions.instance import FREE, Instance, PlaceError, locked_apart
 from capture_plan.expressions.minimum import fewest_colours, heaviest_first, minimum, shortest
+from capture_plan.expressions.ordered import order_refuted
 from capture_plan.expressions.pack import pack
 from capture_plan.expressions.problem import state_problem
 from capture_plan.expressions.revise import repack
@@ -89,6 +90,16 @@ def best_by_trying(instance, weights):
     cost = min(sum(instance.cost(part) for part in parts) for parts in reached)
     easiest = [parts for parts in reached if sum(instance.cost(part) for part in parts) == cost]
     return fewest, cost, max([weights[part].sum().round(5) for part in parts] for parts in easiest)
+
+
+@few
+@given(seeds)
+def test_where_only_counting_limits_a_list_it_is_as_short_as_the_count_says(seed):
+    """Movements of one each, nothing apart: full expressions and one of the rest."""
+    rng = np.random.default_rng(seed)
+    g, most = int(rng.integers(1, 7)), int(rng.integers(1, 5))
+    instance = Instance(np.zeros((g, 0), dtype=bool), np.ones(g, dtype=int), most, np.full(g, FREE))
+    assert instance.least == min(len(p) for p in partitions(list(range(g))) if all(len(part) <= most for part in p))
 
 
 @many
@@ -265,3 +276,17 @@ def test_pairs_are_split_only_where_they_block(seed):
     problem = state_problem(rig, rig.names, plain, None, (blocked,))
     assert problem.relaxed == (blocked,)
     assert state_problem(rig, rig.names, plain, None, ()).relaxed == ()
+
+
+def test_an_order_is_judged_by_what_things_are_worth_once_the_expressions_before_are_done():
+    """Three items that exclude each other; what is done is worth nothing more."""
+    instance, worth, seen = Instance.free(np.ones((3, 1), dtype=bool)), np.array([3.0, 2.0, 1.0]), []
+
+    def weigh(packed):
+        seen.append(packed.tolist())
+        return np.where(packed, 0, worth)
+
+    down, up = [[frozenset({i}) for i in order] for order in ((0, 1, 2), (2, 1, 0))]
+    assert not order_refuted(instance, weigh, "minimum", down)
+    assert seen == [[False, False, False], [True, False, False], [True, True, False]]
+    assert order_refuted(instance, weigh, "minimum", up)

@@ -218,6 +218,13 @@ def test_two_blendshapes_are_in_one_expression_or_a_reason_is_given(rig, used):
         assert (place[a] == place[b]) <= ("together" in said or "can be performed at once" in said)
 
 
+@pytest.mark.parametrize(("cost", "words"), [(None, ""), (1, ", though it is hard (cost 1 of 3)")])
+def test_what_can_be_performed_at_once_is_called_hard_only_where_a_rule_says_so(rig, used, cost, words):
+    rules = Rules(hard=(Hard(("jawOpen", "browInnerUp"), cost),)) if cost else FREE
+    said = why_apart(rig, used, SHORTEST, "browInnerUp", "jawOpen", rules=rules)
+    assert said == f"'browInnerUp' and 'jawOpen' can be performed at once{words}: others made a better list"
+
+
 def test_a_group_that_asks_for_too_much_is_refused(rig, used):
     edits = Edits(together=(("browInnerUp", "jawOpen"),))
     with pytest.raises(InfeasibleError, match="2 movements at once, 1 are allowed"):

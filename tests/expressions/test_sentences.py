@@ -8,7 +8,7 @@ import pytest
 
 from capture_plan.expressions.compatibility import base_name
 from capture_plan.expressions.groups import grouped, said_as_one
-from capture_plan.expressions.movement import movements
+from capture_plan.expressions.movement import Movement, _one_place, movements
 from capture_plan.expressions.pack import pack
 from capture_plan.expressions.sentences import from_rest, mistakes, phrases, sentence, spoken, told
 from capture_plan.expressions.settings import PackingSettings
@@ -214,3 +214,23 @@ def test_lips_that_part_while_no_jaw_goes_down_are_told():
     told = movements(parted, ("shape",))
     assert any(words.startswith("your lips apart by ") for words in told)
     assert not any("apart" in words for words in movements(parted, ("jawOpen",)))
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "same"),
+    [
+        (("brow", 0, "up"), ("brow", 1, "down"), True),
+        (("brow", -1, "up"), ("brow", 1, "up"), False),
+        (("jaw", 0, "down"), ("lower lip", 0, "up"), True),
+        (("jaw", 0, "down"), ("chin", 1, "up"), True),
+        (("jaw", 0, "down"), ("lower lip", 0, "down"), False),
+        (("jaw", 0, "down"), ("upper lip", 0, "up"), False),
+        (("chin", 0, "down"), ("lower lip", 0, "up"), False),
+        (("brow", 0, "up"), ("cheek", 0, "down"), False),
+    ],
+)
+def test_movements_are_seen_at_one_place_where_region_and_side_are_shared_or_a_lip_goes_against_the_jaw(
+    one, other, same
+):
+    a, b = (Movement(region, side, (way,), 5.0) for region, side, way in (one, other))
+    assert _one_place(a, b) == _one_place(b, a) == same

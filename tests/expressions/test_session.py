@@ -1,5 +1,7 @@
 """The shot list: everything once, in an order and a time that can be kept."""
 
+import re
+
 import msgspec
 import pytest
 from hypothesis import given, settings
@@ -103,8 +105,12 @@ def test_what_does_not_fit_is_named_and_nobody_stops_before_the_last_neutral():
 
 
 def test_too_little_time_is_refused_with_what_it_takes():
-    with pytest.raises(InfeasibleError, match="2 minutes are too few: calibration and neutrals alone take"):
+    with pytest.raises(InfeasibleError, match="2 minutes are too few: calibration and neutrals alone take") as refused:
         made(minutes=2)
+    least = float(re.search(r"alone take ([\d.]+)", str(refused.value))[1])
+    assert made(minutes=least + 0.05).fitting == 0  # what is stated is rounded to a tenth
+    with pytest.raises(InfeasibleError, match="are too few"):
+        made(minutes=least - 0.05)
 
 
 def test_a_session_survives_being_written():

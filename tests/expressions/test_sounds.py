@@ -8,6 +8,7 @@ from capture_plan.anatomy.kinds import expression_kinds
 from capture_plan.check.sentence_claims import MILLIMETRES
 from capture_plan.expressions.sentences import sentence, told_apart
 from capture_plan.expressions.sounds import sounds_of
+from capture_plan.face.anchors import face_anchors
 from capture_plan.sample import sample_rig
 
 
@@ -31,6 +32,18 @@ def test_letters_are_sounds_only_where_several_are():
 
 def test_what_moves_the_brows_is_no_sound():
     assert sounds_of(renamed(browInnerUp="viseme_E")) == {}
+
+
+def test_a_sound_is_where_the_squares_of_the_motion_are_though_more_skin_moves_elsewhere():
+    rig = renamed(mouthFunnel="viseme_O")
+    low = rig.neutral[:, 1] < face_anchors(sample_rig()).between_y
+    above, lips = np.flatnonzero(rig.skin & ~low), np.flatnonzero(rig.skin & low)[:20]
+    deltas, k = rig.deltas.copy(), rig.names.index("viseme_O")
+    deltas[k] = 0
+    deltas[k, above, 1] = 1
+    deltas[k, lips, 1] = np.sqrt(2 * len(above) / len(lips))
+    assert len(lips) * deltas[k, lips, 1].max() < len(above)
+    assert set(sounds_of(replace(rig, deltas=deltas))) == {"viseme_O"}
 
 
 def test_arkits_names_are_no_sounds():

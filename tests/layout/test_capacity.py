@@ -34,6 +34,11 @@ def test_as_many_as_fit_on_a_grid_stand_at_the_spacing(n):
     assert len(chosen) == ((n + 1) // 2) ** 2  # neighbours, also across corners, are too close
 
 
+def test_a_site_is_too_close_to_itself_also_where_no_distance_of_it_is_stored():
+    _, spacing, apart = grid(3, 1.2)
+    np.testing.assert_array_equal(spacing.close(np.arange(9)), apart < 1.2)
+
+
 def test_without_a_spacing_all_fit_and_caps_are_kept():
     sites, _, _ = grid(4, 2.0)
     cap = Limit("at most 3 on a side", (np.arange(16) < 8).astype(int), most=3)

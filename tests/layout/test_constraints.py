@@ -6,7 +6,7 @@ from msgspec.structs import replace
 
 from capture_plan.audit.audit import audit_rig
 from capture_plan.check.check import check_plan
-from capture_plan.errors import InfeasibleError, RigError
+from capture_plan.errors import InfeasibleError, RigError, SettingsError
 from capture_plan.evaluation.alternatives import alternatives
 from capture_plan.layout.constraints import OTHER_SHARE, counted, keep_outs
 from capture_plan.layout.design import design_layout
@@ -88,8 +88,19 @@ def test_a_wish_about_what_is_not_there_says_so(face):
         design_layout(face, replace(COVER, caps={"noze": 1}))
     with pytest.raises(InfeasibleError, match=r"vertex 999,999 .* is not in the rig"):
         design_layout(face, replace(COVER, pins=(999_999,)))
+    inside = int(face.rig.source_index[~face.rig.skin][0])
+    with pytest.raises(InfeasibleError, match=rf"pin: vertex {inside:,} .* is not on the face skin"):
+        face.pinned(replace(COVER, pins=(inside,)))
     with pytest.raises(RigError, match="no keep-out zone is called 'wet lips'"):
         design_layout(face, replace(COVER, keep_out={"wet lips": 1.0}))
+
+
+def test_one_or_two_head_markers_are_refused_because_they_fix_no_pose():
+    for count in (0, 3, 4, 5):
+        assert replace(COVER, head_markers=count).head_markers == count
+    for count in (1, 2):
+        with pytest.raises(SettingsError, match=f"{count} head markers do not fix"):
+            replace(COVER, head_markers=count).__post_init__()
 
 
 def test_a_pair_counts_twice_and_a_single_once():

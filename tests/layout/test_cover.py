@@ -10,10 +10,12 @@ from scipy.sparse import csr_array
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.constraint_rows import Limit
-from capture_plan.layout.cover import dual_prices, solve_cover
+from capture_plan.layout.costs import RESOLUTION
+from capture_plan.layout.cover import best, dual_prices, solve_cover
 from capture_plan.layout.infeasibility import possible, smallest_clash
 from capture_plan.layout.presolve import essential_rows, undominated
 from capture_plan.layout.program import Program, branch
+from capture_plan.layout.second_look import Room, cheaper
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.spacing import Spacing
 
@@ -125,6 +127,17 @@ def test_pins_keep_outs_caps_numbers_spacing_and_demands_together_are_as_cheap_a
 
 @given(st.integers(0, 10**6))
 @settings(max_examples=60, deadline=None)
+def test_what_is_left_of_a_wish_misses_as_much_as_the_whole_with_what_was_chosen_before(seed):
+    rng = np.random.default_rng(seed)
+    before, more = np.split(rng.permutation(9), [int(rng.integers(5))])
+    amount, most = rng.integers(0, 3, 9), [None, 0, 3, 30][int(rng.integers(4))]
+    total = int(amount[before].sum())
+    wish = Limit("some", amount, least=int(rng.integers(0, 8)), most=None if most is None else most + total)
+    assert wish.after(before).shortfall(more) == wish.shortfall(np.concatenate([before, more]))
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=60, deadline=None)
 def test_a_clash_names_wishes_of_which_each_is_needed(seed):
     covers, _cost, _ = random_program(seed)
     spacing = apart([np.random.default_rng(seed).choice(9, 6, replace=False)])
@@ -137,6 +150,52 @@ def test_a_clash_names_wishes_of_which_each_is_needed(seed):
     assert not possible(program, clash)
     for wish in clash:
         assert possible(program, [other for other in clash if other is not wish])
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_proof_by_reduced_costs_is_about_all_sites_though_few_are_tried(seed, monkeypatch):
+    """With 10 of 40 sites tried first, the answer is as cheap as where all are tried at once."""
+    covers, cost, _size = random_program(seed, k=12, s=40)
+    rng = np.random.default_rng(seed)
+    near = apart([rng.choice(40, 8, replace=False) for _ in range(8)], s=40)
+    price = np.rint(cost / RESOLUTION).astype(int)
+    program = Program(covers, price, np.ones(12, dtype=int), near.balls, near.table, ())
+    monkeypatch.setattr("capture_plan.layout.cover.FIRST_SITES", 10)
+    monkeypatch.setattr("capture_plan.layout.cover.FIRST_SHARE", 0)
+    whole, found = branch(program), best(program)
+    assert whole is not None
+    assert found is not None
+    assert found.bound == found.cost == price[found.chosen].sum() == whole.cost
+    assert covers[:, found.chosen].any(axis=1).all()
+    assert not (near.table.toarray() & ~np.eye(40, dtype=bool))[np.ix_(found.chosen, found.chosen)].any()
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=15, deadline=None)
+def test_a_second_look_finds_a_cheaper_choice_where_a_single_exchange_makes_one_and_only_there(seed):
+    """One site for none, or one or two for one other: all tried."""
+    covers, _cost, size = random_program(seed)
+    rng = np.random.default_rng(seed)
+    price, most = rng.integers(1, 9, 9), int(rng.integers(4, 12))
+    spacing, limit = apart([rng.choice(9, 2, replace=False)]), Limit("few", size, most=most)
+    close = spacing.table.toarray() & ~np.eye(9, dtype=bool)
+
+    def holds(some):
+        at = np.array(sorted(some), dtype=int)
+        alone = not close[np.ix_(at, at)].any()
+        return bool(alone and covers[:, at].any(axis=1).all() and limit.shortfall(at) == 0)
+
+    every = [set(some) for n in range(1, 7) for some in combinations(range(9), n) if holds(some)]
+    if not every:
+        return
+    chosen = every[int(rng.integers(len(every)))]
+    fewer = [chosen - {site} for site in chosen]
+    left = [*fewer, *(chosen - set(pair) for pair in combinations(chosen, 2))]
+    others = [*fewer, *(rest | {site} for rest in left for site in set(range(9)) - rest)]
+    better = [some for some in others if holds(some) and price[list(some)].sum() < price[list(chosen)].sum()]
+    found = cheaper(Room(covers, np.ones(9, dtype=bool), spacing, [limit]), price, np.array(sorted(chosen)))
+    assert (found is None) == (not better)
+    assert found is None or set(found.tolist()) in better
 
 
 def test_an_undecided_program_is_not_called_impossible(monkeypatch):

@@ -88,6 +88,18 @@ def test_the_first_round_reaches_every_blendshape(face):
     assert sites.covers(SETTINGS.epsilon)[:, first.chosen].any(axis=1).all()
 
 
+@pytest.mark.parametrize("demand", [2, 3])
+def test_each_blendshape_has_as_many_sites_as_it_asks_for_also_where_the_best_is_not_proved(demand, monkeypatch):
+    for name, most in (("FIRST_SITES", 40), ("MOST_SITES", 40), ("FIRST_SHARE", 0)):
+        monkeypatch.setattr(f"capture_plan.layout.cover.{name}", most)
+    rng = np.random.default_rng(demand)
+    sites = Sites(np.stack([np.arange(200)] * 2, axis=1), rng.uniform(size=(30, 200)), np.ones(200))
+    wanted = replace(SETTINGS, weights="count", epsilon=0.9)
+    found = best_cover(sites, wanted, np.arange(30), np.arange(200), None, demand=demand)
+    assert not found.proven_optimal
+    assert sites.covers(0.9)[:, found.chosen].sum(axis=1).min() >= demand
+
+
 def test_lexicographic_needs_as_few_as_counting_and_suits_better(face):
     everything = np.arange(len(face.used))
     sites = face.sites(SETTINGS)
@@ -95,6 +107,18 @@ def test_lexicographic_needs_as_few_as_counting_and_suits_better(face):
     few = best_cover(sites, replace(SETTINGS, weights="count"), everything, everywhere, None)
     good = best_cover(sites, SETTINGS, everything, everywhere, None)
     assert sites.size[good.chosen].sum() == sites.size[few.chosen].sum() == few.objective
+
+
+@pytest.mark.parametrize("pair", [False, True])
+def test_a_landmark_may_own_exactly_a_tenth_of_the_blendshapes_and_each_of_a_pair_as_many(pair):
+    """20 blendshapes, two landmarks or pairs; the first owns as many as it may, then one more."""
+    most = 4 if pair else 2
+    for owned, found in ((most, []), (most + 1, list(range(most + 1)))):
+        reach = np.zeros((20, 2))
+        reach[:owned, 0] = 1.0
+        reach[owned:, 1] = 0.1  # too little to be a candidate
+        sites = Sites(np.array([[0, 5 * pair], [1, 1]]), reach, np.ones(2))
+        assert crowded(sites, np.array([0, 1]), 0.5).tolist() == found
 
 
 def test_a_landmark_that_owns_too_many_blendshapes_is_crowded(face):

@@ -5,7 +5,7 @@ import pytest
 
 from capture_plan.layout.budget import spend_budget
 from capture_plan.layout.constraint_rows import Limit
-from capture_plan.layout.exchange import Search
+from capture_plan.layout.exchange import BETTER, CLOSE, Search
 from capture_plan.layout.observation import PRIOR_SD, Observation
 from capture_plan.layout.polish import ROUNDS, covariances, mean_gains, measured_error, polish
 from capture_plan.layout.sites import Sites
@@ -56,6 +56,23 @@ def test_polishing_lowers_the_error_of_mixes_that_it_has_never_seen():
         before += measured_error(search, chosen, seed=99)
         after += measured_error(search, polish(search, [chosen], seed=7), seed=99)
     assert after < before
+
+
+@pytest.mark.parametrize("share", [CLOSE, BETTER, 0.2])
+@pytest.mark.parametrize("chosen", [(9, 30), (2, 9), (1, 12, 6)])
+def test_rivals_are_the_sites_that_give_back_more_than_a_share_of_what_is_lost(chosen, share):
+    search = search_of(4)
+
+    def squared(some):
+        return search.score(tuple(some))[2]
+
+    expected = set()
+    for site in chosen:
+        rest = [other for other in chosen if other != site]
+        lost = squared(rest) - squared(chosen)
+        may = np.flatnonzero(search.open_to(tuple(rest)) & (search.size == search.size[site])).tolist()
+        expected |= {one for one in may if squared(rest) - squared([*rest, one]) > (1 + share) * lost}
+    assert set(search.rivals(chosen, share).tolist()) == expected
 
 
 def test_polishing_keeps_the_wishes():

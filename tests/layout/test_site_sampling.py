@@ -13,7 +13,7 @@ from capture_plan.errors import InfeasibleError
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import Face, see_face
 from capture_plan.layout.settings import LayoutSettings
-from capture_plan.layout.site_sampling import spread
+from capture_plan.layout.site_sampling import places_on, spread
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.settings import Settings
 from capture_plan.report.proofs import landmark_proofs
@@ -55,6 +55,12 @@ def test_what_a_blendshape_moves_most_is_a_place_or_beside_one(finely, used):
     assert apart.max() <= GRAIN
     assert face.places[peaks.min()]  # the first of them all is asked first
     assert face.places.sum() < finely.skin.sum() / 2
+
+
+def test_what_moves_nothing_changes_no_place(finely, face):
+    moved = face.displacement[::9]
+    with_still = np.vstack([0 * moved[:1], moved, 0 * moved[:1]])
+    np.testing.assert_array_equal(places_on(finely, with_still, face.mirror), places_on(finely, moved, face.mirror))
 
 
 def test_landmarks_stand_on_places_pins_anywhere_and_all_at_the_spacing(finely, used):

@@ -2,8 +2,11 @@
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
+from capture_plan.layout.costs import costs
 from capture_plan.layout.quality import importance_weights, mean_quality, total_quality
+from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import mirrored_sites, moving, single_sites
 
 NEUTRAL = np.array([[-5.0, 0, 0], [5, 0, 0], [0, 3, 0], [-1, 0, 0], [1, 0, 0]])
@@ -44,6 +47,18 @@ def test_alpha_weighs_visibility_against_displacement(alpha, expected):
 def test_more_displacement_and_more_visibility_are_better():
     w = importance_weights(np.array([[0.5, 0.6, 0.6]]), np.array([0.5, 0.5, 0.7]), 0.5)[0]
     assert w[0] > w[1] > w[2]
+
+
+@pytest.mark.parametrize("weights", ["paper", "lexicographic"])
+def test_a_site_that_moves_by_exactly_epsilon_of_a_blendshape_is_its_candidate_and_pays_for_it(weights):
+    sites = single_sites(REACH, SEEN, np.ones(5, dtype=bool))
+    settings = LayoutSettings(epsilon=0.5, alpha=0.0, weights=weights)
+    assert sites.covers(0.5)[:, 3].tolist() == [False, True]
+    assert costs(sites, settings, np.arange(2), np.array([3])) == pytest.approx([2 - 0.5])
+    above = costs(  # the mean over none is the worst, its sum is nothing
+        sites, replace(settings, epsilon=0.51), np.arange(2), np.array([3])
+    )
+    assert above == pytest.approx([2.0 if weights == "lexicographic" else 0.0])
 
 
 def test_sharing_a_landmark_costs_in_total_but_not_in_the_mean():

@@ -122,6 +122,14 @@ def test_a_mix_that_costs_the_others_more_than_hardly_anything_is_not_told_apart
     assert Goal(search, 0.0).rank(found) == K - 1
 
 
+@pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])
+def test_which_sites_answer_to_a_mix_that_is_not_told_apart_does_not_depend_on_the_unit(unit):
+    search, shy = with_a_shy_site(6, like=None)
+    small = replace(search.observation, deltas=search.observation.deltas * np.float32(unit))
+    goal = Goal(replace(search, observation=small), 0.0)
+    assert np.flatnonzero(goal.answering((0, 1, 2, 3))).tolist() == [shy]
+
+
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("share", [1.1, 0.0], ids=["reached", "out of reach"])
 def test_no_budget_of_as_many_landmarks_has_a_lower_error_by_more_than_hardly(seed, share):

@@ -6,7 +6,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
-from capture_plan.layout.box_least_squares import solve_bounded
+from capture_plan.layout.box_least_squares import HALVINGS, _lower, solve_bounded
 from capture_plan.layout.observation import PRIOR_SD, Observation
 from capture_plan.layout.weight_recovery import (
     measurement_noise,
@@ -40,6 +40,19 @@ def test_the_weights_are_those_of_the_reference_solver(seed, rows, k, noise):
     for found, one in zip(recover_weights(B, y, noise_mm=noise), y, strict=True):
         expected = lsq_linear(regularised, np.r_[one, np.zeros(k)], (0, 1), method="bvls", tol=1e-14).x
         assert found == pytest.approx(expected, abs=1e-6)
+
+
+@given(seed=st.integers(0, 10_000))
+@settings(max_examples=30, deadline=None)
+def test_a_step_is_halved_until_it_lowers_the_objective_and_no_further(seed):
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(5, 5))
+    H, g, w = root @ root.T + 0.1 * np.eye(5), rng.normal(size=(6, 5)), rng.uniform(size=(6, 5))
+    y = w @ H - g
+    steps = -y * rng.uniform(0.1, 50, (6, 1))  # downhill, and mostly too far
+    for w_t, y_t, p, d in zip(w, y, steps, _lower(H, w, y, steps), strict=True):
+        shorter = [np.clip(w_t + p * 0.5**halving, 0, 1) - w_t for halving in range(HALVINGS)]
+        assert d == pytest.approx(next(step for step in shorter if step @ y_t + step @ H @ step / 2 < 0))
 
 
 @given(seed=st.integers(0, 10_000))

@@ -6,8 +6,8 @@ import trimesh
 from scipy.spatial import KDTree
 
 from capture_plan.errors import RigError
-from capture_plan.mesh import boundary_vertices, triangle_areas
-from capture_plan.mesh.decimate import decimate
+from capture_plan.mesh import boundary_vertices, pieces, triangle_areas
+from capture_plan.mesh.decimate import Surface, decimate
 from capture_plan.mesh.geometry import triangle_cross
 from capture_plan.sample import sample_rig
 
@@ -46,6 +46,19 @@ def test_a_flat_sheet_loses_triangles_for_nothing():
     assert triangle_areas(x[kept], coarse).sum() == pytest.approx(144)
     assert (triangle_cross(x[kept], coarse)[:, 2] > 0).all()
     assert {0, 12, 156, 168} <= set(kept.tolist())
+
+
+def test_a_collapse_costs_the_squared_distances_from_the_planes_around_both_ends_then_the_squared_length():
+    x, triangles = sheet(7)
+    x = x * [1, 2, 0] + np.random.default_rng(0).normal(0, 0.3, x.shape)
+    surface, cross = Surface(x, triangles), triangle_cross(x, triangles)
+    area = np.linalg.norm(cross, axis=1) / 2
+    for u, v in ((16, 17), (17, 16), (24, 32), (30, 23)):  # inside: no border planes
+        off = np.einsum("fx,fx->f", x[v] - x[triangles[:, 0]], cross / (2 * area[:, None]))
+        around = (triangles == u).any(axis=1) * 1.0 + (triangles == v).any(axis=1)
+        cost, length = surface.cost(u, v)
+        assert cost == pytest.approx(around @ (area * off**2), abs=1e-8)
+        assert length == pytest.approx(np.square(x[u] - x[v]).sum())
 
 
 def test_no_triangle_of_a_bumpy_sheet_turns_over():
@@ -89,6 +102,14 @@ def test_what_is_coarse_enough_stays_as_it_is(face):
     kept, coarse = decimate(x, triangles, len(triangles))
     assert (kept == np.arange(len(x))).all()
     assert (coarse == triangles).all()
+
+
+def test_a_triangle_by_itself_is_never_taken_out():
+    x, triangles = sheet()
+    x = np.vstack([x, [[20, 0, 0], [20.1, 0, 0], [20, 0.1, 0]]])
+    kept, coarse = decimate(x, np.vstack([triangles, [[169, 170, 171]]]), 1)
+    assert {169, 170, 171} <= set(kept.tolist())
+    assert pieces(coarse, len(kept)).max() == 1
 
 
 def test_the_same_scan_gives_the_same_mesh(face):

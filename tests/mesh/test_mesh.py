@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial.transform import Rotation
 
 from capture_plan.layout.spacing import nearest_two
 from capture_plan.mesh import (
@@ -10,12 +11,15 @@ from capture_plan.mesh import (
     edges,
     geodesic_distance,
     near_table,
+    piece_areas,
     pieces,
+    straight_table,
     surface_graph,
     triangle_areas,
     vertex_areas,
     vertex_normals,
 )
+from capture_plan.mesh.geodesic import crossings
 
 
 @pytest.fixture(scope="module")
@@ -67,6 +71,15 @@ def test_two_balls_are_two_pieces(ball):
     assert set(piece[len(vertices) :]) == {1}
 
 
+def test_every_piece_has_an_area_also_one_of_a_single_vertex(sheet):
+    vertices, triangles = sheet
+    apart = np.concatenate([triangles, triangles + 122])  # number 121 and the last are in no triangle
+    piece = pieces(apart, 244)
+    areas = piece_areas(np.vstack([vertices, [[0, 0, 9]]] * 2), apart, piece)
+    assert len(areas) == piece.max() + 1 == 4
+    assert areas[piece[[0, 121, 122, 243]]] == pytest.approx([100, 0, 100, 0])
+
+
 def test_distances_on_a_ball_are_great_circles(ball):
     vertices, _ = ball
     found = geodesic_distance(surface_graph(*ball), np.array([0]))[0]
@@ -82,6 +95,28 @@ def test_a_knight_s_move_over_an_edge_is_unfolded(sheet):
     assert found[12] == pytest.approx(np.sqrt(2))  # along the diagonal edge
     assert found[13] == pytest.approx(np.sqrt(5))  # across one edge
     assert found[10] == pytest.approx(10)  # along the rim
+
+
+def folded_pair(seed):
+    """A quadrilateral a, c, b, d in the plane with its diagonal a b, and the same folded along that and turned."""
+    rng = np.random.default_rng(seed)
+    a, b = np.zeros(3), np.array([rng.uniform(1, 9), 0, 0])
+    c, d = (np.array([rng.uniform(-9, 15), side * rng.uniform(0.5, 9), 0]) for side in (1, -1))
+    fold, turn = Rotation.from_rotvec([rng.uniform(-3, 3), 0, 0]), Rotation.random(rng=rng)
+    return np.stack([a, b, c, d]), turn.apply(np.stack([a, b, c, fold.apply(d)])) + rng.uniform(-50, 50, 3)
+
+
+@pytest.mark.parametrize("seed", range(50))
+def test_the_way_over_an_edge_is_straight_where_the_unfolded_triangles_are_convex_and_elsewhere_there_is_none(seed):
+    flat, folded = folded_pair(seed)
+    (ax, _), (bx, _), (cx, cy), (dx, dy) = flat[:, :2]
+    meets = cx + (dx - cx) * cy / (cy - dy)  # where the line from c to d meets that of the edge
+    pairs, lengths = crossings(folded, np.array([[0, 1, 2], [1, 0, 3]]))
+    if ax < meets < bx:
+        assert set(pairs.ravel().tolist()) == {2, 3}
+        assert lengths == pytest.approx([np.hypot(cx - dx, cy - dy)])
+    else:
+        assert len(pairs) == 0
 
 
 def test_distances_keep_the_triangle_inequality_and_are_symmetric(sheet):
@@ -111,6 +146,16 @@ def test_the_near_table_holds_every_distance_below_its_radius_and_no_other(ball)
     expected = np.where(whole < 7.0, whole, 0)
     np.testing.assert_allclose(table.toarray(), expected, atol=1e-12)
     assert table.nnz == (whole < 7.0).sum()
+
+
+def test_tables_hold_nothing_at_exactly_their_radius(sheet):
+    vertices, triangles = sheet
+    for table in (
+        straight_table(vertices, np.arange(121), 1.0),
+        near_table(surface_graph(vertices, triangles), vertices, 1.0),
+    ):
+        np.testing.assert_array_equal(table.toarray(), np.zeros((121, 121)))
+        assert table.nnz == 121
 
 
 def test_a_surface_of_no_triangle_has_no_edges():

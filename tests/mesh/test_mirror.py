@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
-from capture_plan.mesh.mirror import mirror_error, mirror_map, mirror_plane, reflect
+from capture_plan.mesh.mirror import find_mirror_plane, mirror_error, mirror_map, mirror_plane, reflect
 from capture_plan.sample import sample_rig
 
 
@@ -66,3 +67,15 @@ def test_the_sample_head_is_symmetric():
 
 def test_one_vertex_is_its_own_mirror_image():
     assert mirror_map(np.array([[1.0, 2.0, 3.0]])).tolist() == [0]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_plane_is_found_however_the_cloud_lies_and_few_points_are_asked_though_a_part_is_missing(seed, monkeypatch):
+    monkeypatch.setattr("capture_plan.mesh.mirror.SAMPLE", 100)
+    rng = np.random.default_rng(seed)
+    whole = cloud(seed, half=150) * rng.uniform(0.5, 1.5, 3)
+    turn, shift = Rotation.random(rng=rng), rng.uniform(-300, 300, 3)
+    torn = whole[~((whole[:, 0] > 0) & (whole[:, 1] > np.quantile(whole[:, 1], 0.7)))]
+    plane, n = find_mirror_plane(turn.apply(torn) + shift), turn.apply([1.0, 0, 0])
+    assert abs(np.array(plane.normal) @ n) == pytest.approx(1, abs=1e-9)
+    assert plane.offset == pytest.approx(shift @ np.array(plane.normal), abs=1e-3)

@@ -10,7 +10,7 @@ from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.mesh import triangle_areas
 from capture_plan.shell.model import Shell, held_shell
 from capture_plan.shell.selected_inverse import inverse_entries
-from capture_plan.shell.stiffness import cotangent_laplacian, mixed_areas
+from capture_plan.shell.stiffness import cotangent_laplacian, mixed_areas, with_area
 from tests.shell.test_shell_state import SHELLS, bumpy, shell_of
 from tests.solids import sphere, together
 
@@ -173,6 +173,16 @@ def test_a_shell_that_is_held_is_found_again_and_only_by_its_like():
     gone = weakref.ref(held)
     del held, other
     assert gone() is None
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+def test_a_triangle_has_no_area_where_that_is_nothing_beside_its_longest_side(scale):
+    def needle(height):
+        return scale * np.array([[0, 0, 0], [100, 0, 0], [100, height, 0.0]])
+
+    one = np.array([[0, 1, 2]])
+    assert len(with_area(needle(1.9e-5), one)) == 0
+    assert len(with_area(needle(2.1e-5), one)) == 1
 
 
 def test_a_triangle_without_area_changes_nothing():

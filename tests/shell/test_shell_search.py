@@ -53,6 +53,7 @@ def test_each_marker_is_paired_once_with_the_nearest_others():
     apart = np.linalg.norm(places[:, None] - places, axis=2)
     near = {tuple(sorted((i, int(j)))) for i in range(12) for j in np.argsort(apart[i])[1 : NEAR + 1]}
     assert sorted(near_pairs(places)) == sorted(near)
+    assert near_pairs(places[:2]) == [(0, 1)]
     assert near_pairs(places[:1]) == []
 
 
@@ -119,6 +120,28 @@ def test_rows_grow_finer_until_no_move_gains(seed):
     search.finish(joint=False)
     scores = [search.state.swap_scores(j, np.flatnonzero(~shell.fixed)).min() for j in range(20)]
     assert search.state.rmse_mm < 1e-6 or min(scores) >= search.state.error * (1 - 1e-9)
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_where_markers_keep_a_spacing_none_has_a_better_place_left_also_close_to_its_own(mirrored):
+    shell, mirror = symmetric_shell()
+    near = near_table(surface_graph(shell.vertices, shell.triangles), shell.vertices, 50.0)
+    sites = Sites(~shell.fixed, near, mirror if mirrored else None)
+    search = Search([(shell, smooth_motion(shell, 20))], sites, (), 0.0)
+    search.grow(8)
+    search.finish(joint=False)
+    H = search.state.markers
+    for h in H:
+        if mirrored and mirror[h] != h:
+            rest = [m for m in H if m not in (h, mirror[h])]
+            others = [
+                (v, mirror[v]) for v in np.flatnonzero(sites.beside(rest) & sites.beside(rest)[mirror] & sites.apart)
+            ]
+        else:
+            rest = [m for m in H if m != h]
+            others = [(v,) for v in np.flatnonzero(sites.beside(rest)) if not mirrored or mirror[v] == v]
+        errors = [exact(shell, search.given[0][1], [*rest, *other]) for other in others[:: 1 + len(others) // 40]]
+        assert min(errors) >= search.state.error * (1 - 1e-9)
 
 
 def test_finer_rows_are_taken_once_where_much_was_left_out_and_never_where_little_was():

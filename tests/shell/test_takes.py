@@ -11,8 +11,10 @@ from capture_plan.check.check import check_plan
 from capture_plan.cli import app
 from capture_plan.curves.frames import StoredFrames
 from capture_plan.errors import PlanError, RigError
+from capture_plan.layout.contact_pairs import paired
 from capture_plan.layout.design import design_layout
-from capture_plan.layout.motion_design import fit_of
+from capture_plan.layout.motion_design import fit_of, place
+from capture_plan.layout.problem import task_of
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.plan.files import change_settings, read_plan, rig_of, write_plan
 from capture_plan.plan.inputs import read_inputs
@@ -22,7 +24,9 @@ from capture_plan.sample.motion import sample_motion
 from capture_plan.sequence import Sequence
 from capture_plan.sequence.head_stabilisation import stillness
 from capture_plan.shell import take_basis as recordings
+from capture_plan.shell.boundary import STILL_MM
 from capture_plan.shell.identify_subjects import SAME_PERSON_MM, apart, by_person
+from capture_plan.shell.moving_region import moved_triangles
 from capture_plan.shell.take_basis import EXACT_MM, in_fewer_frames, record
 from capture_plan.shell.takes import takes_of
 from tests.tampering import answers_kept
@@ -55,6 +59,12 @@ def bert(rig):
 
 def markers_of(takes, step=150):
     return takes.first.at[takes.first.candidates][::step]
+
+
+def test_skin_that_moves_by_exactly_the_least_that_counts_is_of_the_part_and_by_less_is_not(rig):
+    jaw = rig.displacement[rig.names.index("jawOpen")]
+    for far, moves in ((STILL_MM, True), (np.nextafter(STILL_MM, 0), False)):
+        assert bool(len(moved_triangles(rig, np.where(jaw > 1, far, 0.0)))) == moves
 
 
 def test_two_heads_are_two_people_and_a_note_says_so(rig, anna, bert):
@@ -108,6 +118,29 @@ def test_shares_of_sessions_weigh_their_errors_and_their_scale_does_not_matter(r
         for first in (True, False)
     )
     assert one.error(markers) == pytest.approx(np.sqrt((a**2 + 3 * b**2) / 4), rel=1e-6)
+
+
+def test_a_blendshape_is_missing_where_no_take_of_anyone_shows_it(rig):
+    a, b = (
+        meshes(str(n), head, np.stack([0 * rig.neutral, rig.deltas[rig.names.index(name)]]), rig)
+        for n, (head, name) in enumerate(((rig.neutral, "jawOpen"), (another_head(rig), "browInnerUp")))
+    )
+    takes = takes_of(rig, [a, b])
+    assert len(takes.subjects) == 2
+    assert takes.missing(("jawOpen", "browInnerUp", "cheekPuff")) == ("cheekPuff",)
+
+
+def test_no_marker_of_a_take_stands_where_its_dot_would_meet_a_pin_that_lies_where_nothing_moves(rig, face, anna):
+    task, takes = task_of(face, LayoutSettings(method="motion", number=8, symmetric=False)), takes_of(rig, [anna])
+    pin = int(np.flatnonzero(~np.isin(task.sites.vertices[:, 0], takes.first.at))[0])
+    u, every = int(task.sites.vertices[pin, 0]), np.ones(len(task.sites.size), dtype=bool)
+    others = np.setdiff1d(takes.first.at[takes.first.candidates], [u])
+    beside = others[rig.neutral[others, 0] > 0]  # the left half of the face
+    met = replace(task, met=paired(np.full(len(beside), u), beside, len(rig.neutral)))
+    free, kept = (set(place(one, takes, np.array([pin]), every).tolist()) for one in (task, met))
+    assert free & set(beside.tolist())
+    assert u in kept
+    assert not kept & set(beside.tolist())
 
 
 def test_a_layout_for_two_people_serves_both_better_than_one_for_either(rig, face):

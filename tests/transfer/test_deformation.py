@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from capture_plan.errors import RigError
 from capture_plan.sample import sample_rig
-from capture_plan.transfer.deformation import deformation_transfer, frames, similarity
+from capture_plan.transfer.deformation import SourceFrames, deformation_transfer, frames, similarity
 from capture_plan.transfer.surface import Surface
 from tests.solids import BOX, BOX_SIDES, patch, sphere, together
 
@@ -37,6 +37,18 @@ def test_what_no_blendshape_moves_stays_in_place():
     moved = transferred(RIG.neutral * [1.2, 0.6, 1], blink)
     assert not moved[:, np.linalg.norm(blink[0], axis=1) == 0].any()
     assert np.abs(moved).max() > 1
+
+
+def test_a_triangle_that_is_a_line_tells_nothing_of_a_pose_and_the_others_nothing_of_rest():
+    neutral, triangles = together(
+        sphere(5, 6, 10.0), (np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0.0]]), np.array([[0, 1, 2]]))
+    )
+    source, line = SourceFrames.of(neutral, triangles), np.arange(len(triangles)) == len(triangles) - 1
+    assert (source.solid == ~line).all()
+    assert np.abs(source.gradients(neutral)).max() < 1e-12
+    posed = source.gradients(neutral + np.random.default_rng(0).normal(size=neutral.shape))
+    assert not posed[line].any()
+    assert np.abs(posed[~line]).max(axis=(1, 2)).min() > 1e-3
 
 
 def test_it_is_the_least_squares_solution_with_the_fourth_vertex():

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from capture_plan.errors import RigError
 from capture_plan.layout.weight_recovery import random_mixes
-from capture_plan.mesh.mirror import mirror_error
+from capture_plan.mesh.mirror import mirror_error, mirror_plane
 from capture_plan.sample import sample_rig
 from capture_plan.transfer.deformation import deformation_transfer
 from capture_plan.transfer.score import Bench, mix_moments, score_orders, score_packing
@@ -94,6 +94,18 @@ def test_wide_is_wider_and_narrow_is_narrower_in_the_middle_alone():
     wide, narrow = wider(RIG, 0.25), wider(RIG, -0.25)
     assert narrow.neutral[at, 0] < RIG.neutral[at, 0] < wide.neutral[at, 0]
     assert (wide.neutral[:, 1:] == RIG.neutral[:, 1:]).all()
+
+
+@pytest.mark.parametrize("by", [0.25, -0.25])
+def test_the_width_changes_by_its_share_at_half_the_height_and_by_little_at_the_chin_and_the_brow(by):
+    x, y = RIG.neutral[RIG.skin, 0], RIG.neutral[RIG.skin, 1]
+    c = mirror_plane(RIG.neutral)
+    off = np.abs(x - c) > 5
+    change = (wider(RIG, by).neutral[RIG.skin, 0] - x)[off] / (x - c)[off] / by
+    height = (y[off] - y.min()) / np.ptp(y)
+    for at, share in ((0.5, 1.0), (0.0, np.exp(-2)), (1.0, np.exp(-2))):
+        nearest = np.abs(height - at).argmin()
+        assert change[nearest] == pytest.approx(share, abs=0.05)
 
 
 def test_a_person_has_a_face_and_habits_of_its_own_and_the_same_every_time():

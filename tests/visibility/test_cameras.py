@@ -60,11 +60,37 @@ def test_each_distortion_coefficient_by_hand(which, coefficient, moved):
     assert (bent - [319.5, 239.5]) / 100 - 0.5 == pytest.approx(moved)
 
 
+@pytest.mark.parametrize(
+    ("which", "moved"),
+    [
+        (0, (0.6 * 0.4, 0.2 * 0.4)),
+        (1, (0.6 * 0.4**2, 0.2 * 0.4**2)),
+        (2, (2 * 0.6 * 0.2, 0.4 + 2 * 0.2**2)),
+        (3, (0.4 + 2 * 0.6**2, 2 * 0.6 * 0.2)),
+        (4, (0.6 * 0.4**3, 0.2 * 0.4**3)),
+    ],
+)
+def test_no_distortion_coefficient_takes_a_for_b(which, moved):
+    """Brown's model at a = 0.6 and b = 0.2, where s = 0.4."""
+    distortion = 0.1 * np.eye(5)[which]
+    bent = camera(distortion=distortion, focal=100).project(np.array([[300.0, -100.0, 0]]))[0]
+    assert (bent - [319.5, 239.5]) / 100 - [0.6, 0.2] == pytest.approx(0.1 * np.array(moved))
+
+
 def test_points_beyond_the_fold_of_the_lens_are_not_in_the_image():
     """With k1 = -0.5, r (1 - 0.5 r²) turns back at r = sqrt(2/3): farther points must not come back into the image."""
     lens = camera(distortion=(-0.5, 0, 0, 0, 0), focal=100)
     points = np.array([[0.8 * 500, 0, 0], [0.83 * 500, 0, 0], [1.4 * 500, 0, 0]])
     assert lens.in_image(points).tolist() == [True, False, False]
+
+
+def test_the_image_ends_half_a_pixel_beyond_the_centres_of_its_outermost_pixels():
+    """At 1 pixel in a millimetre the image of 640 x 480 is 640 x 480 mm, its middle at the target."""
+    near, far = (np.array([[side * x, 0, 0] for side in (1, -1)]) for x in (319.9, 320.1))
+    low, high = (np.array([[0, side * y, 0] for side in (1, -1)]) for y in (239.9, 240.1))
+    one = camera(focal=500.0)
+    assert one.in_image(np.vstack([near, low])).all()
+    assert not one.in_image(np.vstack([far, high])).any()
 
 
 def test_a_camera_sees_exactly_the_cap_of_a_sphere():
@@ -152,6 +178,9 @@ def test_a_file_gives_the_same_camera_by_matrix_by_vector_and_by_tape(tmp_path):
     assert top.distortion.tolist() == [0.1, 0, 0, 0, 0]
     assert top.intrinsics[:2, 2].tolist() == [319.5, 239.5]
     assert turned.intrinsics[:2, 2].tolist() == [300, 200]
+    for one in (top, turned, tape):
+        assert one.intrinsics[:, :2].tolist() == [[900, 0], [0, 910], [0, 0]]
+        assert one.intrinsics[2, 2] == 1
 
 
 @pytest.mark.parametrize(

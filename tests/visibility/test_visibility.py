@@ -11,6 +11,7 @@ from capture_plan.cache import cache_dir
 from capture_plan.progress import show_progress
 from capture_plan.visibility import global_visibility, hemisphere, hemisphere_visibility
 from capture_plan.visibility.hemisphere import fibonacci_hemisphere, tangent_frames
+from capture_plan.visibility.occluder import Occluder
 from tests.solids import BOX, BOX_SIDES, patch, sphere, square, together
 
 
@@ -27,6 +28,13 @@ def test_a_closed_convex_sphere_sees_everything_above_it():
 def test_nothing_is_seen_from_inside_a_box():
     vertices, triangles = together(patch(), (50 * BOX, BOX_SIDES))
     assert hemisphere_visibility(vertices, triangles, np.array([0]))[0] == 0
+
+
+def test_no_ray_leaks_out_of_a_closed_surface_where_triangles_meet():
+    vertices, triangles = sphere()
+    a, b = vertices[triangles[:, 0]], vertices[triangles[:, 1]]
+    aimed = np.concatenate([vertices, (a + b) / 2]).astype(np.float32)
+    assert Occluder(vertices, triangles).blocked(np.zeros_like(aimed), aimed).all()
 
 
 def test_an_endless_wall_hides_half():
