@@ -15,6 +15,7 @@ from capture_plan.audit.audit import Audit, BlendshapeFacts
 from capture_plan.face.facts import ReadingFacts
 from capture_plan.face.unit import apart_words
 from capture_plan.face.words import answers, doubts, left_out_words, signs_words, some
+from capture_plan.prose import in_series
 
 WIDTH = 100  # characters of a line on the terminal
 INDENT = 20
@@ -93,7 +94,7 @@ def unsure_words(read: ReadingFacts) -> str:
     if not unsure:
         return ""
     are = "are" if len(unsure) > 1 or unsure[0] in ("the axes", "the eyes") else "is"
-    return f"{', '.join(unsure[:-1])}{' and ' * (len(unsure) > 1)}{unsure[-1]} {are} not certain"
+    return f"{in_series(unsure)} {are} not certain"
 
 
 def can_be_planned(found: Audit) -> bool:

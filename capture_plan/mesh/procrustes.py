@@ -30,9 +30,9 @@ def similarity_fit(
 def _fit(
     x: Float[np.ndarray, "v 3"], y: Float[np.ndarray, "v 3"], w: Float[np.ndarray, " v"] | None
 ) -> tuple[Float[np.ndarray, "3 3"], float, Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]:
-    w = np.full(len(x), 1 / len(x)) if w is None else w / w.sum()
-    a, b = w @ x, w @ y
-    U, sigma, Vt = np.linalg.svd(((y - b) * w[:, None]).T @ (x - a))
+    share = np.full(len(x), 1 / len(x)) if w is None else w / w.sum()
+    a, b = share @ x, share @ y
+    U, sigma, Vt = np.linalg.svd(((y - b) * share[:, None]).T @ (x - a))
     e = np.array([1, 1, np.sign(np.linalg.det(U @ Vt))])
-    s = float(sigma @ e) / max(float(w @ np.square(x - a).sum(axis=1)), np.finfo(float).tiny)
+    s = float(sigma @ e) / max(float(share @ np.square(x - a).sum(axis=1)), np.finfo(float).tiny)
     return (U * e) @ Vt, s, a, b
