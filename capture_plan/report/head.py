@@ -33,7 +33,7 @@ def packed_head(rig: Rig, names: tuple[str, ...], shade: Float[np.ndarray, " v"]
     """
     centre = (rig.neutral.min(axis=0) + rig.neutral.max(axis=0)) / 2
     unit = float(np.abs(rig.neutral - centre).max() / INT16)
-    chosen = [rig.names.index(name) for name in names]
+    chosen = rig.rows(names)
     step = max(DELTA_STEP_MM, float(np.abs(rig.deltas).max()) / INT16)
     steps = np.rint(rig.deltas[chosen] / step).astype(np.int16)
     moved_k, moved_v = np.nonzero(steps.any(axis=2))
