@@ -116,5 +116,7 @@ def _change(state: State, change: Change) -> None:
 
 def _add_product(A: Float[np.ndarray, "v m"], U: Float[np.ndarray, "v n"], V: Float[np.ndarray, "n m"]) -> None:
     """A += U V in place; the columns of A lie together."""
+    if A.size == 0:  # of a state without markers
+        return
     (gemm,) = get_blas_funcs(("gemm",), (A,))
     gemm(1.0, U, V, beta=1.0, c=A, overwrite_c=1)
