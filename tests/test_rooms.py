@@ -11,7 +11,7 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "capture_plan"
 FLOORS = (  # a room imports only from rooms below it; a room is a folder, or a module that stands alone
-    {"errors", "glossary", "progress", "terminal"},
+    {"errors", "glossary", "progress", "prose", "terminal"},
     {"input", "output", "mesh", "solver", "notebook_guard"},
     {"cache", "names"},
     {"rig", "visibility"},

@@ -221,7 +221,7 @@ def opposites(names: tuple[str, ...], gram: Float[np.ndarray, "k k"], sideways: 
 def correctives(rig: Rig, used: tuple[str, ...]) -> tuple[Finding, ...]:
     """Blendshapes that make sense only on top of another one, as ARKit's mouthClose on jawOpen, by name or by shape: a
     viseme that opens the mouth as far as the jaw does is undone as well, and is not what the name asks for."""
-    at = [rig.names.index(name) for name in used]
+    at = rig.rows(used)
     deltas = rig.deltas[at][:, rig.skin].astype(float)
     triangles = rig.triangles[rig.skin[rig.triangles].all(axis=1)]
     findings = []

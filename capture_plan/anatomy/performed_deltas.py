@@ -13,7 +13,7 @@ from capture_plan.rig.record import Rig
 
 def performed_deltas(rig: Rig, used: tuple[str, ...]) -> Float[np.ndarray, "k v 3"]:
     """The movement of each `used` blendshape, a corrective's together with what it corrects, millimetres."""
-    deltas = rig.deltas[[rig.names.index(name) for name in used]]
+    deltas = rig.deltas[rig.rows(used)]
     for finding in correctives(rig, used):
         corrective, *corrected = finding.blendshapes
         for name in corrected:

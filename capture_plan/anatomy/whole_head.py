@@ -16,11 +16,11 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
+from capture_plan.mesh import similarity_fit
+
 BENT = 0.15  # of a vertex's own motion may be off the rigid one
-MOST, NEARLY_ALL = (
-    0.5,
-    0.9,
-)  # of the moved skin: jaws, lids and lips have up to 0.37, turned heads with a neck from 0.65
+MOST = 0.5  # of the moved skin: jaws, lids and lips have up to 0.37, turned heads with a neck from 0.65
+NEARLY_ALL = 0.9  # of the moved skin
 SLIPPED = 0.1  # of the largest motion: a fading turn of 45 degrees along the neck leaves 0.09, jaws and lids from 0.11
 HALF = 0.5  # of the rigid motion: a turned head fades along its neck, and its chin has less than its brow
 HELD, HOLDS = 0.5, 0.8  # of another blendshape's e lies in the core; so many do
@@ -88,11 +88,11 @@ def rigid_core(
     x, d, area = neutral[moved], delta[moved], a[moved]
     length = np.linalg.norm(d, axis=1)
     e = area * length**2
-    p = similarity(x, x + d, e) - x
+    p = _motion(x, d, e)
     for _ in range(ROUNDS):
         off = np.linalg.norm(d - p, axis=1)
         least = max(float(np.median(off)), BENT / 2 * float(np.sqrt(e.sum() / area.sum())))
-        p = similarity(x, x + d, e / (1 + (off / least) ** 2) ** 2) - x
+        p = _motion(x, d, e / (1 + (off / least) ** 2) ** 2)
     # d = c p
     c = np.clip(np.einsum("vx,vx->v", d, p) / np.maximum((p**2).sum(axis=1), np.finfo(float).tiny), 0, 1)
     other = np.linalg.norm(d - c[:, None] * p, axis=1)
@@ -101,16 +101,12 @@ def rigid_core(
     return Core(core, float(area[follows].sum() / area.sum()), float(np.quantile(other, 0.99) / length.max()))
 
 
-def similarity(
-    x: Float[np.ndarray, "v 3"], y: Float[np.ndarray, "v 3"], weight: Float[np.ndarray, " v"]
+def _motion(
+    x: Float[np.ndarray, "v 3"], d: Float[np.ndarray, "v 3"], w: Float[np.ndarray, " v"]
 ) -> Float[np.ndarray, "v 3"]:
-    """s R x + t of least sum w |y - s R x - t|^2 (Umeyama 1991)."""
-    w = weight / weight.sum()
-    X, Y = x - w @ x, y - w @ y
-    U, S, Vt = np.linalg.svd((Y * w[:, None]).T @ X)
-    sign = np.array([1, 1, np.sign(np.linalg.det(U @ Vt))])
-    s = (S * sign).sum() / max(float(w @ (X**2).sum(axis=1)), np.finfo(float).tiny)
-    return s * X @ ((U * sign) @ Vt).T + w @ y
+    """The displacements p = s R x + u - x of the motion nearest to displacements d."""
+    sR, u = similarity_fit(x, x + d, w)
+    return x @ sR.T + u - x
 
 
 def _holds(

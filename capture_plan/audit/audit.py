@@ -181,7 +181,7 @@ def _words(rig: Rig, name: str, known: Recognised) -> str:
 
 def _gram(rig: Rig, names: tuple[str, ...]) -> Float[np.ndarray, "k k"]:
     """D D^T of the named blendshapes' deltas on the skin, square millimetres."""
-    at = [rig.names.index(name) for name in names]
+    at = rig.rows(names)
     d = rig.deltas[at][:, rig.skin].astype(np.float64).reshape(len(at), 3 * rig.skin.sum())
     return d @ d.T
 

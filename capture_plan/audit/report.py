@@ -15,6 +15,7 @@ from capture_plan.audit.audit import Audit, BlendshapeFacts
 from capture_plan.face.facts import ReadingFacts
 from capture_plan.face.unit import apart_words
 from capture_plan.face.words import answers, doubts, left_out_words, signs_words, some
+from capture_plan.prose import in_series
 
 WIDTH = 100  # characters of a line on the terminal
 INDENT = 20
@@ -47,18 +48,27 @@ REASONS: dict[Kind, str] = {
 
 def verdict(found: Audit) -> str:
     """One line: can this rig be shot with."""
-    out, k = found.blendshapes - len(found.used), found.blendshapes
     if found.reading and found.reading.no_face:
         return "No: no face was found, neither eyes nor a mouth; see below what to give."
-    wrong = {name for finding in found.findings if finding.kind == "export" for name in finding.blendshapes}
-    if not found.used and len(wrong) == k:
-        return "No: every blendshape was exported wrongly; see below what to change."
     if not found.used:
+        wrong = {name for finding in found.findings if finding.kind == "export" for name in finding.blendshapes}
+        if len(wrong) == found.blendshapes:
+            return "No: every blendshape was exported wrongly; see below what to change."
         return "No: no blendshape moves the face skin."
-    every = {1: "the only blendshape is planned", 2: "both blendshapes are planned"}.get(
-        k, f"all {k} blendshapes are planned"
-    )
-    kept = f"{len(found.used)} of {k} blendshapes are planned" if out else every
+    kept = planned_words(len(found.used), found.blendshapes)
+    return _not_yet(found, kept) or _yes(found, kept)
+
+
+def planned_words(used: int, k: int) -> str:
+    """'51 of 52 blendshapes are planned'."""
+    if used < k:
+        return f"{used} of {k} blendshapes are planned"
+    every = {1: "the only blendshape is", 2: "both blendshapes are"}
+    return f"{every.get(k, f'all {k} blendshapes are')} planned"
+
+
+def _not_yet(found: Audit, kept: str) -> str:
+    """What has to be looked at before anything is shot; nothing where all is well."""
     stops = [finding for finding in found.findings if finding.urgency == "stop"]
     if any(finding.kind == "winding" for finding in stops):
         return f"Not yet: {kept}, but the faces point inwards; reverse the normals first."
@@ -72,7 +82,11 @@ def verdict(found: Audit) -> str:
         pupils = found.interpupillary_mm
         apart = "" if pupils is None else f", with pupils {apart_words(pupils)}"
         return f"Check the size first: {kept}{apart}."
-    if out > MIXED_UP * k:
+    return ""
+
+
+def _yes(found: Audit, kept: str) -> str:
+    if found.blendshapes - len(found.used) > MIXED_UP * found.blendshapes:
         return f"Look at what is left out first: {kept}."
     if len(found.used) < FEW:
         return f"Yes, but they are few: {kept}. Characters mostly have 20 or more; ask the rigger for the others."
@@ -93,7 +107,7 @@ def unsure_words(read: ReadingFacts) -> str:
     if not unsure:
         return ""
     are = "are" if len(unsure) > 1 or unsure[0] in ("the axes", "the eyes") else "is"
-    return f"{', '.join(unsure[:-1])}{' and ' * (len(unsure) > 1)}{unsure[-1]} {are} not certain"
+    return f"{in_series(unsure)} {are} not certain"
 
 
 def can_be_planned(found: Audit) -> bool:

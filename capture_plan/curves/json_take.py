@@ -135,14 +135,8 @@ def frames(document: Document) -> WeightTable | None:
     if clock:
         recording.times, recording.unit_s = [str(one) for one in opened(head[clock])], unit_of(clock)
     table = recording.table(rate_in(head))
-    return (
-        replace(
-            table,
-            notes=(f"it holds a list for each of {len(names):,} names, not for each frame: it is turned", *table.notes),
-        )
-        if across
-        else table
-    )
+    told = f"it holds a list for each of {len(names):,} names, not for each frame: it is turned"
+    return replace(table, notes=(told, *table.notes)) if across else table
 
 
 def is_turned(rows: Sequence[Any], names: int) -> bool:

@@ -12,13 +12,14 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from capture_plan.cache import cached, digest
+from capture_plan.curves.random_mixes import random_mixes
 from capture_plan.errors import RigError
 from capture_plan.evaluation.baselines import BASELINES, choose_baseline
 from capture_plan.layout.face import SIXTY_EIGHT, Face
 from capture_plan.layout.farthest import Candidates, candidates
 from capture_plan.layout.observation import Observation
 from capture_plan.layout.settings import LayoutSettings
-from capture_plan.layout.weight_recovery import Score, random_mixes, reconstruct
+from capture_plan.layout.weight_recovery import Score, reconstruct
 from capture_plan.progress import track
 from capture_plan.registration.empirical_layouts import place_ibug68
 

@@ -23,6 +23,7 @@ from jaxtyping import Float, Int
 from msgspec import Struct
 from msgspec.structs import replace
 
+from capture_plan.curves.random_mixes import random_mixes
 from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.evaluation.baselines import BASELINES, choose_baseline, must_have
 from capture_plan.evaluation.identifiability import blind_spots
@@ -39,7 +40,7 @@ from capture_plan.layout.polish import polish
 from capture_plan.layout.problem import task_of
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites, single_sites
-from capture_plan.layout.weight_recovery import Score, random_mixes, reconstruct, single_blendshapes
+from capture_plan.layout.weight_recovery import Score, reconstruct, single_blendshapes
 from capture_plan.progress import track
 from capture_plan.registration.empirical_layouts import empirical_layout, place_layout
 from capture_plan.registration.known import EMPIRICAL

@@ -102,26 +102,32 @@ def is_ours(row: Row) -> bool:
 
 def verdicts(found: Comparison) -> list[str]:
     """Who wins where, in sentences."""
-    lines = []
-    for budget in found.budgets:
-        peers = [row for row in found.rows if row.landmarks == budget]
-        for i, noise in enumerate(found.noises_mm):
-            ranked = sorted(peers, key=lambda row: row.scores[MIXES][i].rmse_mm)
-            others = [row for row in ranked if not is_ours(row)]
-            mine = next((row for row in ranked if is_ours(row)), None)
-            if mine is None or noise == 0:
-                continue
-            lines.append(f"M = {budget}, {noise:g} mm: {duel(mine, others[0], i)}")
-    lines += [
-        line for n, budget in enumerate(found.budgets) for line in from_the_best(found, budget, found.least_mm[n])
-    ]
-    lines += [line for budget in found.budgets for line in least_lost(found, budget)]
     known = [row for row in found.rows if not is_ours(row) and row.method not in BASELINES]
-    return [
-        *lines,
-        *(line for row in known if row.method.endswith(PLACED) for line in fewest(found, row)),
-        *(f"{row.method} is blind at epsilon {found.epsilon:g}: {', '.join(row.blind)}" for row in known if row.blind),
-    ]
+    lines = [duels(found, budget) for budget in found.budgets]
+    lines += [from_the_best(found, budget, least) for budget, least in zip(found.budgets, found.least_mm, strict=True)]
+    lines += [least_lost(found, budget) for budget in found.budgets]
+    lines += [fewest(found, row) for row in known if row.method.endswith(PLACED)]
+    lines += [blind_to(found, row) for row in known]
+    return [line for some in lines for line in some]
+
+
+def duels(found: Comparison, budget: int) -> list[str]:
+    """The best of ours against the best of the others of a budget, under each noise."""
+    peers = [row for row in found.rows if row.landmarks == budget]
+    if not any(map(is_ours, peers)):
+        return []
+    lines = []
+    for i, noise in enumerate(found.noises_mm):
+        if noise > 0:
+            ranked = sorted(peers, key=lambda row: row.scores[MIXES][i].rmse_mm)
+            mine, other = (next(row for row in ranked if is_ours(row) == own) for own in (True, False))
+            lines.append(f"M = {budget}, {noise:g} mm: {duel(mine, other, i)}")
+    return lines
+
+
+def blind_to(found: Comparison, row: Row) -> list[str]:
+    """The blendshapes that no landmark of a layout sees."""
+    return [f"{row.method} is blind at epsilon {found.epsilon:g}: {', '.join(row.blind)}"] if row.blind else []
 
 
 def least_lost(found: Comparison, budget: int) -> list[str]:

@@ -13,9 +13,10 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from msgspec import Struct
 
+from capture_plan.curves.random_mixes import random_mixes
 from capture_plan.evaluation.tangent_chart import Chart
 from capture_plan.layout.observation import Observation
-from capture_plan.layout.weight_recovery import random_mixes, recover_weights
+from capture_plan.layout.weight_recovery import recover_weights
 
 DRAWS = 200
 SEED = 20251  # any; fixed so that a page is the same every time

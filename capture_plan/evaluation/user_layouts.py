@@ -50,4 +50,4 @@ def take_weights(take: Sequence, rig: Rig, used: tuple[str, ...]) -> Float[np.nd
     of meshes."""
     if not isinstance(take.frames, PosedFrames):
         return None
-    return np.clip(take.frames.weights[:, [rig.names.index(name) for name in used]], 0, 1)
+    return np.clip(take.frames.weights[:, rig.rows(used)], 0, 1)

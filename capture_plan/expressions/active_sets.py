@@ -49,5 +49,5 @@ def vertex_roles(rig: Rig, used: tuple[str, ...], settings: PackingSettings, ble
 
 def skin_displacement(rig: Rig, used: tuple[str, ...]) -> Float[np.ndarray, "k v"]:
     """|d[k, v]| on the skin, 0 elsewhere, millimetres."""
-    rows = [rig.names.index(name) for name in used]
+    rows = rig.rows(used)
     return np.where(rig.skin, rig.displacement[rows], 0)

@@ -116,7 +116,7 @@ class Model:
 def model_of(rig: Rig, problem: Problem, settings: PackingSettings, target: Target) -> Model:
     """The model of a problem on a rig; the paper's importance takes the place of the expected error where it is asked
     for, and several targets count alike."""
-    rows = [rig.names.index(name) for name in problem.names]
+    rows = rig.rows(problem.names)
     known = [expectation(rig, one) for one in listed(rig, target) or (None,)]
     expected = mean_expectation(known).among(rows)
     if settings.importance == "paper":

@@ -74,7 +74,7 @@ def fallback(rig: Rig, used: tuple[str, ...], expression: Expression) -> tuple[P
 def is_upper(rig: Rig, item: tuple[str, ...]) -> bool:
     """Whether a movement is that of brows and eyes rather than of nose, cheeks and mouth, by its squared length."""
     regions = regions_of(rig)
-    squared = (rig.displacement[[rig.names.index(name) for name in item]] ** 2).sum(axis=0) * rig.skin
+    squared = (rig.displacement[rig.rows(item)] ** 2).sum(axis=0) * rig.skin
     of_upper = np.isin(regions.of_vertex, [regions.names.index(name) for name in UPPER])
     return bool(squared[of_upper].sum() > squared[~of_upper].sum())
 

@@ -110,7 +110,7 @@ def item_importance(rig: Rig, problem: Problem, settings: PackingSettings, targe
     if settings.uniqueness == 0:
         fixed = belongs @ worth
         return lambda packed: fixed
-    rows = [rig.names.index(name) for name in problem.names]
+    rows = rig.rows(problem.names)
     cosine = cosine_similarity(rig.deltas[rows][:, rig.skin])
     beta = settings.uniqueness
     return lambda packed: belongs @ (worth + beta * uniqueness(cosine, packed.astype(float) @ belongs > 0))
@@ -133,7 +133,7 @@ def expected_error(
 ) -> Float[np.ndarray, " k"]:
     """The squared error that each scan is expected to take from the rebuilt rig, as a share of the largest; the mean
     over several targets."""
-    rows = [rig.names.index(name) for name in used]
+    rows = rig.rows(used)
     errors = np.mean([transfer_importance(rig, one)[rows] for one in targets or (None,)], axis=0)
     return np.maximum(errors / (errors.max() or 1), LEAST)
 

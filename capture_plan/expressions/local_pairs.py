@@ -28,7 +28,7 @@ def local_pairs(rig: Rig, used: tuple[str, ...], active: Bool[np.ndarray, "k v"]
     """(upper, lower) pairs of `used` blendshapes, in their order."""
     regions = face_regions(rig)
     moved = skin_displacement(rig, used).astype(float) ** 2
-    side = laterality(rig)[[rig.names.index(name) for name in used]]
+    side = laterality(rig)[rig.rows(used)]
     sided = np.where(np.abs(side) >= SIDED, np.sign(side), 0)
     pairs = []
     for opening in OPENINGS:
@@ -54,7 +54,7 @@ def _halves(
 
 def _likeness(rig: Rig, used: tuple[str, ...], active: Bool[np.ndarray, "k v"]) -> Float[np.ndarray, "k k"]:
     """cos(m[i], (1, -1, 1) * m[j])."""
-    deltas = rig.deltas[[rig.names.index(name) for name in used]]
+    deltas = rig.deltas[rig.rows(used)]
     mean = np.einsum("kv,kvx->kx", active / np.maximum(active.sum(axis=1, keepdims=True), 1), deltas)
     mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), np.finfo(float).tiny)
     return mean @ (mean * [1, -1, 1]).T

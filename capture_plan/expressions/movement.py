@@ -132,7 +132,7 @@ def _net(rig: Rig, group: list[tuple[str, Movement]]) -> Movement | None:
         return movement
     regions = regions_of(rig)
     names = tuple(dict.fromkeys(each for name, _ in group for each in (name, *_bases(rig, name))))
-    deltas = rig.deltas[[rig.names.index(name) for name in names]].sum(axis=0)
+    deltas = rig.deltas[rig.rows(names)].sum(axis=0)
     region = movement.region
     _, here = _place(rig, regions, *_moved(rig, first))
     length = np.where(rig.skin, np.linalg.norm(deltas, axis=1), 0)
@@ -161,7 +161,7 @@ def _movement(rig: Rig, regions: FaceRegions, name: str) -> Movement | None:
 
 def _moved(rig: Rig, name: str) -> tuple[Float[np.ndarray, " v"], Float[np.ndarray, "v 3"]]:
     """How far the skin goes under a blendshape and what is held besides, and its deltas."""
-    deltas = rig.deltas[[rig.names.index(each) for each in (name, *_bases(rig, name))]].sum(axis=0)
+    deltas = rig.deltas[rig.rows((name, *_bases(rig, name)))].sum(axis=0)
     return np.where(rig.skin, np.linalg.norm(deltas, axis=1), 0), deltas
 
 

@@ -18,6 +18,7 @@ from capture_plan.anatomy.meaning import arkit_by_motion, base_name
 from capture_plan.expressions.lips import stays_open
 from capture_plan.expressions.movement import against, goes_against, movements
 from capture_plan.expressions.sounds import sounds_of
+from capture_plan.prose import in_series
 from capture_plan.rig import Rig
 
 CLAUSES = 3  # in one breath; more become a second sentence
@@ -27,10 +28,10 @@ FROM_REST = "From a relaxed face: "  # every expression starts from the neutral,
 
 def sentence(rig: Rig, blendshapes: tuple[str, ...]) -> str:
     """What to do to show `blendshapes` at full weight, all at once."""
-    parts = [_list(part) for part in _breaths(_said(rig, blendshapes))] + list(_sounded(rig, blendshapes))
+    parts = [in_series(part) for part in _breaths(_said(rig, blendshapes))] + list(_sounded(rig, blendshapes))
     if unknown := _unknown(rig, blendshapes):
         found = movements(rig, unknown)
-        parts.append(f"match the picture: move {_list(found)}" if found else "match the picture")
+        parts.append(f"match the picture: move {in_series(found)}" if found else "match the picture")
     parts[1:] = [f"at the same time {part}" for part in parts[1:]]
     return " ".join(part[0].upper() + part[1:] + "." for part in parts)
 
@@ -42,7 +43,7 @@ def told_apart(rig: Rig, expressions: list[tuple[str, ...]]) -> list[str]:
     for one, text in zip(expressions, said, strict=True):
         moves = movements(rig, one) if said.count(text) > 1 else ()
         new = [move for move in moves if move not in text]
-        found.append(f"{text} It moves {_list(tuple(new))}." if new else text)
+        found.append(f"{text} It moves {in_series(tuple(new))}." if new else text)
     return found
 
 
@@ -84,7 +85,7 @@ def _sounded(rig: Rig, blendshapes: tuple[str, ...]) -> tuple[str, ...]:
     for name in blendshapes:
         if sound := sounds_of(rig).get(name):
             moves = movements(rig, (name,))
-            said.append(f"say {sound} and hold your mouth there" + (f": move {_list(moves)}" if moves else ""))
+            said.append(f"say {sound} and hold your mouth there" + (f": move {in_series(moves)}" if moves else ""))
     return tuple(said)
 
 
@@ -150,7 +151,3 @@ def _breaths(clauses: tuple[str, ...]) -> list[tuple[str, ...]]:
     count = -(-len(clauses) // CLAUSES)
     cuts = [round(number * len(clauses) / count) for number in range(count + 1)] if count else [0]
     return [clauses[a:b] for a, b in pairwise(cuts)]
-
-
-def _list(items: tuple[str, ...]) -> str:
-    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}"

@@ -8,7 +8,6 @@ Outside   of the lips, what faces forward at rest: teeth belong behind it, and b
 Border    vertices where a surface ends: beside them nothing can be said to lie behind it
 """
 
-import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,8 +21,8 @@ from capture_plan.face.anchors import eyeballs
 from capture_plan.mesh import boundary_vertices, surface_graph, vertex_normals
 from capture_plan.mesh.geometry import triangle_cross
 from capture_plan.rig import Rig
+from capture_plan.rig.parts import part_kind
 
-TEETH = re.compile(r"teeth|tooth|denture", re.IGNORECASE)
 LIP_ZONE = 0.25  # of the pupil distance, around the opening of the mouth: 16 mm, a lip with its red and its rim
 OUTSIDE = 0.3  # forward part of a normal: the red of closed lips has less where they meet
 SIDES = ((1, "left"), (-1, "right"))
@@ -56,7 +55,7 @@ def touching(rig: Rig) -> list[Touching]:
         side = "left" if rig.neutral[eye, 0].mean() > regions.anchors.midline else "right"
         ball = surface(rig, eye, closed=True)
         found += [(f"{lid} through the eyeball", np.flatnonzero(of), ball) for lid, of in lids if lid.startswith(side)]
-    teeth = np.isin(rig.parts, [i for i, name in enumerate(rig.part_names) if TEETH.search(name)]) & ~rig.skin
+    teeth = np.isin(rig.parts, [i for i, name in enumerate(rig.part_names) if part_kind(name) == "teeth"]) & ~rig.skin
     forward = vertex_normals(rig.neutral, rig.triangles)[:, 2] > OUTSIDE
     for lip, of in (("upper lip", upper), ("lower lip", lower)):
         outside = surface(rig, of & forward)

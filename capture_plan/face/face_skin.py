@@ -21,7 +21,6 @@ from capture_plan.face.profile import find_chin
 from capture_plan.mesh import piece_areas, vertex_areas
 
 AROUND_EYES = re.compile(r"eye|brow", re.IGNORECASE)
-BARE = re.compile(r"skin|face|head|neck|scalp|body", re.IGNORECASE)
 USUAL_CHIN = 1.6  # h below the eyes, where no chin is found: people 1.5 to 1.75
 CHEEK, DEEP, BROW = 1.0, 1.0, 0.7  # u from the midline, behind the eyes, above them
 UPPER_NECK = 1.4  # times the eyes' height over the chin: 45 mm below a human chin

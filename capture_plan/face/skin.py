@@ -14,33 +14,17 @@ Reach      a body below the neck is left off: what is further than REACH times t
 Face       where eyes and mouth are known, they tell a face of loose pieces, clothes and bodies (`face_skin.py`)
 """
 
-import re
+from collections.abc import Collection
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.sparse.csgraph import dijkstra
 
-from capture_plan.face.face_skin import BARE, FacePlace, above_neck, around_eyes, bodies, own_movers, upper_neck
+from capture_plan.face.face_skin import FacePlace, above_neck, around_eyes, bodies, own_movers, upper_neck
 from capture_plan.mesh import boundary_vertices, piece_areas, pieces, surface_graph, triangle_areas
+from capture_plan.rig.parts import DRAWN, NOT_SKIN, WORN, PartKind, part_kind
 from capture_plan.visibility import hemisphere_visibility
 
-HEADWEAR = (  # worn on a head, no skin of it
-    r"head(gear|band|phone|set|dress|piece)|wear|beanie|hood|scarf|veil|turban|bonnet|outfit|horn|antler"
-)
-NOT_SKIN = re.compile(
-    r"eye(?!_?-? ?lid)|sclera|iris|pupil|cornea|lens|lacrimal|caruncle|tear|occlusion|lash|brow|teeth|tooth|denture"
-    r"|gum|tongue|mouth.?(bag|sock|cav|in)|oral|palate|hair|beard|m(o|ou)stache|stubble|fur|glasses|hat|cap$|cloth"
-    r"|shirt|jacket|collar|suit|tights|skirt|genital|helmet|jewel|earring|armou?r|" + HEADWEAR,
-    re.IGNORECASE,
-)
-WORN = re.compile(
-    r"lacrimal|tear|occlusion|lash|blend|hair|fur|glass|hat|cap$|cloth|shirt|suit|tights|helmet|" + HEADWEAR,
-    re.IGNORECASE,
-)
-DRAWN = re.compile(r"brow|eye.?line", re.IGNORECASE)
-HEAD = r"head(?!wear|gear|band|phone|set|dress|piece|scarf)"
-FACE = re.compile(rf"skin|face|{HEAD}|neck|ear(?!ring)|scalp|lip", re.IGNORECASE)  # a body may be dressed
-SKIN = re.compile(rf"{FACE.pattern}|body", re.IGNORECASE)
 HIDDEN, DIM = 0.02, 0.10  # ICT-FaceKit: 99 % of the mouth bag is below the first, lips at rest apart above the second
 RIM = 1 / 62  # of the diagonal of the moving skin: 4 mm on a human head, in whatever unit it was read
 SAME_SPOT = 3e-6  # of the extent: 1e-3 mm on a human head
@@ -117,11 +101,12 @@ def _called_skin(
     parts: Int[np.ndarray, " v"], part_names: tuple[str, ...], moving: Bool[np.ndarray, " v"], face: FacePlace | None
 ) -> list[int]:
     """Parts that are called skin; one called body only where no part that moves is called a face."""
-    called = [i for i, name in enumerate(part_names) if SKIN.search(name)]
-    has_face = any(FACE.search(part_names[i]) and moving[parts == i].any() for i in called)
+    kinds = [part_kind(name) for name in part_names]
+    called = [i for i, kind in enumerate(kinds) if kind in ("skin", "body")]
+    has_face = any(kinds[i] == "skin" and moving[parts == i].any() for i in called)
     if face is None or not has_face:
         return called
-    return [i for i in called if FACE.search(part_names[i]) or moving[parts == i].any()]
+    return [i for i in called if kinds[i] == "skin" or moving[parts == i].any()]
 
 
 def _head_piece(
@@ -148,7 +133,7 @@ def _of_the_head(
     face: FacePlace,
 ) -> Bool[np.ndarray, " v"]:
     """The skin without clothes, bodies and busts."""
-    bare = np.isin(parts, [i for i, name in enumerate(part_names) if BARE.search(name)])
+    bare = np.isin(parts, [i for i, name in enumerate(part_names) if part_kind(name) in ("skin", "body")])
     chin_y = face.chin_y(neutral[skin])
     inner = triangles[skin[triangles].all(axis=1)]
     for group in (parts, piece):
@@ -166,15 +151,15 @@ def _seamless_in(
 
 
 def _named(
-    words: re.Pattern[str],
+    kinds: Collection[PartKind],
     neutral: Float[np.ndarray, "v 3"],
     triangles: Int[np.ndarray, "f 3"],
     parts: Int[np.ndarray, " v"],
     part_names: tuple[str, ...],
 ) -> Bool[np.ndarray, " v"]:
-    """Vertices of the parts whose name holds one of `words`, except for the part with most of the area."""
+    """Vertices of the parts of these kinds by name, except for the part with most of the area."""
     area = np.bincount(parts[triangles[:, 0]], triangle_areas(neutral, triangles), len(part_names))
-    out = [i for i, name in enumerate(part_names) if words.search(name) and area[i] <= area.sum() / 2]
+    out = [i for i, name in enumerate(part_names) if part_kind(name) in kinds and area[i] <= area.sum() / 2]
     return np.isin(parts, out)
 
 

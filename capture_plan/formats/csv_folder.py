@@ -21,9 +21,9 @@ from jaxtyping import Float, Int
 from capture_plan.errors import RigError
 from capture_plan.formats.naming import sentences
 from capture_plan.formats.neutral_file import find_neutral
-from capture_plan.formats.obj import COMMA, Faces, load, natural
+from capture_plan.formats.obj import COMMA, load, natural
 from capture_plan.formats.raw import RawRig
-from capture_plan.formats.shapes import rig_of_shapes
+from capture_plan.formats.shapes import Faces, rig_of_shapes
 from capture_plan.input.source import Source, folder_name, is_kind
 
 KINDS = (".csv", ".txt", ".tsv", ".tab", ".xyz", ".asc", ".pts", ".dat")

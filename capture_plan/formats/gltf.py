@@ -46,7 +46,8 @@ from capture_plan.formats.gltf_whole import (
 )
 from capture_plan.formats.hidden import SceneMesh, choose
 from capture_plan.formats.naming import LISTED, fitting, left_on, numbered, printable, sentences
-from capture_plan.formats.raw import RawRig, vertex_parts
+from capture_plan.formats.raw import RawRig
+from capture_plan.formats.scene import Offsets, PlacedMesh, join_meshes
 from capture_plan.formats.weld import weld_seams
 from capture_plan.input.bounds import MOST_BLENDSHAPES, MOST_DISPLACEMENTS
 from capture_plan.input.source import Source
@@ -94,7 +95,8 @@ def read_document(name: str, gltf: Gltf) -> RawRig:
     found = (scene_told(gltf), hiding, told_of(broken), *flawed)
     told = sentences(vrm.note(expressions, blendshape), *said, default_weights(gltf, shown, named), *found)
     left_out = (*left_out, *dict.fromkeys(one.title for one in broken))
-    rig = replace(join(name, pieces, vrm.facing(gltf), told), left_out=left_out)
+    rig = join_meshes(name, placed_meshes(pieces), unit_mm=1000.0, up="+y", facing=vrm.facing(gltf), note=told)
+    rig = replace(rig, left_out=left_out)
     assert rig.meshes is not None
     return weld_seams(rig, rig.meshes)
 
@@ -273,31 +275,20 @@ def primitive_triangles(gltf: Gltf, primitive: dict[str, Any], v: int) -> Int[np
     return corners[np.stack([i, i + 1 + i % 2, i + 2 - i % 2], axis=1)]
 
 
-def join(name: str, pieces: list[Piece], facing: str, note: str) -> RawRig:
-    """One rig of all pieces: parts and blendshapes of equal name are one."""
-    names = tuple(dict.fromkeys(name for piece in pieces for name in piece.names))
-    part_names = tuple(dict.fromkeys(name for piece in pieces for name in piece.part_names))
+def placed_meshes(pieces: list[Piece]) -> list[PlacedMesh]:
+    """The pieces as a scene's meshes, their vertices counted in a row."""
     starts = np.cumsum([0] + [len(piece.vertices) for piece in pieces])
-    deltas = np.zeros((len(names), starts[-1], 3), dtype=np.float32)
-    row = {blendshape: k for k, blendshape in enumerate(names)}
-    for piece, start in zip(pieces, starts[:-1], strict=True):
-        for blendshape, delta in zip(piece.names, piece.deltas, strict=True):
-            deltas[row[blendshape], start : start + len(delta)] = delta
-    triangles = np.concatenate([piece.triangles + start for piece, start in zip(pieces, starts[:-1], strict=True)])
-    labels = np.concatenate([np.array([part_names.index(n) for n in p.part_names])[p.labels] for p in pieces])
-    parts, part_names = vertex_parts(triangles, labels, part_names, int(starts[-1]))
-    return RawRig(
-        name=name,
-        neutral=np.concatenate([piece.vertices for piece in pieces]),
-        triangles=triangles.astype(np.int32),
-        deltas=deltas,
-        names=names,
-        parts=parts,
-        part_names=part_names,
-        source_index=np.arange(starts[-1], dtype=np.int32),
-        unit_mm=1000.0,
-        up="+y",
-        facing=facing,
-        note=note,
-        meshes=np.repeat(np.arange(len(pieces), dtype=np.int32), np.diff(starts)),
-    )
+    return [
+        PlacedMesh(
+            vertices=piece.vertices,
+            triangles=piece.triangles,
+            labels=piece.labels,
+            part_names=piece.part_names,
+            first=int(first),
+            blendshapes={
+                name: Offsets(np.arange(len(delta)), delta)
+                for name, delta in zip(piece.names, piece.deltas, strict=True)
+            },
+        )
+        for piece, first in zip(pieces, starts[:-1], strict=True)
+    ]

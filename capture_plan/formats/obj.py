@@ -8,33 +8,21 @@ Letters: v vertices, p polygons, c corners of polygons, all in a row.
 """
 
 import re
-from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from capture_plan.errors import RigError
-from capture_plan.formats.naming import numbered, sentences
 from capture_plan.formats.neutral_file import find_neutral
-from capture_plan.formats.raw import RawRig, fan, vertex_parts
-from capture_plan.formats.whole_files import whole_deltas
+from capture_plan.formats.raw import RawRig
+from capture_plan.formats.shapes import Faces, rig_of_whole_files
 from capture_plan.input.bounds import MOST_TEXT_BYTES, check_lines, check_sides, content
-from capture_plan.input.source import Source, folder_name, is_kind
+from capture_plan.input.source import Source, is_kind
 
 VERTEX = re.compile(rb"^[ \t]*v[ \t]+([^\n]*)", re.MULTILINE)
 FACE = re.compile(rb"^[ \t]*f[ \t][^\n]*", re.MULTILINE)
 STATEMENT = re.compile(rb"^[ \t]*(v|f|o|g|usemtl)(?:[ \t]+([^\n]*))?$", re.MULTILINE)
 COMMA = re.compile(rb"(?<=\d),(?=\d)")
-
-
-@dataclass(frozen=True, eq=False)
-class Faces:
-    """Polygons of one file: vertex numbers from 0, corner counts, and the part that each belongs to."""
-
-    corners: Int[np.ndarray, " c"]
-    sizes: Int[np.ndarray, " p"]
-    labels: Int[np.ndarray, " p"]
-    part_names: tuple[str, ...]
 
 
 def read_obj_folder(folder: Source) -> RawRig:
@@ -75,22 +63,7 @@ def read_obj_folder(folder: Source) -> RawRig:
             )
         check_same_faces(faces, neutral_path, parse_faces(data, path), path)
 
-    shapes, deltas, broken = whole_deltas(neutral, shapes, shape)
-    labels = np.repeat(faces.labels, faces.sizes - 2)
-    triangles = fan(faces.corners, faces.sizes)
-    parts, part_names = vertex_parts(triangles, labels, faces.part_names, len(neutral))
-    names, told = numbered([path.stem for path in shapes])
-    return RawRig(
-        name=folder_name(folder),
-        neutral=neutral,
-        triangles=triangles,
-        deltas=deltas,
-        names=names,
-        parts=parts,
-        part_names=part_names,
-        source_index=np.arange(len(neutral), dtype=np.int32),
-        note=sentences(chosen, told, broken),
-    )
+    return rig_of_whole_files(folder, neutral, faces, shapes, shape, told=chosen)
 
 
 def read_obj_vertices(path: Source) -> Float[np.ndarray, "v 3"]:

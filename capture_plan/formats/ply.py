@@ -17,9 +17,9 @@ from jaxtyping import Float
 
 from capture_plan.errors import RigError
 from capture_plan.formats.neutral_file import find_neutral
-from capture_plan.formats.obj import COMMA, Faces, check_same_faces, natural
+from capture_plan.formats.obj import COMMA, check_same_faces, natural
 from capture_plan.formats.raw import RawRig
-from capture_plan.formats.shapes import rig_of_shapes
+from capture_plan.formats.shapes import Faces, rig_of_shapes
 from capture_plan.input.bounds import MOST_FACES, MOST_TEXT_BYTES, check_lines, content
 from capture_plan.input.source import Source, is_kind
 

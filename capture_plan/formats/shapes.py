@@ -1,20 +1,30 @@
 """A rig of one file per blendshape, whatever the files' kind: the neutral's faces, and vertices that follow its order.
 
-Letters: v vertices. Used for PLY and CSV folders; OBJ folders have a quicker way of their own (`obj.py`).
+Letters: v vertices, p polygons, c corners of polygons, all in a row.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
 from capture_plan.formats.naming import numbered, sentences
-from capture_plan.formats.obj import Faces
 from capture_plan.formats.raw import RawRig, fan, vertex_parts
 from capture_plan.formats.whole_files import whole_deltas
 from capture_plan.input.bounds import check_sides
 from capture_plan.input.source import Source, folder_name
+
+
+@dataclass(frozen=True, eq=False)
+class Faces:
+    """Polygons of one file: vertex numbers from 0, corner counts, and the part that each belongs to."""
+
+    corners: Int[np.ndarray, " c"]
+    sizes: Int[np.ndarray, " p"]
+    labels: Int[np.ndarray, " p"]
+    part_names: tuple[str, ...]
 
 
 def rig_of_shapes(
@@ -58,6 +68,19 @@ def rig_of_shapes(
             check_faces(faces, neutral, path)
         return shape
 
+    return rig_of_whole_files(folder, vertices, faces, shapes, read_shape, told=told)
+
+
+def rig_of_whole_files(
+    folder: Source,
+    vertices: Float[np.ndarray, "v 3"],
+    faces: Faces,
+    shapes: list[Source],
+    read_shape: Callable[[Source], Float[np.ndarray, "v 3"]],
+    *,
+    told: str,
+) -> RawRig:
+    """The rig of a neutral's vertices and faces and of the shapes that can be read; of the others it is said why."""
     shapes, deltas, broken = whole_deltas(vertices, shapes, read_shape)
     triangles = fan(faces.corners, faces.sizes)
     parts, part_names = vertex_parts(

@@ -45,7 +45,7 @@ class Face:
     @property
     def rows(self) -> list[int]:
         """Indices of the used blendshapes in the rig."""
-        return [self.rig.names.index(name) for name in self.used]
+        return self.rig.rows(self.used)
 
     @property
     def displacement(self) -> Float[np.ndarray, "k v"]:

@@ -16,9 +16,10 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from capture_plan.curves.random_mixes import random_mixes
 from capture_plan.layout.exchange import Choice, Search
 from capture_plan.layout.observation import PRIOR_SD, Observation
-from capture_plan.layout.weight_recovery import measurement_noise, random_mixes, recover_weights, squared_error
+from capture_plan.layout.weight_recovery import measurement_noise, recover_weights, squared_error
 
 ROUNDS = 4
 MIXES, SOME, JUDGING = 96, 16, 1000  # frames: to descend on, to screen with, to choose the best round by

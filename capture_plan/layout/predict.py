@@ -22,16 +22,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float, Int
 
+from capture_plan.curves.random_mixes import moment_of_mixes, random_mixes
 from capture_plan.layout.box_least_squares import solve_bounded
 from capture_plan.layout.observation import Observation
 from capture_plan.layout.record import Prediction
-from capture_plan.layout.weight_recovery import (
-    FEWEST_ACTIVE,
-    MOST_ACTIVE,
-    measurement_noise,
-    normal_matrix,
-    random_mixes,
-)
+from capture_plan.layout.weight_recovery import measurement_noise, normal_matrix
 from capture_plan.shell.take_basis import Recording
 from capture_plan.shell.takes import Takes
 
@@ -72,14 +67,6 @@ class Performance:
         """tr(Q M): the mean of d where the answer to a mix c is X c, square millimetres."""
         # Q = X'GX - 2 X' cross' + power
         return float(np.sum((X.T @ G @ X - 2 * X.T @ self.cross.T + self.power) * self.moment))
-
-
-def moment_of_mixes(count: int) -> Float[np.ndarray, "k k"]:
-    """Mean of w w' over `random_mixes` of any seed."""
-    active = np.minimum(np.arange(FEWEST_ACTIVE, MOST_ACTIVE + 1), count)
-    # a weight is active in n of k mixes, two are in n (n - 1) of k (k - 1), each uniform from 0 to 1
-    both = np.mean(active * (active - 1)) / max(count * (count - 1), 1) / 4
-    return np.full((count, count), both) + (np.mean(active) / count / 3 - both) * np.eye(count)
 
 
 def moment_of_talking(count: int) -> Float[np.ndarray, "k k"]:

@@ -18,7 +18,6 @@ from capture_plan.layout.box_least_squares import solve_bounded
 from capture_plan.layout.observation import PRIOR_SD, Observation
 
 FINEST_MM = 1e-3  # noise that the solver assumes at least: finer than any capture, and the answer stays unique
-FEWEST_ACTIVE, MOST_ACTIVE = 3, 8  # blendshapes in a random mix
 CHUNK_BYTES = 8e6  # of skin positions at a time: they stay near the processor
 
 
@@ -42,16 +41,6 @@ class Score(Errors, frozen=True, forbid_unknown_fields=True, kw_only=True):
 def single_blendshapes(count: int) -> Float[np.ndarray, "k k"]:
     """Every blendshape alone at full weight, one frame each."""
     return np.eye(count)
-
-
-def random_mixes(count: int, *, frames: int, seed: int) -> Float[np.ndarray, "t k"]:
-    """Frames of 3 to 8 blendshapes (all, where there are fewer) at uniform weights."""
-    rng = np.random.default_rng(seed)
-    w = np.zeros((frames, count))
-    for row in w:
-        active = rng.permutation(count)[: rng.integers(FEWEST_ACTIVE, MOST_ACTIVE + 1)]
-        row[active] = rng.uniform(size=len(active))
-    return w
 
 
 def measurement_noise(vertices: Int[np.ndarray, " m"], *, frames: int, seed: int) -> Float[np.ndarray, "t r"]:

@@ -10,6 +10,7 @@ from capture_plan.evaluation.carrigan2020.packing_worth import ALONE, RANDOM, Cu
 from capture_plan.expressions import PackingSettings
 from capture_plan.notebooks_support.figures import show_table
 from capture_plan.notebooks_support.knobs import knob_group, slider
+from capture_plan.prose import in_series
 from capture_plan.report.words import count, percent
 
 OURS = "early"
@@ -148,7 +149,7 @@ def _by_winner(best: dict[str, tuple[str, ...]]) -> str:
     parts = []
     for names in dict.fromkeys(best.values()):
         faces = [target for target, who in best.items() if who == names]
-        who = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}, alike"
+        who = in_series(names, "or") + ", alike" * (len(names) > 1)
         parts.append(f"{who} ({', '.join(faces) if len(faces) < len(best) else 'every face'})")
     return "; ".join(parts)
 

@@ -4,7 +4,6 @@ import base64
 import html
 import tempfile
 from pathlib import Path
-from typing import Literal
 
 import marimo as mo
 
@@ -13,12 +12,12 @@ from capture_plan.plan.record import Plan
 from capture_plan.report.page import page_html
 from capture_plan.rig import Rig
 from capture_plan.sheets import write_sheets
+from capture_plan.sheets.write import Sheet
 
 PREVIEW_DPI, PRINT_DPI = 72, 300
-Paper = Literal["a4", "letter"]
 
 
-def sheet_pages(plan: Plan, rig: Rig, paper: Paper) -> dict[str, bytes]:
+def sheet_pages(plan: Plan, rig: Rig, paper: Sheet) -> dict[str, bytes]:
     """Pictures of all pages for the screen: PNG by title."""
     with tempfile.TemporaryDirectory() as folder:
         _, *pages = write_sheets(plan, rig, Path(folder), paper=paper, dpi=PREVIEW_DPI)
@@ -35,7 +34,7 @@ def page_gallery(pages: dict[str, bytes]) -> mo.Html:
     return mo.Html(f'<div class="pages">{cells}</div>')
 
 
-def sheet_download(plan: Plan, rig: Rig, paper: Paper) -> mo.Html:
+def sheet_download(plan: Plan, rig: Rig, paper: Sheet) -> mo.Html:
     """The sheets as a PDF of true size; drawn when asked for."""
 
     def pdf() -> bytes:
@@ -45,7 +44,7 @@ def sheet_download(plan: Plan, rig: Rig, paper: Paper) -> mo.Html:
     return mo.download(pdf, filename="sheets.pdf", mimetype="application/pdf", label="Sheets for print (PDF)")
 
 
-def downloads(plan: Plan, rig: Rig, paper: Paper) -> mo.Html:
+def downloads(plan: Plan, rig: Rig, paper: Sheet) -> mo.Html:
     """The plan for programs, for people and for print."""
     return mo.hstack(
         [

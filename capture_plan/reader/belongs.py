@@ -27,7 +27,7 @@ from capture_plan.face.skin import is_ball
 from capture_plan.formats.naming import listed, printable, sentences
 from capture_plan.formats.raw import RawRig
 from capture_plan.formats.weld import weld_seams
-from capture_plan.mesh import piece_areas, pieces, triangle_areas
+from capture_plan.mesh import piece_areas, pieces, rigid_fit, triangle_areas
 
 MOVES = 1e-3  # of the largest displacement: less is rounding
 MANY = 0.5  # of the blendshapes that move the mesh that most of them move
@@ -189,7 +189,7 @@ def repeats(body: Body, face: Body, *, moves_too: bool = False) -> Copy | None:
     """
     if len(body.points) == len(face.points) and body.triangles.shape == face.triangles.shape:
         same = (body.triangles == face.triangles).all(axis=1).mean()
-        R, t = rigid(body.points, face.points)
+        R, t = rigid_fit(body.points, face.points)
         off = float(np.sqrt(((body.points @ R.T + t - face.points) ** 2).sum(axis=1).mean()))
         if same > 1 - NEARLY and off <= RESHAPED * face.size:
             return None if moves_too and mirrored(body.points, face.points, off) else Copy(body, face, R, t)
@@ -200,21 +200,10 @@ def repeats(body: Body, face: Body, *, moves_too: bool = False) -> Copy | None:
     return None if t is None else Copy(body, face, np.eye(3), t)
 
 
-def rigid(
-    a: Float[np.ndarray, "n 3"], b: Float[np.ndarray, "n 3"]
-) -> tuple[Float[np.ndarray, "3 3"], Float[np.ndarray, " 3"]]:
-    """R and t that make sum |R a + t - b|^2 least (Kabsch 1976)."""
-    middle_a, middle_b = a.mean(axis=0), b.mean(axis=0)
-    U, _, Vt = np.linalg.svd((a - middle_a).T @ (b - middle_b))
-    S = np.diag([1, 1, np.sign(np.linalg.det(U @ Vt))])
-    R = (U @ S @ Vt).T
-    return R, middle_b - R @ middle_a
-
-
 def mirrored(a: Float[np.ndarray, "n 3"], b: Float[np.ndarray, "n 3"], off: float) -> bool:
     """Whether the mirror image of a lies nearer to b, turned and moved, than a itself, which lies `off` (rms)."""
     image = a * [-1, 1, 1]
-    R, t = rigid(image, b)
+    R, t = rigid_fit(image, b)
     return float(np.sqrt(((image @ R.T + t - b) ** 2).sum(axis=1).mean())) < off
 
 

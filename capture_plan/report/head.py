@@ -1,7 +1,7 @@
 """A head packed for the browser: what the 3D viewer draws, small enough to travel inside one HTML file.
 
 Data       v0 (v 3), d (k v 3)   neutral and deltas in millimetres, of the blendshapes that the plan uses
-           S                     material of every part: skin, eye, lashes, teeth, tongue, other
+           S                     kind of every part, which `viewer.js` gives a look
 Packing    positions             int16, v0 = centre + unit * steps; the step is below 0.01 mm for a human head
            deltas                sparse: only vertices that move by a step or more; vertex numbers as differences
            blob                  the arrays one after the other, deflated, base64; a table says where each one lies
@@ -16,28 +16,14 @@ from jaxtyping import Float, Int
 
 from capture_plan.layout.record import Landmark
 from capture_plan.rig import Rig
+from capture_plan.rig.parts import part_kind
 from capture_plan.sheets import region_looks
 
 DELTA_STEP_MM = 0.01  # a fifth of the thinnest visible line of a head that fills a screen
 INT16 = 32767
 SHADE = 255
 
-# The first of these whose word is in a part's name is its material; skin vertices are skin whatever they are called.
-MATERIALS = {
-    "lashes": ("lash",),
-    "brows": ("brow",),
-    "clear": ("occlusion", "lacrimal", "cornea", "blend", "tear"),
-    "eye": ("eye", "iris", "pupil", "sclera"),
-    "teeth": ("teeth", "tooth", "gum"),
-    "tongue": ("tongue",),
-}
-THIN = ("lashes", "brows", "clear")
-
-
-def material(part: str) -> str:
-    """What a part is made of, by its name; parts with other names are of plain clay."""
-    name = part.lower()
-    return next((what for what, words in MATERIALS.items() if any(word in name for word in words)), "other")
+THIN = ("clear", "lash", "eye line", "brow", "hair")  # cast no shade
 
 
 def packed_head(rig: Rig, names: tuple[str, ...], shade: Float[np.ndarray, " v"]) -> dict[str, Any]:
@@ -47,7 +33,7 @@ def packed_head(rig: Rig, names: tuple[str, ...], shade: Float[np.ndarray, " v"]
     """
     centre = (rig.neutral.min(axis=0) + rig.neutral.max(axis=0)) / 2
     unit = float(np.abs(rig.neutral - centre).max() / INT16)
-    chosen = [rig.names.index(name) for name in names]
+    chosen = rig.rows(names)
     step = max(DELTA_STEP_MM, float(np.abs(rig.deltas).max()) / INT16)
     steps = np.rint(rig.deltas[chosen] / step).astype(np.int16)
     moved_k, moved_v = np.nonzero(steps.any(axis=2))
@@ -75,8 +61,9 @@ def packed_head(rig: Rig, names: tuple[str, ...], shade: Float[np.ndarray, " v"]
 
 
 def triangle_materials(rig: Rig) -> tuple[list[str], Int[np.ndarray, " f"]]:
-    """Names of the materials in use, and the number of each triangle's own."""
-    of_part = np.array([material(name) for name in rig.part_names])
+    """Kinds of the parts in use, and the number of each triangle's: skin is skin, whatever its name says."""
+    kinds = [part_kind(name) for name in rig.part_names]
+    of_part = np.array(["inside" if kind == "skin" else kind for kind in kinds])
     of_vertex = np.where(rig.skin, "skin", of_part[rig.parts])
     names, of_vertex = np.unique(of_vertex, return_inverse=True)
     return names.tolist(), of_vertex[rig.triangles[:, 0]]

@@ -1,6 +1,7 @@
 """The rig that everything else is computed from, in one unit and one pose of the axes."""
 
 import hashlib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -87,6 +88,14 @@ class Rig:
     def displacement(self) -> Float[np.ndarray, "k v"]:
         """Length of every delta, millimetres."""
         return np.linalg.norm(self.deltas, axis=2)
+
+    @cached_property
+    def _row_of(self) -> dict[str, int]:
+        return {name: k for k, name in enumerate(self.names)}
+
+    def rows(self, names: Iterable[str]) -> list[int]:
+        """The rows of `deltas` that hold these blendshapes."""
+        return [self._row_of[name] for name in names]
 
     def in_file(self, points: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 3"]:
         """Points of the rig's frame, millimetres, in the coordinates and the unit of the artist's file."""

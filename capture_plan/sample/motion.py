@@ -45,6 +45,6 @@ def random_weights(rig: Rig, seed: int, frames: int) -> Float[np.ndarray, "t k"]
     since = (np.arange(frames)[:, None] - start) / length
     weights = rng.uniform(LEAST_PEAK, 1, k) * np.where((since > 0) & (since < 1), np.sin(np.pi * since) ** 2, 0)
     for finding in correctives(rig, rig.names):
-        corrective, *corrected = (rig.names.index(name) for name in finding.blendshapes)
+        corrective, *corrected = rig.rows(finding.blendshapes)
         weights[:, corrected] = np.maximum(weights[:, corrected], weights[:, [corrective]])
     return weights

@@ -13,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Int
 
 from capture_plan.curves.axes_of import as_frames
 from capture_plan.curves.clock import Timing, timing_of
@@ -121,22 +122,29 @@ def stored(arrays: Mapping[str, np.ndarray], counts: Collection[int] = ()) -> Me
         found = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())[:160] or "nothing"
         raise RigError(f"has {found}, expected one 'frames' (t, v, 3), or 'weights' (t, k) and 'names'")
     frames = arrays[name]
-    faces = next((arrays[key] for key in FACE_NAMES if key in arrays), None)
     neutral = next((arrays[key] for key in NEUTRAL_NAMES if key in arrays and key != name), None)
     if neutral is not None and neutral.shape != frames.shape[1:]:
         raise RigError(f"has a neutral of the shape {neutral.shape} for frames {frames.shape}: save both of one mesh")
-    if faces is not None and (faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu"):
-        raise RigError(f"has 'faces' of the shape {faces.shape}, expected (f, 3) of integers: split polygons")
-    if faces is not None and faces.size and not 0 <= faces.min() <= faces.max() < frames.shape[1]:
-        raise RigError(f"has a face that uses vertex {faces.max():,} of {frames.shape[1]:,}: count from 0")
     return MeshTake(
         StoredFrames(frames),
-        triangles=None if faces is None else faces.astype(np.int32),
+        triangles=triangles_in(arrays, frames.shape[1]),
         neutral=None if neutral is None else neutral.astype(np.float64),
         fps=rate_of(arrays),
         unit_mm=UNITS_MM.get(str(arrays.get("units", "")).strip("[]'\" ").partition(" ")[0].lower()),
         notes=turned[name][1] if name in turned else (),
     )
+
+
+def triangles_in(arrays: Mapping[str, np.ndarray], v: int) -> Int[np.ndarray, "f 3"] | None:
+    """The triangles of a mesh of `v` vertices. RigError where they are of another."""
+    faces = next((arrays[key] for key in FACE_NAMES if key in arrays), None)
+    if faces is None:
+        return None
+    if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu":
+        raise RigError(f"has 'faces' of the shape {faces.shape}, expected (f, 3) of integers: split polygons")
+    if faces.size and not 0 <= faces.min() <= faces.max() < v:
+        raise RigError(f"has a face that uses vertex {faces.max():,} of {v:,}: count from 0")
+    return faces.astype(np.int32)
 
 
 def frames_in(arrays: Mapping[str, np.ndarray]) -> str | None:

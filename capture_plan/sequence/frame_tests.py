@@ -10,7 +10,6 @@ Files    one that cannot be read, or has another number of vertices, is a frame 
 A take is refused where more than MOST_FAULTY of its frames fail. Frames are read one after the other.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +21,7 @@ from capture_plan.curves.silence import runs
 from capture_plan.errors import RigError
 from capture_plan.formats.raw import FARTHEST
 from capture_plan.progress import track
+from capture_plan.prose import in_series
 from capture_plan.sequence.head_stabilisation import hold
 
 SIZE = 4 / 3  # usual units differ by 2.5 and more, heads and expressions by less
@@ -207,9 +207,5 @@ def places(some: Bool[np.ndarray, " t"]) -> str:
     """'frame 4', 'frames 15 to 29', 'frames 3, 7 to 9 and 12'."""
     ranges = [f"{a:,}" if b - a == 1 else f"{a:,} to {b - 1:,}" for a, b in runs(some)]
     shown, more = ranges[:FEW], len(ranges) - FEW
-    listed = _and([*shown, f"{more:,} more places"] if more > 0 else shown)
+    listed = in_series([*shown, f"{more:,} more places"] if more > 0 else shown)
     return f"frame{'' if some.sum() == 1 else 's'} {listed}"
-
-
-def _and(words: Sequence[str]) -> str:
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

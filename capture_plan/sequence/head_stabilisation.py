@@ -15,6 +15,7 @@ from jaxtyping import Float
 
 from capture_plan.curves.frames import Frames, evenly
 from capture_plan.errors import RigError
+from capture_plan.mesh import rigid_fit
 
 STILL_MM = 0.5  # skin over bone moves that little when a face speaks
 QUARTILE = 0.25  # at least so many vertices count as nearly still
@@ -40,17 +41,6 @@ class HeldFrames:
         return np.stack([hold(x * self.unit_mm, self.neutral, self.still) for x in self.frames.block(start, stop)])
 
 
-def kabsch(
-    x: Float[np.ndarray, "v 3"], y: Float[np.ndarray, "v 3"], w: Float[np.ndarray, " v"]
-) -> tuple[Float[np.ndarray, "3 3"], Float[np.ndarray, " 3"]]:
-    """R, u of least sum_v w[v] |R x[v] + u - y[v]|^2, R a rotation."""
-    w = w / w.sum()
-    a, b = w @ x, w @ y
-    U, _, Vt = np.linalg.svd((y - b).T @ ((x - a) * w[:, None]))  # H = sum w (y - b) (x - a)^T = U S V^T
-    R = U @ np.diag([1, 1, np.sign(np.linalg.det(U @ Vt))]) @ Vt
-    return R, b - R @ a
-
-
 def hold(
     x: Float[np.ndarray, "v 3"], neutral: Float[np.ndarray, "v 3"], still: Float[np.ndarray, " v"]
 ) -> Float[np.ndarray, "v 3"]:
@@ -61,10 +51,10 @@ def hold(
     p, v0, a = x[some], neutral[some], still[some]
     w = a
     for _ in range(ROUNDS):
-        R, u = kabsch(p, v0, w)
+        R, u = rigid_fit(p, v0, w)
         r = np.linalg.norm(p @ R.T + u - v0, axis=1)
         w = a / (1 + (r / max(STILL_MM, float(a @ r / a.sum()))) ** 2) ** 2
-    R, u = kabsch(p, v0, w)
+    R, u = rigid_fit(p, v0, w)
     return x @ R.T + u
 
 

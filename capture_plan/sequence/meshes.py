@@ -40,31 +40,49 @@ class MeshTake:
 
 def read_folder(folder: Path) -> MeshTake:
     """The take in a folder. RigError where its files are no numbered frames of one mesh."""
+    files, read = mesh_files(folder)
+    paths, still = frames_and_neutral(files)
+    first, count = first_and_count(paths, read)
+    return MeshTake(
+        FileFrames(paths, read, count, first),
+        triangles_of(still or first),
+        read(still) if still else None,
+        notes=missing_numbers(paths),
+    )
+
+
+def mesh_files(folder: Path) -> tuple[list[Path], Callable[[Path], Float[np.ndarray, "v 3"]]]:
+    """The meshes in a folder in order, and what reads them. RigError unless all are of one kind."""
     kinds = {".obj": obj_vertices, ".ply": ply_vertices}
     files = [p for p in folder.iterdir() if p.suffix.lower() in kinds and not p.name.startswith(".") and p.is_file()]
     suffixes = sorted({path.suffix.lower() for path in files})
     if len(suffixes) != 1:
         found = " and ".join(suffixes) or "no .obj or .ply files"
         raise RigError(f"holds {found}: give a folder with one numbered file for each frame, all of one kind")
-    read = kinds[suffixes[0]]
-    numbered: dict[str, list[Path]] = {}
-    for path in sorted(files, key=natural):
+    return sorted(files, key=natural), kinds[suffixes[0]]
+
+
+def frames_and_neutral(files: Sequence[Path]) -> tuple[tuple[Path, ...], Path | None]:
+    """The files that differ by a number alone, and one that is called neutral. RigError where there are others."""
+    series: dict[str, list[Path]] = {}
+    for path in files:
         match = NUMBER.match(path.stem)
-        numbered.setdefault(f"{match[1]}#{match[3]}" if match else path.stem, []).append(path)
-    takes = [name for name, paths in numbered.items() if len(paths) > 1]
-    neutrals = [paths[0] for paths in numbered.values() if len(paths) == 1 and NEUTRAL.search(paths[0].stem)]
-    odd = [paths[0].name for paths in numbered.values() if len(paths) == 1 and paths[0] not in neutrals]
+        series.setdefault(f"{match[1]}#{match[3]}" if match else path.stem, []).append(path)
+    takes = [paths for paths in series.values() if len(paths) > 1]
+    single = [paths[0] for paths in series.values() if len(paths) == 1]
+    neutrals = [path for path in single if NEUTRAL.search(path.stem)]
+    odd = [path for path in single if path not in neutrals]
     if len(takes) != 1 or len(neutrals) > 1 or odd:
-        told = ", ".join([*(numbered[name][0].name for name in takes), *odd, *(p.name for p in neutrals)][:4])
+        told = ", ".join([path.name for path in (*(paths[0] for paths in takes), *odd, *neutrals)][:4])
         raise RigError(f"holds more or less than one take ({told}): number the frames of one take, head.0001.obj")
-    paths = tuple(numbered[takes[0]])
-    first, count = first_and_count(paths, read)
-    neutral = read(neutrals[0]) if neutrals else None
+    return tuple(takes[0]), neutrals[0] if neutrals else None
+
+
+def missing_numbers(paths: Sequence[Path]) -> tuple[str, ...]:
+    """The sentence about frames that the numbers of the files pass over."""
     numbers = [int(match[2]) for path in paths if (match := NUMBER.match(path.stem))]
     missing = numbers[-1] - numbers[0] + 1 - len(numbers)
-    notes = (f"{missing:,} of the numbers {numbers[0]} to {numbers[-1]} are missing",) if missing else ()
-    frames = FileFrames(paths, read, count, first)
-    return MeshTake(frames, triangles_of(neutrals[0] if neutrals else first), neutral, notes=notes)
+    return (f"{missing:,} of the numbers {numbers[0]} to {numbers[-1]} are missing",) if missing else ()
 
 
 def first_and_count(paths: Sequence[Path], read: Callable[[Path], Float[np.ndarray, "v 3"]]) -> tuple[Path, int]:

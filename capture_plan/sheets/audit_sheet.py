@@ -16,11 +16,11 @@ from capture_plan.errors import RigError
 from capture_plan.face.facts import ReadingFacts
 from capture_plan.face.words import NAMED, NOT_FOUND, SPOKEN, Answer, answers, doubts, left_out_words, signs_words
 from capture_plan.rig import Rig
-from capture_plan.sheets.page import MARGIN_MM, POINT_MM, Booklet, Paper
+from capture_plan.sheets.page import MARGIN_MM, PAPERS, POINT_MM, Booklet, Paper
 from capture_plan.sheets.style import FAINT, INK, SOFT, WASH
 from capture_plan.sheets.understood import CLAY, PLAIN_SKIN, REST, Understood, draw_understood, understood
 
-A4_ACROSS = Paper("a4", 297.0, 210.0)
+A4_ACROSS = Paper("a4", PAPERS["a4"].height, PAPERS["a4"].width)
 KINDS = (".png", ".pdf", ".html", ".htm")
 DPI = 160  # of the PNG; the head itself is drawn finer, for the PDF
 HEAD_DPI = 220

@@ -16,6 +16,7 @@ from scipy.spatial import KDTree
 
 from capture_plan.mesh import half_edges, pieces, vertex_normals
 from capture_plan.rig import Rig
+from capture_plan.rig.parts import PartKind, part_kind
 from capture_plan.visibility import hemisphere_visibility
 
 SHOWN_TRIANGLES = 60_000  # outlines of a head are smooth to 0.1 mm long before
@@ -40,15 +41,20 @@ TEETH = Material((0.92, 0.90, 0.85), 0.08, 30.0, 1)
 TONGUE = Material((0.58, 0.33, 0.32), 0.05, 12.0, 1)
 PUPIL_COLOUR = (0.02, 0.02, 0.02)
 INSIDE_COLOUR = (0.46, 0.37, 0.36)  # of mouth and nostrils, which hang together with the skin
-# First word that a part's name contains decides; nothing of None is drawn: shells that hide the eye they lie on.
-BY_NAME: tuple[tuple[tuple[str, ...], Material | None], ...] = (
-    (("occlusion", "lacrimal", "eyeblend", "tear", "fluid", "wetness", "cornea", "eyeshell"), None),
-    (("lash", "brow", "hair", "beard", "cilia"), LASH),
-    (("teeth", "tooth", "dent"), TEETH),
-    (("tongue", "gum"), TONGUE),
-    (("iris", "pupil"), IRIS),
-    (("eye", "sclera"), EYE),
-)
+BY_KIND: dict[
+    PartKind, Material | None
+] = {  # the rest is of clay; nothing of None is drawn: it hides the eye it lies on
+    "clear": None,
+    "lash": LASH,
+    "eye line": LASH,
+    "brow": LASH,
+    "hair": LASH,
+    "teeth": TEETH,
+    "tongue": TONGUE,
+    "gums": TONGUE,
+    "iris": IRIS,
+    "eye": EYE,
+}
 
 
 class Split(NamedTuple):
@@ -103,10 +109,10 @@ class Posed:
 
 def make_head(rig: Rig) -> Head:
     """Sort the rig's triangles by material and split them."""
-    kinds = [_material(name) for name in rig.part_names]
+    materials = [BY_KIND.get(part_kind(name), SKIN) for name in rig.part_names]
     on_skin = np.isin(rig.triangles, np.flatnonzero(rig.skin)).any(axis=1)
     part = rig.parts[rig.triangles[:, 0]]
-    share = {m: np.isin(part, [i for i, kind in enumerate(kinds) if kind == m]) & ~on_skin for m in kinds if m}
+    share = {m: np.isin(part, [i for i, one in enumerate(materials) if one == m]) & ~on_skin for m in materials if m}
     share[SKIN] = np.logical_or(share.get(SKIN, np.zeros_like(on_skin)), on_skin)
     made = tuple(_piece(rig, m, rig.triangles[of_m]) for m, of_m in share.items() if of_m.any())
     solid = np.any([of_m for m, of_m in share.items() if m is not LASH], axis=0)
@@ -144,14 +150,6 @@ def curved_middles(
         away = np.einsum("ex,ex->e", vertices[end] - middle, normals[end])
         lift += away[:, None] * normals[end]
     return middle + PULL / 2 * lift
-
-
-def _material(part_name: str) -> Material | None:
-    plain = part_name.lower().replace("_", "").replace("-", "").replace(" ", "")
-    for words, material in BY_NAME:
-        if any(word in plain for word in words):
-            return material
-    return SKIN
 
 
 def _piece(rig: Rig, material: Material, triangles: Int[np.ndarray, "f 3"]) -> Piece:

@@ -31,7 +31,7 @@ from capture_plan.sheets.shot_list import draw_shot_list, paged
 from capture_plan.sheets.shots import draw_expression, draw_overview, number, overview_grid, plates
 from capture_plan.sheets.view import pixels
 
-Sheet = Literal["a4", "letter"]
+Sheet = Literal["a4", "letter"]  # the names in `page.PAPERS`
 WRITES = ("sheets.pdf", "pages")  # into a folder
 
 

@@ -25,9 +25,9 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from capture_plan.cache import digest
 from capture_plan.errors import InfeasibleError, RigError
-from capture_plan.mesh import pieces
+from capture_plan.mesh import pieces, with_area
 from capture_plan.shell.selected_inverse import inverse_entries
-from capture_plan.shell.stiffness import shell_stiffness, with_area
+from capture_plan.shell.stiffness import shell_stiffness
 
 STRETCHING, BENDING = 1.0, 10.0  # kS and kB of Le et al. 2013, section 5, in millimetres
 CACHE_BYTES = 2**28  # columns of G that are remembered: 1,300 of a face of 25,000 vertices

@@ -13,10 +13,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from capture_plan.errors import RigError
-from capture_plan.mesh import pieces
+from capture_plan.mesh import pieces, with_area
 from capture_plan.rig import Rig
 from capture_plan.shell.boundary import STILL_MM, find_boundary
-from capture_plan.shell.stiffness import with_area
 
 CRUMB = 0.01  # of the largest piece: a smaller one is a fold or noise, and asks for a marker where nothing is held
 

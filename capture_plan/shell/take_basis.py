@@ -55,7 +55,7 @@ class Recording:
 
     def shown(self, rig: Rig, names: tuple[str, ...]) -> Float[np.ndarray, " k"]:
         """The largest weight of each blendshape in any frame: as recorded, or of the nearest pose of these."""
-        k = [rig.names.index(name) for name in names]
+        k = rig.rows(names)
         if isinstance(self.sequence.frames, PosedFrames):
             return self.weights[:, k].max(axis=0)
         D = rig.deltas[k][:, self.at].reshape(len(k), 3 * len(self.at)).astype(float)

@@ -18,6 +18,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from capture_plan.errors import RigError
+from capture_plan.mesh import similarity_fit
 from capture_plan.mesh.geometry import triangle_cross
 from capture_plan.progress import track
 from capture_plan.transfer.surface import LEAST_AREA, Surface
@@ -58,7 +59,7 @@ def transfer_onto(
     surface: Surface, neutral: Float[np.ndarray, "v 3"], deltas: Float[np.ndarray, "k v 3"]
 ) -> Float[np.ndarray, "k v 3"]:
     """The same for a surface that is factorised already."""
-    sR = similarity(neutral, surface.neutral)
+    sR, _ = similarity_fit(neutral, surface.neutral)
     R = sR / np.cbrt(np.linalg.det(sR))
     source = SourceFrames.of(neutral, surface.triangles)
     tangents = np.einsum("yx,fya->fxa", R, surface.tangents)  # R' T
@@ -100,11 +101,3 @@ def frames(vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]
     n = np.cross(b - a, c - a)
     length = np.linalg.norm(n, axis=1, keepdims=True)
     return np.stack([b - a, c - a, n / np.sqrt(np.where(length > 0, length, 1))], axis=2)
-
-
-def similarity(source: Float[np.ndarray, "v 3"], target: Float[np.ndarray, "v 3"]) -> Float[np.ndarray, "3 3"]:
-    """s R of the rotation and scale that lay one neutral onto the other in the least squares sense (Umeyama 1991)."""
-    a, b = source - source.mean(axis=0), target - target.mean(axis=0)
-    U, sigma, Vt = np.linalg.svd(b.T @ a)
-    sign = np.array([1, 1, np.sign(np.linalg.det(U @ Vt))])
-    return (sigma @ sign / np.square(a).sum()) * (U * sign) @ Vt

@@ -18,8 +18,9 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_plan.face.anchors import REMEMBERED
+from capture_plan.mesh import similarity_fit
 from capture_plan.rig import Rig
-from capture_plan.transfer.deformation import deformation_transfer, similarity
+from capture_plan.transfer.deformation import deformation_transfer
 from capture_plan.transfer.targets import HABIT_SQUARE
 
 CONTROLS = 300  # on a face about 10 mm apart
@@ -68,7 +69,7 @@ def local_maps(
     source: Float[np.ndarray, "v 3"], target: Float[np.ndarray, "v 3"], at: Float[np.ndarray, "s 3"]
 ) -> Float[np.ndarray, "s 3 3"]:
     """J at the places `at`: (Cov(y, x) + c^2 sR) (Cov(x, x) + c^2 I)^-1 of each control, sR where it is flat."""
-    sR = similarity(source, target)
+    sR, _ = similarity_fit(source, target)
     centres = at[np.linspace(0, len(at) - 1, min(CONTROLS, len(at))).astype(int)]
     maps = np.empty((len(centres), 3, 3))
     for i, centre in enumerate(centres):

@@ -5,8 +5,7 @@ Data       truth[k]    deltas of a target, millimetres; scans show them without 
 Rig        deformation transfer, corrected by the first J scans (`example.py`)
 Scores     e[k, v] = rebuilt - truth on the skin;  G = e e' / v
            rms of each blendshape sqrt(G_kk): their mean and their largest; root mean square over all
-           sqrt(E[w' G w]) for random mixes w: 3 to 8 blendshapes, weights evenly from 0 to 1. Exact, none is drawn:
-           E[w w'] has m1 / 3 k on its diagonal and m2 / 4 k (k - 1) beside it, m1 = E[n], m2 = E[n (n - 1)]
+           sqrt(E[w' G w]) for random mixes w: 3 to 8 blendshapes, weights evenly from 0 to 1; exact, none is drawn
 
 Scans that share no blendshape are independent: each group of scans is solved once for all orders and counts.
 """
@@ -19,6 +18,7 @@ from jaxtyping import Float
 from msgspec import Struct
 from scipy.sparse.csgraph import connected_components
 
+from capture_plan.curves.random_mixes import moment_of_mixes
 from capture_plan.errors import RigError
 from capture_plan.progress import track
 from capture_plan.rig import Rig
@@ -27,7 +27,6 @@ from capture_plan.transfer.prior import Prior, transfer_prior
 from capture_plan.transfer.targets import Target
 
 Pose = Mapping[str, float]
-FEWEST_ACTIVE, MOST_ACTIVE = 3, 8  # blendshapes in a mix, as in recorded animation
 
 
 class Score(Struct, frozen=True, kw_only=True):
@@ -88,7 +87,7 @@ class Bench:
             max_mm=float(rms.max()),
             worst=self.rig.names[int(rms.argmax())],
             rms_mm=float(np.sqrt(np.mean(rms**2))),
-            mixes_mm=float(np.sqrt(np.sum(mix_moments(len(rms)) * G))),
+            mixes_mm=float(np.sqrt(np.sum(moment_of_mixes(len(rms)) * G))),
         )
 
     def _rebuilt(self, W: Float[np.ndarray, "j k"]) -> Float[np.ndarray, "k s 3"]:
@@ -134,10 +133,3 @@ def weights(rig: Rig, expressions: Sequence[Pose]) -> Float[np.ndarray, "j k"]:
                 raise RigError(f"{rig.name} has no blendshape '{name}': name those of the rig in an expression")
             row[number[name]] = weight
     return W
-
-
-def mix_moments(k: int) -> Float[np.ndarray, "k k"]:
-    """E[w w'] of random mixes."""
-    n = np.minimum(np.arange(FEWEST_ACTIVE, MOST_ACTIVE + 1), k)
-    beside = np.mean(n * (n - 1)) / (4 * k * max(k - 1, 1))
-    return np.full((k, k), beside) + (np.mean(n) / (3 * k) - beside) * np.eye(k)

@@ -136,7 +136,7 @@ def test_a_shape_that_turns_both_eyes_one_way_is_a_look_of_both():
 
 def test_twice_as_strong_looks_find_their_like():
     rig = with_only((*LEFT, *RIGHT))
-    k = [rig.names.index(name) for name in LEFT]
+    k = rig.rows(LEFT)
     more = replace(
         rig, names=(*rig.names, "farLeft", "farRight"), deltas=np.concatenate([rig.deltas, 2 * rig.deltas[k]])
     )

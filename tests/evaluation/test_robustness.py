@@ -5,6 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from capture_plan.curves.random_mixes import random_mixes
 from capture_plan.evaluation.monte_carlo import misplaced, neighbours, solved, swapped, trials
 from capture_plan.evaluation.robustness import (
     DOT_MM,
@@ -19,7 +20,7 @@ from capture_plan.evaluation.robustness import (
 from capture_plan.evaluation.tangent_chart import flatten, in_words, tangent_axes
 from capture_plan.layout.observation import PRIOR_SD, Observation
 from capture_plan.layout.predict import performances, predict
-from capture_plan.layout.weight_recovery import random_mixes, recover_weights
+from capture_plan.layout.weight_recovery import recover_weights
 from capture_plan.mesh import surface_graph
 
 K, SIDE = 5, 21

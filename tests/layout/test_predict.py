@@ -7,6 +7,7 @@ from scipy.optimize import lsq_linear
 
 from capture_plan.audit.audit import audit_rig
 from capture_plan.curves.frames import StoredFrames
+from capture_plan.curves.random_mixes import moment_of_mixes, random_mixes
 from capture_plan.layout.face import see_face
 from capture_plan.layout.observation import PRIOR_SD, Observation
 from capture_plan.layout.predict import (
@@ -14,7 +15,6 @@ from capture_plan.layout.predict import (
     MIXES,
     TALKING,
     Performance,
-    moment_of_mixes,
     moment_of_talking,
     of_recording,
     of_weights,
@@ -24,7 +24,6 @@ from capture_plan.layout.predict import (
     talking,
 )
 from capture_plan.layout.record import Prediction
-from capture_plan.layout.weight_recovery import random_mixes
 from capture_plan.sample.motion import made_up_take
 from capture_plan.sequence import Sequence
 from capture_plan.shell.take_basis import record

@@ -6,11 +6,11 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
+from capture_plan.curves.random_mixes import random_mixes
 from capture_plan.layout.box_least_squares import HALVINGS, _lower, solve_bounded
 from capture_plan.layout.observation import PRIOR_SD, Observation
 from capture_plan.layout.weight_recovery import (
     measurement_noise,
-    random_mixes,
     reconstruct,
     recover_unbounded,
     recover_weights,

@@ -7,10 +7,8 @@ import pytest
 from scipy.sparse import csc_array
 
 from capture_plan.errors import InfeasibleError, RigError
-from capture_plan.mesh import triangle_areas
 from capture_plan.shell.model import Shell, held_shell
 from capture_plan.shell.selected_inverse import inverse_entries
-from capture_plan.shell.stiffness import cotangent_laplacian, mixed_areas, with_area
 from tests.shell.test_shell_state import SHELLS, bumpy, shell_of
 from tests.solids import sphere, together
 
@@ -32,35 +30,6 @@ def some_markers(shell, count=12, seed=0):
 @pytest.fixture(params=SHELLS)
 def shell(request):
     return SHELLS[request.param]()
-
-
-def test_mixed_areas_share_out_the_whole_surface():
-    vertices, triangles = bumpy()
-    assert mixed_areas(vertices, triangles).sum() == pytest.approx(triangle_areas(vertices, triangles).sum())
-    assert (mixed_areas(vertices, triangles) > 0).all()
-
-
-def test_a_corner_has_the_points_that_are_nearest_to_it():
-    """The Voronoi part of each corner of a triangle without an obtuse angle, by throwing points into it."""
-    corners = np.array([[0, 0, 0], [5, 0, 0], [1.5, 4, 0.0]])
-    rng = np.random.default_rng(0)
-    inside = rng.dirichlet(np.ones(3), 200_000) @ corners
-    nearest = np.linalg.norm(inside[:, None] - corners, axis=2).argmin(axis=1)
-    shares = mixed_areas(corners, np.array([[0, 1, 2]])) / 10
-    assert shares == pytest.approx(np.bincount(nearest) / len(inside), abs=5e-3)
-    assert np.ptp(shares) > 0.05
-
-
-def test_stretching_is_the_energy_of_a_linear_map():
-    """Dirichlet energy of f = n . x over a closed surface, triangle by triangle."""
-    vertices, triangles = bumpy()
-    f, L = vertices[:, 0], cotangent_laplacian(vertices, triangles)
-    a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    normal = np.cross(b - a, c - a)
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    in_plane = np.array([1.0, 0, 0]) - normal[:, :1] * normal
-    energy = (triangle_areas(vertices, triangles) * np.square(in_plane).sum(axis=1)).sum()
-    assert -f @ (L @ f) == pytest.approx(energy)
 
 
 def test_stiffness_is_symmetric_never_negative_and_leaves_constants_alone(shell):
@@ -173,16 +142,6 @@ def test_a_shell_that_is_held_is_found_again_and_only_by_its_like():
     gone = weakref.ref(held)
     del held, other
     assert gone() is None
-
-
-@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
-def test_a_triangle_has_no_area_where_that_is_nothing_beside_its_longest_side(scale):
-    def needle(height):
-        return scale * np.array([[0, 0, 0], [100, 0, 0], [100, height, 0.0]])
-
-    one = np.array([[0, 1, 2]])
-    assert len(with_area(needle(1.9e-5), one)) == 0
-    assert len(with_area(needle(2.1e-5), one)) == 1
 
 
 def test_a_triangle_without_area_changes_nothing():

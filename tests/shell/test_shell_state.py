@@ -174,3 +174,13 @@ def test_the_last_marker_of_a_floating_piece_stays():
     assert np.isinf(drop_score(state, 0))
     assert np.isinf(swap_scores(state, 0, np.arange(v))).all()
     assert np.isfinite(drop_score(state, 1))
+
+
+@pytest.mark.parametrize("name", ["boundary", "two pieces"])
+def test_the_first_marker_is_added_as_any_other(name):
+    shell = SHELLS[name]()
+    v = len(shell.vertices)
+    state = State(shell, Motion(np.random.default_rng(0).normal(0, 1, (v, 5)), np.ones(v)))
+    first = int(np.flatnonzero(~shell.fixed & (shell.piece == shell.piece[~shell.fixed][0]))[0])
+    add(state, first)
+    assert_same(state, anew(state, [first]))

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from capture_plan.curves.random_mixes import moment_of_mixes, random_mixes
 from capture_plan.errors import RigError
-from capture_plan.layout.weight_recovery import random_mixes
 from capture_plan.mesh.mirror import mirror_error, mirror_plane
 from capture_plan.sample import sample_rig
 from capture_plan.transfer.deformation import deformation_transfer
-from capture_plan.transfer.score import Bench, mix_moments, score_orders, score_packing
+from capture_plan.transfer.score import Bench, score_orders, score_packing
 from capture_plan.transfer.targets import (
     Target,
     all_targets,
@@ -71,8 +71,8 @@ def test_scans_solved_in_groups_equal_scans_solved_together():
 @pytest.mark.parametrize("k", [2, 5, 30])
 def test_moments_of_mixes_are_those_of_many_random_mixes(k):
     w = random_mixes(k, frames=20_000, seed=1)
-    assert np.abs(w.T @ w / len(w) - mix_moments(k)).max() < 0.01
-    assert np.isclose(np.trace(mix_moments(k)), np.mean(np.square(w).sum(axis=1)), rtol=0.03)
+    assert np.abs(w.T @ w / len(w) - moment_of_mixes(k)).max() < 0.01
+    assert np.isclose(np.trace(moment_of_mixes(k)), np.mean(np.square(w).sum(axis=1)), rtol=0.03)
 
 
 def test_an_even_turn_and_scale_is_no_other_face():

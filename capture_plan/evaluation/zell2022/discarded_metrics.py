@@ -21,7 +21,14 @@ from capture_plan.layout.cover import solve_cover
 from capture_plan.layout.face import Face
 from capture_plan.layout.quality import importance_weights, total_quality
 from capture_plan.layout.settings import LayoutSettings
-from capture_plan.mesh import boundary_vertices, vertex_areas, vertex_normals
+from capture_plan.mesh import (
+    boundary_vertices,
+    cotangent_laplacian,
+    cotangents,
+    vertex_areas,
+    vertex_normals,
+    with_area,
+)
 
 FINEST_SHARE, SCALES = 0.003, (2, 3, 4, 5, 6)
 CUT_OFF = 2.0  # standard deviations
@@ -30,13 +37,7 @@ TOP = 0.95  # the quantile of the skin that counts as 1: the creases of the lids
 
 def mean_curvature(vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]) -> Float[np.ndarray, " v"]:
     """H, 1/mm, positive where the surface bulges outwards."""
-    Lx = np.zeros_like(vertices)
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):  # the angle at i lies opposite the edge j k
-        a, b = (vertices[triangles[:, corner]] - vertices[triangles[:, i]] for corner in (j, k))
-        cot = np.einsum("fx,fx->f", a, b) / _positive(np.linalg.norm(np.cross(a, b), axis=1))
-        pull = 0.5 * cot[:, None] * (a - b)
-        np.add.at(Lx, triangles[:, j], pull)
-        np.add.at(Lx, triangles[:, k], -pull)
+    Lx = -cotangent_laplacian(vertices, with_area(vertices, triangles)) @ vertices
     along = np.einsum("vx,vx->v", Lx, vertex_normals(vertices, triangles))
     return _inside(along / _positive(2 * vertex_areas(vertices, triangles)), triangles)
 
@@ -45,11 +46,9 @@ def gaussian_curvature(
     vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]
 ) -> Float[np.ndarray, " v"]:
     """K, 1/mm^2."""
-    left = np.full(len(vertices), 2 * np.pi)
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        a, b = (vertices[triangles[:, corner]] - vertices[triangles[:, i]] for corner in (j, k))
-        angle = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("fx,fx->f", a, b))
-        np.subtract.at(left, triangles[:, i], angle)
+    solid = with_area(vertices, triangles)
+    angles = np.arctan2(1, cotangents(vertices, solid))
+    left = 2 * np.pi - np.bincount(solid.ravel(), weights=angles.ravel(), minlength=len(vertices))
     return _inside(left / _positive(vertex_areas(vertices, triangles)), triangles)
 
 

@@ -5,16 +5,24 @@
  */
 "use strict";
 
-CapturePlan.LOOK = {
+const HAIR = { color: "#3a2a22", roughness: 0.8, transparent: true, opacity: 0.35, depthWrite: false };
+const EYE = { color: "#f4f1ec", roughness: 0.16 };
+const TONGUE = { color: "#c06a64", roughness: 0.5 };
+const CLAY = { color: "#b9a99f", roughness: 0.8 };
+CapturePlan.LOOK = { // of the kinds in capture_plan/rig/parts.py; the rest is of clay
   skin: { color: "#dfc9ba", roughness: 0.66 },
-  eye: { color: "#f4f1ec", roughness: 0.16 },
-  lashes: { color: "#3a2a22", roughness: 0.8, transparent: true, opacity: 0.35, depthWrite: false },
-  brows: { color: "#4a3528", roughness: 0.9 },
+  eye: EYE,
+  iris: EYE,
+  lash: HAIR,
+  "eye line": HAIR,
+  hair: HAIR,
+  brow: { color: "#4a3528", roughness: 0.9 },
   clear: { color: "#ffffff", roughness: 0.1, transparent: true, opacity: 0.04, depthWrite: false },
   teeth: { color: "#f2ece0", roughness: 0.3 },
-  tongue: { color: "#c06a64", roughness: 0.5 },
-  other: { color: "#b9a99f", roughness: 0.8 },
+  tongue: TONGUE,
+  gums: TONGUE,
 };
+const EYES = ["eye", "iris"]; // painted with an iris and a pupil
 CapturePlan.HEAT = ["#dbdbd9", "#fad473", "#f28538", "#c72933", "#5c0a38"]; // still to moving most, as on the printed pages
 CapturePlan.VIEWS = { front: [0, 0], left: [50, 4], right: [-50, 4], chin: [0, -42] }; // degrees around and above
 const MARKER_MM = 2.0; // drawn radius
@@ -72,8 +80,8 @@ CapturePlan.Viewer = class {
       const count = head.materials.reduce((n, other) => n + (other === m), 0);
       this.geometry.addGroup(3 * from, 3 * count, m);
       from += count;
-      const material = new THREE.MeshStandardMaterial({ vertexColors: true, metalness: 0, side: 2, ...CapturePlan.LOOK[name] });
-      if (name === "eye") material.onBeforeCompile = CapturePlan.paintIris;
+      const material = new THREE.MeshStandardMaterial({ vertexColors: true, metalness: 0, side: 2, ...(CapturePlan.LOOK[name] ?? CLAY) });
+      if (EYES.includes(name)) material.onBeforeCompile = CapturePlan.paintIris;
       return material;
     });
     this.skin = materials[head.materialNames.indexOf("skin")];
@@ -104,11 +112,11 @@ CapturePlan.Viewer = class {
     const { head } = this;
     const rest = head.pose([]).points;
     const out = new Float32Array(rest.length);
-    const eye = head.materialNames.indexOf("eye");
+    const eyes = EYES.map((name) => head.materialNames.indexOf(name));
     for (const side of [-1, 1]) {
       const own = new Set();
       head.materials.forEach((m, f) => {
-        if (m === eye) for (let a = 0; a < 3; a++) if (Math.sign(rest[3 * head.triangles[3 * f + a]]) === side) own.add(head.triangles[3 * f + a]);
+        if (eyes.includes(m)) for (let a = 0; a < 3; a++) if (Math.sign(rest[3 * head.triangles[3 * f + a]]) === side) own.add(head.triangles[3 * f + a]);
       });
       const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
       for (const i of own) for (let a = 0; a < 3; a++) {

@@ -1,0 +1,8 @@
+"""Lists in sentences."""
+
+from collections.abc import Sequence
+
+
+def in_series(words: Sequence[str], last: str = "and") -> str:
+    """'a', 'a and b', 'a, b and c'."""
+    return f" {last} ".join(filter(None, (", ".join(words[:-1]), words[-1])))
