@@ -212,6 +212,12 @@ def test_a_face_that_an_archive_says_was_lost_is_left_out_and_counted(tmp_path, 
     assert any(note.startswith("20 of 90 frames have no face") for note in take.notes)
 
 
+def test_the_minus_sign_of_print_is_one(tmp_path):
+    w = weights() - 0.2
+    minus = table(w).replace("-", "\N{MINUS SIGN}")
+    assert driven(read(tmp_path / "a.csv", minus)) == pytest.approx(w)
+
+
 def test_frames_without_any_number_are_refused_as_such(tmp_path):
     with pytest.raises(RigError, match="holds no number under any name"):
         read(tmp_path / "a.json", json.dumps([dict.fromkeys(NAMES, True)] * 5))
