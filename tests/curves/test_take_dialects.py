@@ -115,6 +115,17 @@ def documents(w):
             {"timestamp": t / 60, "blendShapes": {name: str(x) for name, x in row.items()}}
             for t, row in enumerate(rows)
         ],
+        "a data frame": {
+            "fps": "60",
+            **{n: {str(t): x for t, x in enumerate(row)} for n, row in zip(NAMES, w.T.tolist(), strict=True)},
+        },
+        "a data frame by times": {
+            n: {f"{t / 60:.4f}": x for t, x in enumerate(row)} for n, row in zip(NAMES, w.T.tolist(), strict=True)
+        },
+        "a data frame below data": {
+            "fps": 60,
+            "data": {n: {str(t): x for t, x in enumerate(row)} for n, row in zip(NAMES, w.T.tolist(), strict=True)},
+        },
         "text codes": [{"timecode": code(t), **row} for t, row in enumerate(rows)],
     }
 
