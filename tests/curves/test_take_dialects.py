@@ -138,6 +138,16 @@ def test_every_dialect_of_json_gives_the_same_weights(tmp_path, kind):
     assert take.notes == ()
 
 
+@pytest.mark.parametrize("suffix", ["json", "csv"])
+def test_frames_whose_numbers_are_out_of_order_are_sorted_and_said(tmp_path, suffix):
+    order = np.random.default_rng(0).permutation(T)
+    frames = [{"frame": int(t), "blendShapes": row} for t, row in zip(order, named(weights()[order]), strict=True)]
+    text = table(weights()[order], lead="frame", first=lambda t: str(order[t]))
+    take = read(tmp_path / f"a.{suffix}", json.dumps({"fps": 60, "frames": frames}) if suffix == "json" else text)
+    assert driven(take) == pytest.approx(weights())
+    assert "frames do not stand in the order of 'frame': they are sorted by it" in take.notes
+
+
 def test_json_lines_are_frames_and_a_cut_last_line_is_counted(tmp_path):
     text = "\n".join(json.dumps(frame) for frame in documents(weights())["ARKit"])
     assert driven(read(tmp_path / "take.jsonl", text)) == pytest.approx(weights())
