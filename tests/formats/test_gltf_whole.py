@@ -144,6 +144,15 @@ def test_four_zeros_are_no_rotation(tmp_path):
     np.testing.assert_array_equal(read_gltf(writer.glb(tmp_path / "r.glb")).neutral, FACE)
 
 
+@pytest.mark.parametrize("extras", ['{"targetNames": ["smile", "frown"]}', ["smile"], 3, {"targetNames": [None, ""]}])
+def test_extras_that_name_nothing_refuse_nothing_and_make_no_names(tmp_path, extras):
+    """Anything may stand there."""
+    writer = face_and(Writer())
+    writer.document["meshes"][0]["extras"] = extras
+    writer.document["meshes"][0]["primitives"][0]["targets"][0]["extras"] = extras
+    assert read_gltf(writer.glb(tmp_path / "r.glb")).names == ("target_0", "target_1")
+
+
 @pytest.mark.parametrize("name", [None, "head scene"])
 def test_where_the_default_scene_shows_no_mesh_the_first_that_shows_one_is_taken_and_told(tmp_path, name):
     writer = face_and(Writer())
