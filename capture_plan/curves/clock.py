@@ -4,7 +4,7 @@ Data    c[i] = h:m:s:f     timecodes of a clock of n frames in a second, or time
         a[i]               numbers of the frames that have a time: not all need one
 Ticks   x[i] = n (3600 h + 60 m + s) + f, without the numbers that drop-frame codes (h:m:s;f) pass over
 Wraps   a clock that begins again after an hour, half a day or a day goes on
-Order   frames whose times make a steady clock only when they are sorted are sorted; without times, those whose numbers do
+Order   frames whose times make a steady clock only when they are sorted are sorted; without times by their numbers
 Step    s = median of (x[i + 1] - x[i]) / (a[i + 1] - a[i]) > 0: a clock of 60 whose frames are 0, 2, 4, ... stamps 30
 Rate    n / s, or 1 / mean of the steps near s, so that whole milliseconds (33, 33, 34) do not round it; none where
         few steps are near s, or many run backwards: seconds and milliseconds in one column tell no rate

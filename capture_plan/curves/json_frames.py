@@ -288,7 +288,7 @@ class Recording:
         return replace(found, notes=(*found.notes, told))
 
     def own_timing(self, mine: Bool[np.ndarray, " t"]) -> Timing:
-        """The timing that the frames tell: timecodes first, then times, the list of times beside the frames, numbers."""
+        """The timing that the frames tell: timecodes first, then times, times beside the frames, numbers of frames."""
         timings = [
             timing_of([cell for cell, own in zip(cells, mine, strict=True) if own], unit_of(key))
             for kind in ("code", "time")
