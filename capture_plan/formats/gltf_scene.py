@@ -149,7 +149,7 @@ def placement(
         raise RigError(f"has joints and weights that do not fit its vertices: {AGAIN}")
     total = weights.sum(axis=1, keepdims=True, dtype=np.float64)
     weights = np.where(total > 0, weights, np.arange(weights.shape[1]) == 0)  # without weights: the first joint
-    nowhere = ~np.isfinite(J).all(axis=(1, 2))
+    nowhere = np.asarray(~np.isfinite(J).all(axis=(1, 2)))
     check_place(J[np.unique(joints[(weights > 0) & nowhere[joints]])])
     J[nowhere] = 0
     # M = sum_j w_j W_j B_j
