@@ -9,6 +9,9 @@ Signs     rigid   most of the skin that moves follows p
           holds   the core, where c is a half and more, holds what the other blendshapes there move, most of the skin
                   that they and it move, and most of the face where its place is known
 All three are asked; a name that says so stands for the third, and never for the others.
+
+Slip      a head that lies elsewhere than the neutral's while its face moves: most vertices of the mesh follow one such
+          motion, as in scans that were not laid onto each other
 """
 
 from typing import NamedTuple
@@ -25,6 +28,7 @@ SLIPPED = 0.1  # of the largest motion: a fading turn of 45 degrees along the ne
 HALF = 0.5  # of the rigid motion: a turned head fades along its neck, and its chin has less than its brow
 HELD, HOLDS = 0.5, 0.8  # of another blendshape's e lies in the core; so many do
 ROUNDS = 15  # of fitting
+SLIP_MM, ALONG = 1.0, 0.1  # less is the precision of good scans; of the slip: they differ in by no more
 MOVES = 0.1  # share of the largest motion
 
 
@@ -99,6 +103,25 @@ def rigid_core(
     follows = np.linalg.norm(d - p, axis=1) <= BENT * length
     core[np.flatnonzero(moved)[(other <= BENT * length) & (c >= HALF)]] = True
     return Core(core, float(area[follows].sum() / area.sum()), float(np.quantile(other, 0.99) / length.max()))
+
+
+def slips(neutral: Float[np.ndarray, "v 3"], deltas: Float[np.ndarray, "k v 3"]) -> Float[np.ndarray, " k"]:
+    """How far, millimetres, the head lies from the neutral's in each blendshape; 0 where most of the mesh stays."""
+    return np.array([_slip(neutral, delta.astype(float)) for delta in deltas])
+
+
+def _slip(x: Float[np.ndarray, "v 3"], d: Float[np.ndarray, "v 3"]) -> float:
+    """The median of the one motion that most vertices follow."""
+    far = float(np.median(np.linalg.norm(d, axis=1)))
+    if far < SLIP_MM:
+        return 0.0
+    p = _motion(x, d, np.ones(len(x)))
+    for _ in range(ROUNDS):
+        off = np.linalg.norm(d - p, axis=1)
+        least = max(float(np.median(off)), ALONG / 2 * far)
+        p = _motion(x, d, 1 / (1 + (off / least) ** 2) ** 2)
+    follows = np.linalg.norm(d - p, axis=1) <= ALONG * far
+    return float(np.median(np.linalg.norm(p, axis=1))) if follows.mean() >= MOST else 0.0
 
 
 def _motion(

@@ -24,7 +24,7 @@ from capture_plan.anatomy.kinds import Kind, expression_kinds, set_apart
 from capture_plan.anatomy.meaning import arkit_by_motion
 from capture_plan.anatomy.symmetry import SymmetryReport, symmetry_report
 from capture_plan.audit.apart import apart_findings
-from capture_plan.audit.exported import wrongly_exported
+from capture_plan.audit.exported import slipped, wrongly_exported
 from capture_plan.audit.mesh import fine, flown, holes, sizes, untidy, windings
 from capture_plan.audit.occluders import covers
 from capture_plan.audit.sides import crooked, misnamed, overlaps, partners
@@ -114,7 +114,8 @@ def audit_rig(rig: Rig) -> Audit:
         findings += dependent(used, gram) + opposites(used, gram, _sideways(rig, symmetry))
         findings += [*partners(rig, used, symmetry), *overlaps(rig, used), *correctives(rig, used)]
     findings += (
-        misnamed(rig, symmetry)
+        slipped(rig, used)
+        + misnamed(rig, symmetry)
         + misleading(rig)
         + sizes(rig, pupils, used, anchors.pupils)
         + windings(rig)

@@ -1,6 +1,7 @@
 """Findings on blendshapes that were exported wrongly: what is wrong with each, and what to export instead."""
 
 from capture_plan.anatomy.delta_relations import Finding
+from capture_plan.anatomy.whole_head import slips
 from capture_plan.face.misexported import SAYS, misexported
 from capture_plan.rig.record import Rig
 
@@ -20,3 +21,18 @@ def wrongly_exported(rig: Rig) -> list[Finding]:
         until = "they are not planned" if several else "it is not planned"
         findings.append(Finding("export", names, told, f"{change} Until then {until}.", True, "stop"))
     return findings
+
+
+def slipped(rig: Rig, used: tuple[str, ...]) -> list[Finding]:
+    """A finding on blendshapes that carry the whole head along: every marker would seem to move with each of them."""
+    at = [rig.names.index(name) for name in used]
+    far = dict(zip(used, slips(rig.neutral, rig.deltas[at]).tolist(), strict=True))
+    names = tuple(name for name in used if far[name])
+    if not names:
+        return []
+    told = ", ".join(f"{name} ({far[name]:.1f} mm)" for name in names)
+    several = len(names) > 1
+    message = f"the whole head goes along in {told}"
+    change = "Lay these heads onto the neutral's" if several else "Lay this head onto the neutral's"
+    until = f"{change}, by what the face does not move. Until then markers seem to move that do not."
+    return [Finding("export", names, message, until, False, "stop")]

@@ -4,6 +4,7 @@ Rate     "fps,60" or "# frame rate: 60" above the names, where the times of the 
 Sums     rows that have a word where the clock of nearly all others has a number: mean, total
 Takes    one below the other: refused where the names stand again and the clock goes back; where a counter of frames
          alone begins again it is said
+Tables   one below the other with other names are refused: their numbers would drive what the first line names
 """
 
 import re
@@ -14,6 +15,7 @@ import numpy as np
 
 from capture_plan.curves.clock import Timing
 from capture_plan.curves.columns import kind_of
+from capture_plan.curves.json_weights import known
 from capture_plan.curves.text import NOTHING, TextTable, split, to_number
 from capture_plan.errors import RigError
 
@@ -21,6 +23,7 @@ RATE = re.compile(
     r"(?:fps|frame[ _]?rate|frames (?:per|in a) second|sample[ _]?rate)\W*(\d+(?:[.,]\d+)?)", re.IGNORECASE
 )
 WORDS = re.compile(r"[^\W\d]{2,}[^\d]*")  # in the column of a clock: mean, total
+FEWEST = 2  # names of a face in a line of names
 FEW_SUMS = 0.1  # of the rows
 MOST_TAIL = 10  # rows: in shorter tables a last row without a time is taken as a frame
 SAME_RATE = 0.02
@@ -90,7 +93,15 @@ def begins_again(table: TextTable) -> tuple[str, ...]:
 
 
 def refuse_joined(texts: Sequence[str], first: int, delimiter: str) -> None:
-    """RigError where the names stand again and the clock begins again there: two takes, one below the other."""
+    """RigError where the names stand again and the clock begins again there: two takes, one below the other.
+
+    So too where other names stand there; the line below the names may hold them in another spelling.
+    """
+    lead = texts[first].partition(delimiter)[0]
+    for t in range(first + 2, len(texts)):
+        if texts[t] != texts[first] and texts[t].partition(delimiter)[0] == lead and is_names(texts[t], delimiter):
+            told = f"other names stand in front of frame {t - first - 1:,}: '{texts[t][:40].strip()}'"
+            raise RigError(f"holds several tables, one below the other ({told}): save each as a file of its own")
     again = [t for t in range(first + 2, len(texts) - 1) if texts[t] == texts[first]]
     names = [name.strip().strip('"') for name in split(texts[first], delimiter)]
     clock = clock_in(names)
@@ -102,6 +113,11 @@ def refuse_joined(texts: Sequence[str], first: int, delimiter: str) -> None:
         if numbers[1] < numbers[0] or (not np.isfinite(numbers).any() and after < before):
             told = f"the names stand again in front of frame {t - first - 1:,}, and '{names[clock]}' goes back there"
             raise RigError(f"holds several takes, one below the other ({told}): save each as a file of its own")
+
+
+def is_names(text: str, delimiter: str) -> bool:
+    """Whether a line holds names of a face."""
+    return sum(known(cell.strip().strip('"')) for cell in split(text, delimiter)) >= FEWEST
 
 
 def clock_in(names: Sequence[str]) -> int | None:

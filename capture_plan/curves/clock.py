@@ -4,7 +4,7 @@ Data    c[i] = h:m:s:f     timecodes of a clock of n frames in a second, or time
         a[i]               numbers of the frames that have a time: not all need one
 Ticks   x[i] = n (3600 h + 60 m + s) + f, without the numbers that drop-frame codes (h:m:s;f) pass over
 Wraps   a clock that begins again after an hour, half a day or a day goes on
-Order   frames whose times make a steady clock only when they are sorted are sorted
+Order   frames whose times make a steady clock only when they are sorted are sorted; without times by their numbers
 Step    s = median of (x[i + 1] - x[i]) / (a[i + 1] - a[i]) > 0: a clock of 60 whose frames are 0, 2, 4, ... stamps 30
 Rate    n / s, or 1 / mean of the steps near s, so that whole milliseconds (33, 33, 34) do not round it; none where
         few steps are near s, or many run backwards: seconds and milliseconds in one column tell no rate
@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from capture_plan.curves.clock_cells import CLOCKS, DAY_S, NTSC, READERS, Clock
+from capture_plan.curves.clock_cells import CLOCKS, DAY_S, NTSC, READERS, Clock, is_number, plain_numbers
 
 RATES = (10.0, 12.0, 12.5, 15.0, *map(float, CLOCKS))
 NEAR, SAME_NTSC = 0.02, 2e-4  # of the rate
@@ -88,6 +88,14 @@ def order_of(ticks: Float[np.ndarray, " t"]) -> Int[np.ndarray, " t"] | None:
     order = np.argsort(ticks, kind="stable")
     d = np.diff(ticks[order])
     return order if (d > 0).all() and np.mean(near(d, float(np.median(d)))) >= ORDERED else None
+
+
+def by_numbers(name: str, cells: Sequence[str]) -> Timing:
+    """The order that the numbers of frames under this name tell; they tell no rate."""
+    texts = [cell.strip().strip('"').strip() for cell in cells]
+    order = order_of(plain_numbers(texts).ticks) if len(texts) > 1 and all(map(is_number, texts)) else None
+    told = f"frames do not stand in the order of '{name}': they are sorted by it"
+    return Timing(None, () if order is None else (told,), order)
 
 
 def unwrapped(clock: Clock) -> Float[np.ndarray, " t"]:

@@ -11,7 +11,7 @@ CODE = re.compile("timecode|tc|smpte|smptetimecode|タイムコード|时间码|
 TIMES = "zeit(?:stempel|punkt)?|temps|horodatage|tiempo|tempo|tijd|время|時間|時刻|时间|秒|sekunden?|secondes?|segundos"
 FRAMES = "bild(?:er|nummer|nr)?|image|trame|fotograma|quadro|кадр|フレーム(?:番号)?|帧(?:号)?|幀"
 TIME = re.compile(
-    rf"(?:t|(?:frame|elapsed|capture|device|video)?time(?:stamp)?|seconds|secs?|ms|msecs?|millis|elapsed|{TIMES})"
+    rf"(?:t|(?:frame|elapsed|capture|device|video)?time(?:stamps?)?|seconds|secs?|ms|msecs?|millis|elapsed|{TIMES})"
     r"(?P<unit>s|secs?|seconds|ms|msecs?|millis|milliseconds|us|usecs?|micros|microseconds|ns|nsecs?|nanoseconds)?"
 )
 COUNT = re.compile(rf"frame|frames|frame(?:number|num|no|index|idx|id|count)|index|idx|sample|row|number|nr|{FRAMES}")

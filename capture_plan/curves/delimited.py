@@ -32,7 +32,7 @@ from capture_plan.curves.around import (
     without_sums,
 )
 from capture_plan.curves.cells import SAMPLE, numeric_columns, parse, per_cent_of_some, without_words
-from capture_plan.curves.clock import Timing, timing_of
+from capture_plan.curves.clock import Timing, by_numbers, timing_of
 from capture_plan.curves.columns import kind_of, of_path, plain, unit_of, why_not
 from capture_plan.curves.face_cap import as_table, is_face_cap
 from capture_plan.curves.frames import evenly
@@ -250,7 +250,7 @@ def lost_rows(table: TextTable, x: Float[np.ndarray, "t c"]) -> tuple[Bool[np.nd
 
 
 def timing_in(table: TextTable) -> Timing:
-    """The timing that the columns tell: timecodes first, then times."""
+    """The timing that the columns tell: timecodes first, then times, then numbers of frames."""
     timings = [
         timing_of(table.column(c), unit_of(name))
         for kind in ("code", "time")
@@ -258,4 +258,5 @@ def timing_in(table: TextTable) -> Timing:
         if kind_of(name) == kind
     ]
     told = [timing for timing in timings if timing.fps is not None]
-    return next(iter((*told, *timings)), Timing(None))
+    numbers = (by_numbers(name, table.column(c)) for c, name in enumerate(table.names) if kind_of(name) == "count")
+    return next(iter((*told, *timings, *numbers)), Timing(None))

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool
 
-from capture_plan.curves.clock import Timing, timing_of
+from capture_plan.curves.clock import Timing, by_numbers, timing_of
 from capture_plan.curves.columns import MANY, kind_of, plain, unit_of, why_not
 from capture_plan.curves.json_weights import (
     SIDES,
@@ -49,7 +49,7 @@ OWN_KEYS = ("id", "uuid", "index", "name")
 NUMBERED_FACE = re.compile(r"(?:face|person|subject|actor|user|player|performer|head)(?:\d{1,3}|[a-h])")
 SAME_RATE = 0.02
 CONTAINERS = {dict, list, type(None)}
-BESIDE = ("code", "time", "tracked", "lost", "confidence", "face", "take")
+BESIDE = ("code", "time", "count", "tracked", "lost", "confidence", "face", "take")
 SOME = 6  # names listed in a sentence
 
 
@@ -288,7 +288,7 @@ class Recording:
         return replace(found, notes=(*found.notes, told))
 
     def own_timing(self, mine: Bool[np.ndarray, " t"]) -> Timing:
-        """The timing that the frames tell: timecodes first, then times, then the list of times beside the frames."""
+        """The timing that the frames tell: timecodes first, then times, times beside the frames, numbers of frames."""
         timings = [
             timing_of([cell for cell, own in zip(cells, mine, strict=True) if own], unit_of(key))
             for kind in ("code", "time")
@@ -297,7 +297,11 @@ class Recording:
         if not timings and self.times:
             found = timing_of(self.times, self.unit_s)
             timings = [found if len(self.times) == mine.sum() else replace(found, order=None)]
-        return next(iter((*(one for one in timings if one.fps), *timings)), Timing(None))
+        numbers = (
+            by_numbers(key, [cell for cell, own in zip(cells, mine, strict=True) if own])
+            for key, cells in self.columns("count")
+        )
+        return next(iter((*(one for one in timings if one.fps), *timings, *numbers)), Timing(None))
 
 
 def faces_of(frame: Any) -> list[Any]:

@@ -2,7 +2,7 @@
 
 Frames     a list at the top, or below "frames", "data", ...; or a line for each frame (JSON lines)
 Numbered   {"0": frame, "1": frame, ...} or {"0.033": frame, ...}
-Columns    {name: [weight, ...], ...}
+Columns    {name: [weight, ...], ...}, or {name: {"0": weight, "1": weight, ...}, ...}
 One        a single frame
 Long       an object for each weight (`json_long.py`)
 Curves     for each name its keys (`json_curves.py`)
@@ -23,7 +23,7 @@ from capture_plan.curves.json_curves import curve_take
 from capture_plan.curves.json_frames import BESIDE, SHAPE_KEYS, Recording
 from capture_plan.curves.json_long import gathered
 from capture_plan.curves.json_several import is_frame, only_take
-from capture_plan.curves.json_weights import is_category, is_number, known
+from capture_plan.curves.json_weights import is_category, is_number, is_weight, known, number_in
 from capture_plan.curves.text import text_of
 from capture_plan.curves.weights import WeightTable
 from capture_plan.errors import RigError
@@ -36,6 +36,8 @@ HEAD_KEYS = ("metadata", "meta", "info", "header", "settings", "data", "take", "
 NO_NUMBER = re.compile(r"(?<=[\[:,\s])(?:NaN|-?Infinity)(?=\s*[,\]}])")
 TRAILING = re.compile(r",(\s*[\]}])")  # a comma before a bracket, as hand-made writers leave it
 NUMBERED = re.compile(r"\D*(\d+(?:\.\d+)?)\D*")
+NUMBER = re.compile(r"\d+(?:\.\d+)?")
+FEWEST = 2  # names of a face
 USUAL_KEYS = (*FRAME_KEYS, *HEAD_KEYS, *SHAPE_KEYS)
 Document = list[msgspec.Raw] | dict[str, msgspec.Raw]
 Dialect = Callable[[Document], WeightTable | None]
@@ -176,6 +178,23 @@ def columns(document: Document) -> WeightTable | None:
     return recording.table(rate_in(head))
 
 
+def keyed(document: Document) -> WeightTable | None:
+    """The numbers of each name under those of their frames, as pandas writes a data frame; or under their times."""
+    head = head_of(document)
+    if sum(known(key) for key, raw in head.items() if opening(raw) == "{") < FEWEST:
+        return inside(document, keyed)
+    found = {key: opened(raw) for key, raw in head.items() if opening(raw) == "{"}
+    found = {key: one for key, one in found.items() if one and all(map(NUMBER.fullmatch, one))}
+    if sum(map(known, found)) < FEWEST:
+        return None
+    at = sorted({number for one in found.values() for number in one}, key=float)
+    lists = {key: [one.get(number) for number in at] for key, one in found.items()}
+    counted = [float(number) for number in at] == list(range(int(float(at[0])), int(float(at[0])) + len(at)))
+    if not counted and not any(kind_of(key) in ("code", "time") for key in head):
+        lists["time"] = at
+    return columns(parts_again({**head, **lists}))
+
+
 def one(document: Document) -> WeightTable | None:
     """A single frame."""
     frame = whole(document)
@@ -187,7 +206,7 @@ def one(document: Document) -> WeightTable | None:
     return recording.table(None) if recording.orders else None
 
 
-DIALECTS: tuple[Dialect, ...] = (frames, numbered, columns, one)
+DIALECTS: tuple[Dialect, ...] = (frames, keyed, numbered, columns, one)
 
 
 def inside(document: Document, dialect: Dialect, below: Sequence[str] = ()) -> WeightTable | None:
@@ -215,7 +234,8 @@ def rate_in(head: Mapping[str, msgspec.Raw]) -> float | None:
     for key, raw in head.items():
         if plain(key) in HEAD_KEYS and opening(raw) == "{":
             asked |= {plain(name): value for name, value in opened(raw).items() if plain(name) in RATE_KEYS}
-    return next((float(rate) for rate in asked.values() if is_number(rate) and rate > 0), None)
+    rates = [number_in(rate) for rate in asked.values() if is_weight(rate)]
+    return next((rate for rate in rates if rate > 0), None)
 
 
 def opening(raw: msgspec.Raw) -> str:

@@ -140,6 +140,7 @@ def lines_of(text: str, notes: tuple[str, ...] = ()) -> Lines:
     """The lines of a text that hold something."""
     if "\r" in text:
         text = re.sub(r"\r\r?\n?", "\n", text)  # some write \r\r\n
+    text = text.replace("\N{MINUS SIGN}", "-")  # what spreadsheets write in Sweden and Norway
     texts, numbers, comments, delimiter = [], array("q"), [], None
     for number, line in enumerate(text.split("\n"), start=1):
         if not line or line.isspace():

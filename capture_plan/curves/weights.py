@@ -11,9 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from capture_plan.curves.columns import plain
+from capture_plan.curves.text import to_number
 from capture_plan.errors import RigError
 
-RATE_NAMES = ("fps", "frame_rate", "framerate", "rate")
+RATE_NAMES = ("fps", "framerate", "rate")
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +44,9 @@ class WeightTable:
 
 
 def rate_of(arrays: Mapping[str, np.ndarray]) -> float | None:
-    """The archive's frame rate, when it has one."""
-    fps = next((arrays[name] for name in RATE_NAMES if name in arrays), None)
-    return round(float(fps.ravel()[0]), 6) if fps is not None and fps.size == 1 and fps.dtype.kind in "fiu" else None
+    """The archive's frame rate, when it has one, however it spells the name; also one that is written as text."""
+    fps = next((array for name, array in arrays.items() if plain(name) in RATE_NAMES), None)
+    if fps is None or fps.size != 1 or fps.dtype.kind not in "fiuU":
+        return None
+    rate = to_number(str(fps.ravel()[0]))
+    return round(rate, 6) if np.isfinite(rate) else None

@@ -5,7 +5,8 @@ Data           x[v]  neutral, d[k, v]  deltas, y[v] = x + d[k] the blendshape's 
 Displacements  AT_ORIGIN of the vertices lie at the origin, and |y| is small beside |x|: y is the delta itself
 Unit           y = s x with a cosine of ALIKE and s far from 1
 Beside         d is one and the same shift for half of the vertices: not even a neck stays where it was
-Order          neighbours go each their own way (`face/channels.py`), where other blendshapes move surfaces
+Order          neighbours go each their own way (`face/channels.py`), where other blendshapes move surfaces; or all
+               vertices have another order, so that most edges of the mesh are longer
 """
 
 from collections.abc import Iterator
@@ -15,7 +16,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from capture_plan.face.channels import scrambled
+from capture_plan.face.channels import reordered, scrambled
 from capture_plan.face.flying import flying
 from capture_plan.face.moving import NOISE_MM
 from capture_plan.names.movements import movements_of
@@ -85,13 +86,14 @@ def _found(rig: Rig) -> Iterator[Misexported]:
     S = float(np.linalg.norm(np.ptp(rig.neutral, axis=0)))
     moving = (rig.displacement.max(axis=1) >= NOISE_MM) & ~flying(rig.neutral, rig.triangles, rig.deltas)
     order = scrambled(rig.triangles, rig.deltas, rig.displacement) & moving
+    whole = reordered(rig.neutral, rig.triangles, rig.deltas)
     for k, movement in enumerate(movements_of(rig.names)):
         if not moving[k] or (movement is not None and movement.kind in MOVES_HEADS):
             continue
         if found := _placed(rig.neutral, rig.deltas[k].astype(float), S):
             fault, figure = found
             yield Misexported(rig.names[k], fault, SAYS[fault].one + (f" ({figure})" if figure else ""))
-        elif order[k] and not order[moving].all():
+        elif whole[k] or (order[k] and not order[moving].all()):
             yield Misexported(rig.names[k], "order", SAYS["order"].one)
 
 

@@ -15,6 +15,7 @@ Letters: v vertices, f triangles, p polygons, c corners of polygons, i moved ver
 import struct
 import zlib
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -31,11 +32,13 @@ from capture_plan.formats.raw import RawRig, fan
 from capture_plan.formats.scene import (
     Offsets,
     PlacedMesh,
+    broken_told,
     check_corners,
     join_meshes,
     place_mesh,
     place_vertices,
     plain,
+    whole_or_none,
 )
 from capture_plan.input.bounds import check_sides, content
 from capture_plan.input.source import Source
@@ -73,10 +76,19 @@ def read_scene(name: str, root: Node) -> RawRig:
         first += len(vertices)
     kept, left_out, hiding = choose([one.listed(scene) for one in found])
     instances = [one for one, belongs in zip(found, kept, strict=True) if belongs]
-    meshes = [one.place(scene, mirror) for one in instances]
-    told = sentences(note([b for one in instances for b in one.shapes.between]), *told_of(instances), hiding)
+    broken: list[str] = []
+    still = not any(one.shapes.offsets for one in instances)
+    placed = [
+        whole_or_none(one.title(scene), still or bool(one.shapes.offsets), partial(one.place, scene, mirror), broken)
+        for one in instances
+    ]
+    told = sentences(
+        note([b for one in instances for b in one.shapes.between]), *told_of(instances), hiding, broken_told(broken)
+    )
+    meshes = [mesh for mesh in placed if mesh is not None]
     rig = join_meshes(name, meshes, unit_mm=unit_mm(settings), up=up, facing=facing, note=told)
-    return replace(rig, left_out=left_out)
+    gone = (one.title(scene) for one, mesh in zip(instances, placed, strict=True) if mesh is None)
+    return replace(rig, left_out=(*left_out, *gone))
 
 
 @dataclass(frozen=True, eq=False)

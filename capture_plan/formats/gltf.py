@@ -160,17 +160,23 @@ def given_lists(gltf: Gltf, mesh: dict[str, Any], primitives: list[dict[str, Any
     themselves or their data so.
     """
     for owner in (mesh, *primitives):
-        names = (owner.get("extras") or {}).get("targetNames")
+        names = extras(owner).get("targetNames")
         if isinstance(names, list) and names:
-            found = [printable(name) for name in names]
+            found = [printable("" if name is None else name).strip() or f"target_{i}" for i, name in enumerate(names)]
             repeated = len(found) > k and found == found[:k] * (len(found) // k)
             yield found[:k] if repeated else found
     for targets in (primitive.get("targets") or [] for primitive in primitives):
-        own = [(target.get("extras") or target.get("extra") or {}).get("name") for target in targets]
+        own = [extras(target).get("name") for target in targets]
         data = [data_name(gltf, target) for target in targets]
         for names in (own, data):
             if len(names) == k == len(set(names)) and all(names) and not any(map(TECHNICAL.search, map(str, names))):
                 yield [printable(name) for name in names]
+
+
+def extras(owner: dict[str, Any]) -> dict[str, Any]:
+    """What programs say by name in the extras of a part, in which anything may stand; some misspell the word."""
+    found = owner.get("extras") or owner.get("extra")
+    return found if isinstance(found, dict) else {}
 
 
 def data_name(gltf: Gltf, target: dict[str, Any]) -> str | None:

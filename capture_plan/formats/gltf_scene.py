@@ -1,6 +1,7 @@
 """Where a glTF file's nodes place their meshes.
 
-world    W[i] = W[parent] T R S, or the node's own matrix; a node of two parents or of its own line is refused
+world    W[i] = W[parent] T R S, or the node's own matrix; a node of two parents or of its own line is refused.
+         A node that lies nowhere, and what is below it, is at NaN: the rig hangs on it only where a mesh or a bone does
 skin     v' = sum_j w_j W[j] B_j v: joints count, the mesh's own node does not. A quantised mesh is in real units
          only after B_j, an ordinary one in its bind pose mostly before it too
 
@@ -31,12 +32,13 @@ def world_matrices(gltf: Gltf) -> Worlds:
     waiting = [(root, np.eye(4)) for root in sorted(set(range(len(nodes))) - set(below), reverse=True)]
     while waiting:
         index, parent = waiting.pop()
-        worlds[index] = parent @ local_matrix(gltf.entry("nodes", index))
+        try:
+            worlds[index] = parent @ local_matrix(gltf.entry("nodes", index))
+        except (TypeError, ValueError):  # a matrix of other than 16 numbers, a name in place of one
+            worlds[index] = np.full((4, 4), np.nan)
         waiting += [(child, worlds[index]) for child in reversed(children[index])]
     if len(worlds) < len(nodes):
         raise RigError(f"has nodes that are children of themselves: {AGAIN}")
-    if not np.isfinite(list(worlds.values())).all():
-        raise RigError(f"has nodes placed at NaN or infinity: {AGAIN}")
     return worlds
 
 
@@ -122,7 +124,8 @@ def local_matrix(node: dict[str, Any]) -> Float[np.ndarray, "4 4"]:
     if "matrix" in node:
         return np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
     matrix = np.eye(4)
-    R = Rotation.from_quat(node.get("rotation", [0, 0, 0, 1])).as_matrix()
+    q = np.array(node.get("rotation", [0, 0, 0, 1]), dtype=np.float64)
+    R = Rotation.from_quat(q).as_matrix() if q.any() else np.eye(3)  # viewers take four zeros for no rotation
     matrix[:3, :3] = R * np.array(node.get("scale", [1, 1, 1]), dtype=np.float64)
     matrix[:3, 3] = node.get("translation", [0, 0, 0])
     return matrix
@@ -133,6 +136,7 @@ def placement(
 ) -> Float[np.ndarray, "v 4 4"]:
     """Matrix that places each vertex: its node's, or of a skinned mesh the blend of its joints' (3.7.3.3)."""
     if "skin" not in node or "JOINTS_0" not in attributes:
+        check_place(world)
         return np.broadcast_to(world, (v, 4, 4))
     skin = gltf.entry("skins", node["skin"])
     J = np.stack([worlds[joint] for joint in skin["joints"]])
@@ -145,8 +149,17 @@ def placement(
         raise RigError(f"has joints and weights that do not fit its vertices: {AGAIN}")
     total = weights.sum(axis=1, keepdims=True, dtype=np.float64)
     weights = np.where(total > 0, weights, np.arange(weights.shape[1]) == 0)  # without weights: the first joint
+    nowhere = np.asarray(~np.isfinite(J).all(axis=(1, 2)))
+    check_place(J[np.unique(joints[(weights > 0) & nowhere[joints]])])
+    J[nowhere] = 0
     # M = sum_j w_j W_j B_j
     M = np.zeros((v, 4, 4))
     for column in range(joints.shape[1]):
         M += (weights[:, column] / np.where(total > 0, total, 1)[:, 0])[:, None, None] * J[joints[:, column]]
     return M
+
+
+def check_place(worlds: Float[np.ndarray, "... 4 4"]) -> None:
+    """RigError where one of these matrices places nothing."""
+    if not np.isfinite(worlds).all():
+        raise RigError(f"is placed by a node that holds NaN, infinity or no whole matrix: {AGAIN}")

@@ -76,9 +76,9 @@ def is_obj(path: Source) -> bool:
     return is_kind(path, ".obj")
 
 
-def natural(path: Source) -> list[str | int]:
-    """Sort key that puts morph_2 before morph_10."""
-    return [int(piece) if piece.isdigit() else piece for piece in re.split(r"([0-9]+)", path.stem)] + [path.suffix]
+def natural(path: Source) -> tuple[list[str | int], str]:
+    """Sort key that puts morph_2 before morph_10: words and numbers take turns, so that like is compared with like."""
+    return [int(piece) if at % 2 else piece for at, piece in enumerate(re.split(r"([0-9]+)", path.stem))], path.suffix
 
 
 def load(path: Source) -> bytes:

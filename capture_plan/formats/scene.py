@@ -6,13 +6,14 @@ Result   `RawRig`, whose vertices are those of the meshes in a row, none joined 
 Letters: v vertices, f triangles, k blendshapes, i moved vertices.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
-from capture_plan.formats.naming import printable
+from capture_plan.formats.naming import listed, printable
 from capture_plan.formats.raw import RawRig, vertex_parts
 
 MOST_BYTES = 2**31  # of all deltas: 2 GB hold 300 blendshapes of 590,000 vertices; a lying file may ask for anything
@@ -108,6 +109,28 @@ def join_meshes(name: str, meshes: list[PlacedMesh], **promises: float | str | N
         meshes=np.repeat(np.arange(len(meshes), dtype=np.int32), np.diff(starts)),
         **promises,  # pyright: ignore[reportArgumentType]
     )
+
+
+def whole_or_none(title: str, needed: bool, read: Callable[[], PlacedMesh], broken: list[str]) -> PlacedMesh | None:
+    """The mesh that `read` gives; None, with a reason added to `broken`, where it is broken.
+
+    RigError where it is `needed`, since blendshapes move it or none move any.
+    """
+    try:
+        mesh = read()
+        if not needed and not np.isfinite(mesh.vertices).all():
+            raise RigError("holds NaN or infinite coordinates: clean the mesh")
+        return mesh
+    except RigError as error:
+        if needed:
+            raise
+        broken.append(f"{title} {str(error).rpartition(': ')[0] or error}")
+        return None
+
+
+def broken_told(broken: Sequence[str]) -> str:
+    """The sentence about meshes that were left out because they are broken."""
+    return f"broken meshes were left out, clean them and export again: {listed(broken)}" if broken else ""
 
 
 def plain(name: str) -> str:

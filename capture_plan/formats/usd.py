@@ -17,6 +17,7 @@ import sys
 import tempfile
 import zipfile
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,11 +30,13 @@ from capture_plan.formats.raw import RawRig, fan
 from capture_plan.formats.scene import (
     Offsets,
     PlacedMesh,
+    broken_told,
     check_corners,
     join_meshes,
     moved,
     place_mesh,
     plain,
+    whole_or_none,
 )
 from capture_plan.input.bounds import check_plain, check_sides
 from capture_plan.input.source import Source
@@ -89,10 +92,19 @@ def build(name: str, scene: dict[str, Any], arrays: dict[str, np.ndarray]) -> Ra
     """The rig of a scene."""
     up, facing = FACING.get(scene["up"], (None, None))
     said: list[str] = []
-    meshes = read_meshes(scene, arrays, said)
-    told = sentences(note(scene), *said, left_on({plain(name): w for name, w in scene["weights"].items()}))
+    broken: list[str] = []
+    still = not any(mesh["blendshapes"] for mesh in scene["meshes"])
+    meshes, gone, first = [], [], 0
+    for mesh in scene["meshes"]:
+        title, read = plain(mesh["name"]), partial(read_mesh, mesh, arrays, first, said)
+        found = whole_or_none(title, still or bool(mesh["blendshapes"]), read, broken)
+        meshes += [] if found is None else [found]
+        gone += [title] if found is None else []
+        first += len(arrays[mesh["points"]])
+    weights = left_on({plain(name): w for name, w in scene["weights"].items()})
+    told = sentences(note(scene), *said, weights, broken_told(broken))
     rig = join_meshes(name, meshes, unit_mm=unit(scene), up=up, facing=facing, note=told)
-    return replace(rig, left_out=tuple(plain(name.rpartition(" (")[0]) for name in scene["left_out"]))
+    return replace(rig, left_out=(*(plain(name.rpartition(" (")[0]) for name in scene["left_out"]), *gone))
 
 
 def unit(scene: dict[str, Any]) -> float | None:
@@ -100,13 +112,11 @@ def unit(scene: dict[str, Any]) -> float | None:
     return scene["unit_mm"] if np.isfinite(scene["unit_mm"]) and scene["unit_mm"] > 0 else None
 
 
-def read_meshes(
-    scene: dict[str, Any], arrays: dict[str, np.ndarray], said: list[str] | None = None
-) -> list[PlacedMesh]:
-    """All meshes of a scene, placed; sentences about their blendshapes go to `said`."""
+def read_meshes(scene: dict[str, Any], arrays: dict[str, np.ndarray]) -> list[PlacedMesh]:
+    """All meshes of a scene, placed. RigError where one is broken."""
     meshes, first = [], 0
     for mesh in scene["meshes"]:
-        meshes.append(read_mesh(mesh, arrays, first, [] if said is None else said))
+        meshes.append(read_mesh(mesh, arrays, first, []))
         first += len(meshes[-1].vertices)
     return meshes
 

@@ -2,24 +2,26 @@
 
 Meshes   frames (t v 3), also called vertices, verts, ...; without a rig faces (f 3); with or without neutral (v 3),
          fps, units. NPY: frames alone. Axes may stand in other orders (`axes_of.py`)
-Weights  weights (t c), names (c), fps; or an array (t) for each name
+Weights  weights (t c), names (c), fps; or an array (t) for each name. Arrays (t) of times, and of whether a face was
+         tracked, are heeded as columns of a table are
 Whole numbers are positions as well as others.
 """
 
 import warnings
 import zipfile
-from collections.abc import Collection, Mapping
-from dataclasses import replace
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Bool, Int
 
+from capture_plan.curves.around import in_time
 from capture_plan.curves.axes_of import as_frames
 from capture_plan.curves.clock import Timing, timing_of
 from capture_plan.curves.columns import kind_of, unit_of
 from capture_plan.curves.frames import StoredFrames
 from capture_plan.curves.json_weights import known
+from capture_plan.curves.presence import without_face
 from capture_plan.curves.rows import Rows, table_of
 from capture_plan.curves.weights import WeightTable, rate_of
 from capture_plan.errors import RigError
@@ -129,7 +131,7 @@ def stored(arrays: Mapping[str, np.ndarray], counts: Collection[int] = ()) -> Me
         StoredFrames(frames),
         triangles=triangles_in(arrays, frames.shape[1]),
         neutral=None if neutral is None else neutral.astype(np.float64),
-        fps=rate_of(arrays),
+        fps=rate_of(arrays) or timing_in(arrays, len(frames)).fps,
         unit_mm=UNITS_MM.get(str(arrays.get("units", "")).strip("[]'\" ").partition(" ")[0].lower()),
         notes=turned[name][1] if name in turned else (),
     )
@@ -170,18 +172,34 @@ def from_arrays(arrays: Mapping[str, np.ndarray]) -> WeightTable:
     check_names(map(str, names), "")
     x = weights.astype(np.float64)
     x[~np.isfinite(x)] = np.nan
-    columns, timing = tuple(str(name) for name in names), timing_in(arrays, len(x))
-    rows = Rows(columns, x, np.zeros(len(x), dtype=bool), {})
-    return table_of(rows, rate_of(arrays) or timing.fps, (), timing.notes)
+    timing = in_time(timing_in(arrays, len(x)), rate_of(arrays))
+    order = np.arange(len(x)) if timing.order is None else timing.order
+    lost, told = lost_in(arrays, len(x))
+    rows = Rows(tuple(str(name) for name in names), x[order], lost[order], {})
+    return table_of(rows, timing.fps, (), (*told, *timing.notes))
 
 
 def timing_in(arrays: Mapping[str, np.ndarray], frames: int) -> Timing:
     """The timing that an array of times tells, one for each frame."""
-    for name, times in arrays.items():
-        if kind_of(name) in ("code", "time") and times.shape == (frames,) and times.dtype.kind in "fiuUS":
-            cells = [cell.decode("latin-1") if isinstance(cell, bytes) else str(cell) for cell in times.tolist()]
-            return replace(timing_of(cells, unit_of(name)), order=None)
-    return Timing(None)
+    clocks = [timing_of(cells, unit_of(name)) for name, cells in beside(arrays, frames, "code", "time")]
+    return next(iter((*(one for one in clocks if one.fps), *clocks)), Timing(None))
+
+
+def lost_in(arrays: Mapping[str, np.ndarray], frames: int) -> tuple[Bool[np.ndarray, " t"], tuple[str, ...]]:
+    """Frames of which arrays beside the weights say that no face was tracked, and what has to be said of these."""
+    lost, notes = np.zeros(frames, dtype=bool), []
+    for name, cells in beside(arrays, frames, "tracked", "lost", "confidence"):
+        failed, told = without_face(name, cells, opposite=kind_of(name) == "lost")
+        lost |= failed
+        notes += [told] if told and kind_of(name) != "confidence" else []
+    return lost, tuple(notes)
+
+
+def beside(arrays: Mapping[str, np.ndarray], frames: int, *kinds: str) -> Iterator[tuple[str, list[str]]]:
+    """Arrays of these kinds by their names (`columns.py`) that hold one cell for each frame, as text."""
+    for name, array in arrays.items():
+        if kind_of(name) in kinds and array.shape == (frames,) and array.dtype.kind in "bfiuUS":
+            yield name, [cell.decode("latin-1") if isinstance(cell, bytes) else str(cell) for cell in array.tolist()]
 
 
 def declared(archive: zipfile.ZipFile, name: str) -> int:

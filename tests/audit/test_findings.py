@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from capture_plan.anatomy.delta_relations import motionless
 from capture_plan.audit.audit import audit_rig
@@ -179,3 +180,30 @@ def test_a_strong_tongue_or_a_far_whole_does_not_fly_off():
     assert not flying(rig.neutral, rig.triangles, rig.deltas).any()
     assert not flying(rig.neutral, rig.triangles, 4 * rig.deltas).any()
     assert not flying(rig.neutral, rig.triangles, rig.deltas + 1e4).any()
+
+
+TURN = Rotation.from_rotvec([0.01, 0.02, -0.01]).as_matrix()
+
+
+@pytest.mark.parametrize(
+    "moved", [lambda x: x + np.array([0, 1.5, 1.5]), lambda x: (x - [0, 650, 30]) @ TURN.T + [2, 650, 31]]
+)
+def test_a_face_whose_head_slipped_goes_back(rig, moved):
+    """Every marker seems to move with it, even on the back of the head."""
+    slipped = with_delta(rig, "jawOpen", moved(rig.neutral + delta(rig, "jawOpen")) - rig.neutral)
+    found = audit_rig(slipped)
+    (finding,) = of_kind(found, "export")
+    assert (finding.blendshapes, finding.urgency, finding.left_out) == (("jawOpen",), "stop", False)
+    assert finding.message.startswith("the whole head goes along in jawOpen (")
+    assert "jawOpen cannot be right" in verdict(found)
+
+
+def test_rounding_and_exaggeration_are_no_slip(rig):
+    noise = np.random.default_rng(0).normal(scale=0.1, size=rig.deltas.shape)
+    for deltas in (3 * rig.deltas, rig.deltas + noise + [0, 0.3, 0]):
+        assert not of_kind(audit_rig(replace(rig, deltas=deltas.astype(np.float32))), "export")
+
+
+def test_heads_that_move_on_purpose_have_not_slipped(rig):
+    found = audit_rig(with_delta(rig, "head_up", np.broadcast_to([0, 8.0, 0], rig.neutral.shape)))
+    assert not of_kind(found, "export")

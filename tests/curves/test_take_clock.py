@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from capture_plan.curves.clock import timing_of
+from capture_plan.curves.clock import by_numbers, timing_of
 from capture_plan.curves.clock_cells import CLOCKS, NTSC
 
 
@@ -125,6 +125,21 @@ def test_frames_out_of_order_are_sorted_by_their_times_and_said(write, kind):
     assert timing.fps == 25
     assert order[timing.order].tolist() == list(range(100))
     assert "sorted" in timing.notes[0]
+
+
+@pytest.mark.parametrize("kind", ["reversed", "shuffled"])
+def test_frames_out_of_order_are_sorted_by_their_numbers_and_said(kind):
+    order = np.arange(100)[::-1] if kind == "reversed" else np.random.default_rng(1).permutation(100)
+    timing = by_numbers("frame", [str(t + 7) for t in order])
+    assert order[timing.order].tolist() == list(range(100))
+    assert timing.fps is None
+    assert "sorted" in timing.notes[0]
+
+
+@pytest.mark.parametrize("numbers", [[*range(90)], [*range(45), *range(45)], [0, 5, 1000, 3], [], [3]])
+def test_numbers_in_order_or_of_two_takes_sort_nothing(numbers):
+    timing = by_numbers("frame", [str(n) for n in numbers])
+    assert (timing.fps, timing.notes, timing.order) == (None, (), None)
 
 
 def test_two_takes_at_the_same_times_are_not_sorted_into_each_other():

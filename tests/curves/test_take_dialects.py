@@ -115,6 +115,17 @@ def documents(w):
             {"timestamp": t / 60, "blendShapes": {name: str(x) for name, x in row.items()}}
             for t, row in enumerate(rows)
         ],
+        "a data frame": {
+            "fps": "60",
+            **{n: {str(t): x for t, x in enumerate(row)} for n, row in zip(NAMES, w.T.tolist(), strict=True)},
+        },
+        "a data frame by times": {
+            n: {f"{t / 60:.4f}": x for t, x in enumerate(row)} for n, row in zip(NAMES, w.T.tolist(), strict=True)
+        },
+        "a data frame below data": {
+            "fps": 60,
+            "data": {n: {str(t): x for t, x in enumerate(row)} for n, row in zip(NAMES, w.T.tolist(), strict=True)},
+        },
         "text codes": [{"timecode": code(t), **row} for t, row in enumerate(rows)],
     }
 
@@ -125,6 +136,16 @@ def test_every_dialect_of_json_gives_the_same_weights(tmp_path, kind):
     assert driven(take) == pytest.approx(weights(), abs=1e-9)
     assert take.fps == 60
     assert take.notes == ()
+
+
+@pytest.mark.parametrize("suffix", ["json", "csv"])
+def test_frames_whose_numbers_are_out_of_order_are_sorted_and_said(tmp_path, suffix):
+    order = np.random.default_rng(0).permutation(T)
+    frames = [{"frame": int(t), "blendShapes": row} for t, row in zip(order, named(weights()[order]), strict=True)]
+    text = table(weights()[order], lead="frame", first=lambda t: str(order[t]))
+    take = read(tmp_path / f"a.{suffix}", json.dumps({"fps": 60, "frames": frames}) if suffix == "json" else text)
+    assert driven(take) == pytest.approx(weights())
+    assert "frames do not stand in the order of 'frame': they are sorted by it" in take.notes
 
 
 def test_json_lines_are_frames_and_a_cut_last_line_is_counted(tmp_path):

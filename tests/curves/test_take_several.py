@@ -80,6 +80,25 @@ def test_one_table_below_the_other_is_refused_where_the_clock_goes_back(tmp_path
             read(tmp_path / "a.csv", 2 * table(weights(), lead=lead, first=first))
 
 
+@pytest.mark.parametrize("lead", ["time", "frame", "Timecode", "jawOpen"])
+def test_a_table_of_other_names_below_the_first_is_refused(tmp_path, lead):
+    """Its numbers would drive what the first line names."""
+    w, at = weights(), None if lead == "jawOpen" else lambda t: str(t)
+    first, second = (
+        "\n".join([",".join([lead, *names]), *(f"{t if at else row[0]},{','.join(map(str, row[1:]))}"
+                                               for t, row in enumerate(np.column_stack([w[:, :1], some])))]) + "\n"
+        for names, some in ((NAMES[1:4], w[:, 1:4]), (NAMES[3:6], w[:, 3:6]))
+    )  # fmt: skip
+    with pytest.raises(RigError, match="several tables, one below the other"):
+        read(tmp_path / "a.csv", first + second)
+
+
+def test_a_second_line_of_names_in_another_spelling_is_no_table(tmp_path):
+    lines = table(weights()).splitlines()
+    again = ",".join(["Timecode", *(name.replace("Left", "_L").replace("Right", "_R") for name in NAMES)])
+    assert driven(read(tmp_path / "a.csv", "\n".join([lines[0], again, *lines[1:]]))) == pytest.approx(weights())
+
+
 def test_a_counter_that_begins_again_is_said(tmp_path):
     again = table(weights(), lead="frame", first=str) + table(weights(), lead="frame", first=str).partition("\n")[2]
     assert any("'frame' begins again in row 90" in note for note in read(tmp_path / "a.csv", again).notes)

@@ -8,6 +8,7 @@ import pytest
 
 from capture_plan.errors import RigError
 from capture_plan.sample import sample_rig
+from capture_plan.sequence import read_sequence
 from tests.curves.test_take_dialects import NAMES, T, code, driven, named, read, table, weights
 
 
@@ -168,6 +169,53 @@ def test_times_in_an_archive_tell_its_rate(tmp_path):
     file = io.BytesIO()
     np.savez(file, weights=weights(), names=np.array(NAMES), timestamps=np.arange(T) / 60)
     assert read(tmp_path / "a.npz", file.getvalue()).fps == 60
+
+
+def archive(path, **arrays):
+    np.savez(path, **{"weights": weights(), "names": np.array(NAMES), **arrays})
+    return read_sequence(path, rig=sample_rig())
+
+
+@pytest.mark.parametrize(
+    "rate",
+    [{"frameRate": 60}, {"Frame_Rate": [60.0]}, {"fps": "60"}, {"timestamps_ms": np.arange(T) / 0.06}],
+    ids=["one word", "two words", "text", "times"],
+)
+def test_an_archive_tells_its_rate_in_every_spelling(tmp_path, rate):
+    take = archive(tmp_path / "a.npz", **rate)
+    assert take.fps == 60
+    assert take.notes == ()
+
+
+def test_times_in_an_archive_that_speak_against_its_rate_are_followed_and_said(tmp_path):
+    take = archive(tmp_path / "a.npz", fps=30, time=np.arange(T) / 60)
+    assert take.fps == 60
+    assert any("the times are followed" in note for note in take.notes)
+
+
+def test_frames_of_an_archive_are_sorted_by_their_times_as_is_said(tmp_path):
+    order = np.random.default_rng(0).permutation(T)
+    take = archive(tmp_path / "a.npz", weights=weights()[order], time=order / 60)
+    assert driven(take) == pytest.approx(weights())
+    assert any("they are sorted by these" in note for note in take.notes)
+
+
+@pytest.mark.parametrize(
+    "said",
+    [lambda there: {"success": there}, lambda there: {"confidence": 0.9 * there}, lambda there: {"face_lost": ~there}],
+    ids=["tracked", "confidence", "lost"],
+)
+def test_a_face_that_an_archive_says_was_lost_is_left_out_and_counted(tmp_path, said):
+    there = np.arange(T) >= 20
+    take = archive(tmp_path / "a.npz", weights=np.where(there[:, None], weights(), 0.77), fps=60, **said(there))
+    assert driven(take) == pytest.approx(weights()[20:])
+    assert any(note.startswith("20 of 90 frames have no face") for note in take.notes)
+
+
+def test_the_minus_sign_of_print_is_one(tmp_path):
+    w = weights() - 0.2
+    minus = table(w).replace("-", "\N{MINUS SIGN}")
+    assert driven(read(tmp_path / "a.csv", minus)) == pytest.approx(w)
 
 
 def test_frames_without_any_number_are_refused_as_such(tmp_path):

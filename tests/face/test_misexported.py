@@ -10,6 +10,7 @@ from capture_plan.anatomy.meaning import arkit_by_motion
 from capture_plan.audit.audit import audit_rig
 from capture_plan.audit.report import audit_text, verdict
 from capture_plan.errors import RigError
+from capture_plan.face.channels import find_channels, reordered
 from capture_plan.face.misexported import misexported
 from capture_plan.plan.make import make_plan
 from capture_plan.sample import sample_rig
@@ -98,3 +99,34 @@ def test_a_head_that_bends_its_neck_or_slipped_a_little_was_exported_right():
     assert misexported(with_own(X + fades * [0, 0, 50])) == ()
     assert misexported(with_own(X + D[ODD] + [0, 0, 5])) == ()
     assert misexported(with_own(1.3 * X)) == ()
+
+
+ORDERS = {
+    "by chance": np.random.default_rng(1).permutation(len(X)),
+    "by height": np.argsort(X[:, 1]),
+    "part after part": np.argsort(-SAMPLE.parts, kind="stable"),
+    "backwards": np.arange(len(X))[::-1],
+}
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_a_file_in_another_vertex_order_is_told_and_finds_no_face(order):
+    """Neighbours of a whole mesh in another order may move alike; its edges are longer all the same."""
+    jaw = SAMPLE.names.index("jawOpen")
+    rig = with_own((X + D[jaw])[ORDERS[order]], k=jaw)
+    assert [(one.name, one.fault) for one in misexported(rig)] == [("jawOpen", "order")]
+    channels = find_channels(X, rig.triangles, rig.deltas, rig.names)
+    assert channels.weight[jaw] == 0
+
+
+def test_a_neutral_in_another_vertex_order_is_told():
+    order = ORDERS["by chance"]
+    triangles, deltas = np.argsort(order)[SAMPLE.triangles].astype(np.int32), (X + D - X[order]).astype(np.float32)
+    rig = replace(SAMPLE, neutral=X[order], triangles=triangles, deltas=deltas, parts=SAMPLE.parts[order])
+    assert {one.fault for one in misexported(rig)} == {"order"}
+    assert len(misexported(rig)) == len(SAMPLE.names)
+
+
+def test_exaggerated_and_larger_faces_keep_their_order():
+    assert not reordered(X, SAMPLE.triangles, 3 * D).any()
+    assert not reordered(X, SAMPLE.triangles, np.stack([3 * X, 0 * X])).any()

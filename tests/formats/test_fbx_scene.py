@@ -163,3 +163,18 @@ def test_a_bone_of_another_mesh_is_refused(tmp_path):
 def test_bones_at_no_place_leave_the_mesh_to_its_node(tmp_path):
     rig = read(tmp_path, *head(Lcl_Translation=[7, 0, 0]), skin([([0, 0, 0], np.eye(4) * [[np.nan]], EVERY)]))
     np.testing.assert_array_equal(rig.neutral, TETRAHEDRON + np.array([7, 0, 0]))
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "says"),
+    [
+        (TETRAHEDRON, [0, 1, ~9], "hat has a face that uses vertex 9 of 4"),
+        (TETRAHEDRON * [1, np.nan, 1], [0, 1, ~2], "hat holds NaN or infinite coordinates"),
+    ],
+)
+def test_a_broken_mesh_that_nothing_moves_is_left_out_and_named(tmp_path, vertices, faces, says):
+    hat = [mesh(CAGE_MESH, vertices, faces), model(CAGE, "hat")], [(CAGE_MESH, CAGE), (CAGE, 0)]
+    rig = read(tmp_path, *head(), hat)
+    assert says in rig.note
+    assert rig.left_out == ("hat",)
+    np.testing.assert_array_equal(rig.neutral, TETRAHEDRON)

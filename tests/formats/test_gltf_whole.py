@@ -96,6 +96,63 @@ def test_a_broken_morph_target_costs_its_blendshape_on_the_face_and_nothing_else
         assert not rig.deltas[0, 16:].any()
 
 
+ODD_NODES = {
+    "NaN": {"translation": [float("nan"), 0, 0]},
+    "infinity": {"matrix": [float("inf")] * 16},
+    "short matrix": {"matrix": [1, 0, 0]},
+    "text": {"scale": "large"},
+}
+
+
+@pytest.mark.parametrize("kind", ODD_NODES)
+def test_a_light_that_lies_nowhere_refuses_nothing_but_a_face_below_it_is_named(tmp_path, kind):
+    writer = face_and(Writer())
+    writer.document["nodes"].append({"name": "light", **ODD_NODES[kind]})
+    writer.document["scenes"] = [{"nodes": [0, 1]}]
+    rig = read_gltf(writer.glb(tmp_path / "r.glb"))
+    np.testing.assert_array_equal(rig.neutral, FACE)
+    assert rig.note == ""
+    writer.document["nodes"][1]["children"] = [0]
+    writer.document["scenes"] = [{"nodes": [1]}]
+    with pytest.raises(
+        RigError, match="broken face mesh: face is placed by a node that holds NaN, infinity or no whole"
+    ):
+        read_gltf(writer.glb(tmp_path / "r.glb"))
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5])
+def test_a_bone_that_lies_nowhere_counts_where_a_vertex_hangs_on_it(tmp_path, share):
+    writer = Writer()
+    face = primitive(writer, FACE, FACES, deltas=(DELTAS,))
+    weights = np.tile(np.array([1 - share, share, 0, 0], np.float32), (16, 1))
+    joints = np.tile(np.array([0, 1, 0, 0], np.uint8), (16, 1))
+    face["attributes"] |= {"JOINTS_0": writer.add(joints), "WEIGHTS_0": writer.add(weights)}
+    writer.mesh([face], ["smile"], name="face", skin=0)
+    writer.document["nodes"] += [{"name": "head"}, {"name": "prop", "translation": [float("nan"), 0, 0]}]
+    writer.document |= {"skins": [{"joints": [1, 2]}], "scenes": [{"nodes": [0, 1, 2]}]}
+    path = writer.glb(tmp_path / "r.glb")
+    if share:
+        with pytest.raises(RigError, match="broken face mesh: face is placed by a node"):
+            read_gltf(path)
+    else:
+        np.testing.assert_array_equal(read_gltf(path).neutral, FACE)
+
+
+def test_four_zeros_are_no_rotation(tmp_path):
+    writer = face_and(Writer())
+    writer.document["nodes"][0]["rotation"] = [0, 0, 0, 0]
+    np.testing.assert_array_equal(read_gltf(writer.glb(tmp_path / "r.glb")).neutral, FACE)
+
+
+@pytest.mark.parametrize("extras", ['{"targetNames": ["smile", "frown"]}', ["smile"], 3, {"targetNames": [None, ""]}])
+def test_extras_that_name_nothing_refuse_nothing_and_make_no_names(tmp_path, extras):
+    """Anything may stand there."""
+    writer = face_and(Writer())
+    writer.document["meshes"][0]["extras"] = extras
+    writer.document["meshes"][0]["primitives"][0]["targets"][0]["extras"] = extras
+    assert read_gltf(writer.glb(tmp_path / "r.glb")).names == ("target_0", "target_1")
+
+
 @pytest.mark.parametrize("name", [None, "head scene"])
 def test_where_the_default_scene_shows_no_mesh_the_first_that_shows_one_is_taken_and_told(tmp_path, name):
     writer = face_and(Writer())

@@ -46,6 +46,14 @@ def test_a_polygon_is_a_fan_around_its_first_vertex_however_it_is_written(tmp_pa
     np.testing.assert_array_equal(rig.triangles, [[0, 1, 2], [0, 2, 3]])
 
 
+def test_files_of_one_name_with_and_without_a_number_stand_in_its_order(tmp_path):
+    stems = ("neutral", "smile10", "smile", "smile2", "smile 2b", "²", "1")
+    rig = read_obj_folder(
+        write(tmp_path / "r", **dict.fromkeys(stems, MOVED + "f 1 2 3\n") | {"neutral": SQUARE + "f 1 2 3\n"})
+    )
+    assert rig.names == ("1", "smile", "smile2", "smile10", "smile 2b", "²")
+
+
 def test_negative_numbers_count_back_from_where_they_stand(tmp_path):
     text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nf -3 -2 -1\nv 0 1 0\nf -4 -2 -1\n"
     rig = read_obj_folder(write(tmp_path / "r", neutral=text, a=text.replace("v 1 1 0", "v 1 1 3")))

@@ -405,3 +405,26 @@ def test_weights_that_an_animation_holds_are_told(tmp_path):
     assert "lift at 40 %" in rig.note
     assert "b at" not in rig.note
     np.testing.assert_array_equal(rig.neutral, TETRAHEDRON)
+
+
+BROKEN_HATS = {
+    "corner": (TETRAHEDRON, [[0, 1, 9]], "hat has a face that uses vertex 9 of 4"),
+    "NaN": (TETRAHEDRON * [1, np.nan, 1], FACES, "hat holds NaN or infinite coordinates"),
+}
+
+
+@pytest.mark.parametrize("kind", BROKEN_HATS)
+def test_a_broken_mesh_that_nothing_moves_is_left_out_and_named(tmp_path, kind):
+    points, faces, says = BROKEN_HATS[kind]
+    stage = new_stage(tmp_path / "r.usda")
+    add_mesh(stage, "hat", points, faces)
+    bind(add_mesh(stage), {"lift": (LIFT, None)})
+    rig = save(stage, tmp_path / "r.usda")
+    assert says in rig.note
+    assert rig.left_out == ("hat",)
+    np.testing.assert_allclose(rig.neutral, TETRAHEDRON)
+    np.testing.assert_array_equal(rig.source_index, [4, 5, 6, 7])
+    bind(UsdGeom.Mesh(stage.GetPrimAtPath("/root/hat")), {"tip": (LIFT, None)})
+    if kind == "corner":
+        with pytest.raises(RigError, match="vertex 9 of 4"):
+            save(stage, tmp_path / "r.usda")
