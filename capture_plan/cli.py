@@ -80,7 +80,7 @@ Packer = Literal["early", "minimum", "sequential", "greedy"]
 
 
 class Export(StrEnum):
-    """What `export` can write."""
+    """A kind of file that `export` can write."""
 
     html = "html"
     csv = "csv"
@@ -868,7 +868,7 @@ def counts(given: list[str] | None) -> dict[str, int] | None:
 
 
 def names_of(text: str) -> list[str]:
-    """'jawOpen,browInnerUp' as names."""
+    """The names in a text like 'jawOpen,browInnerUp'."""
     return [name.strip() for name in text.split(",") if name.strip()]
 
 
@@ -911,7 +911,7 @@ def say(lines: Iterable[str]) -> None:
 
 
 def kept(lines: Iterable[str], heard: list[str]) -> list[str]:
-    """The same lines, remembered in `heard`."""
+    """Lines as they are, remembered in `heard`."""
     said = list(lines)
     heard += said
     return said

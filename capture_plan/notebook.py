@@ -29,7 +29,7 @@ OUTPUT_BYTES = (
 
 
 def notebooks_folder() -> Path:
-    """Where the notebooks lie."""
+    """The folder that the notebooks lie in."""
     return INSTALLED if INSTALLED.is_dir() else Path(__file__).parents[1] / "notebooks"
 
 

@@ -116,7 +116,7 @@ def can_be_planned(found: Audit) -> bool:
 
 
 def audit_text(found: Audit) -> str:
-    """The whole page."""
+    """The whole audit as a page of text."""
     asked = asked_of(found)
     known = [finding for finding in found.findings if finding.urgency == "know" and not finding.left_out]
     out = [finding for finding in found.findings if finding.left_out]

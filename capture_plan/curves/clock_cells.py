@@ -64,7 +64,7 @@ def stopwatch(texts: Sequence[str]) -> Clock:
 
 
 def dates(texts: Sequence[str]) -> Clock:
-    """Seconds of dates."""
+    """The clock of cells that hold dates, in seconds."""
     return Clock(np.array([datetime.fromisoformat(text).timestamp() for text in texts]), 1.0)
 
 

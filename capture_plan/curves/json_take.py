@@ -196,7 +196,7 @@ def keyed(document: Document) -> WeightTable | None:
 
 
 def one(document: Document) -> WeightTable | None:
-    """A single frame."""
+    """The table of a document that is a single frame; None where it is none."""
     frame = whole(document)
     bare = isinstance(frame, dict) and not any(plain(key) in SHAPE_KEYS for key in frame)
     if bare and (len(frame) < 2 or not is_frame(frame)):

@@ -126,7 +126,7 @@ def fault(rows: Rows, damaged: Bool[np.ndarray, " t"], full: Bool[np.ndarray, " 
 
 
 def some_of(some: Bool[np.ndarray, " t"], what: str) -> str:
-    """'6 of 300 frames'."""
+    """How many of all are meant, in words: '6 of 300 frames'."""
     return f"{some.sum():,} of {len(some):,} {what}"
 
 

@@ -20,7 +20,7 @@ FEWEST = 2
 
 
 def without_spaces(lines: Lines) -> Lines:
-    """The same lines with one tab between cells, where cells stand between spaces."""
+    """Lines with one tab between cells, where cells stand between spaces."""
     if lines.delimiter is not None or len(lines.texts) < FEWEST or not is_spaced(lines.texts[1:]):
         return lines
     texts = tuple(DELIMITER.join(between_spaces(text)) for text in lines.texts)
@@ -43,7 +43,7 @@ def is_spaced(texts: Sequence[str]) -> bool:
 
 
 def between_spaces(text: str) -> list[str]:
-    """What stands between spaces."""
+    """The cells of a line that stand between spaces."""
     return [cell for cell in split(text.strip(), " ") if cell] if '"' in text else text.split()
 
 

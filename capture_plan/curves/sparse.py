@@ -135,7 +135,7 @@ def fill_many(
 
 
 def from_first(x: Float[np.ndarray, "t c"], given: Bool[np.ndarray, "t c"]) -> Float[np.ndarray, "t c"]:
-    """The same, without numbers in the rows before the first that has any."""
+    """Given numbers alone, without those in the rows before the first that has any."""
     x[: int(given.any(axis=1).argmax())] = np.nan
     return x
 

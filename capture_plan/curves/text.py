@@ -78,7 +78,7 @@ class TextTable:
         return [fields[c] if len(fields) > c else "" for fields in cut]
 
     def at(self, chosen: Sequence[int]) -> "TextTable":
-        """The same table with these of its rows."""
+        """The table with these of its rows alone."""
         rows, numbers = tuple(self.rows[t] for t in chosen), tuple(self.numbers[t] for t in chosen)
         return replace(self, rows=rows, numbers=numbers)
 

@@ -105,5 +105,5 @@ def fold(text: str, first: str = "  ", then: str = "    ") -> list[str]:
 
 
 def count(number: int, what: str) -> str:
-    """'1 frame', '3,046 frames'."""
+    """A number with its noun: '1 frame', '3,046 frames'."""
     return f"{number:,} {what}{'' if number == 1 else 's'}"

@@ -84,7 +84,7 @@ def blendshape_errors(observation: Observation, vertices: Int[np.ndarray, " m"])
 def predicted_by_seed(
     observation: Observation, layouts: Mapping[str, Sequence[Int[np.ndarray, " _"]]]
 ) -> dict[str, list[float]]:
-    """The same of layouts by seed."""
+    """Predicted errors of layouts by seed, millimetres, by the name of their method."""
     return {name: [observation.error(observation.covariance(one)) for one in some] for name, some in layouts.items()}
 
 

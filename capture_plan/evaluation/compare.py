@@ -74,7 +74,7 @@ class Row(Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def landmarks(self) -> int:
-        """How many there are."""
+        """How many landmarks the layout has."""
         return len(self.vertices)
 
 

@@ -30,7 +30,7 @@ class Chart:
 
     @cached_property
     def triangles(self) -> Delaunay:
-        """The flat points, triangulated."""
+        """The Delaunay triangulation of the flat points."""
         return Delaunay(self.flat)
 
     def on_skin(self, places: Float[np.ndarray, "p 2"]) -> Bool[np.ndarray, " p"]:

@@ -50,7 +50,7 @@ def write_verifier(plan: Plan, inputs: Rig | PlanInputs, folder: Path) -> list[P
 
 
 def given_arrays(plan: Plan, inputs: PlanInputs) -> Arrays:
-    """Everything in rig.npz."""
+    """Everything in rig.npz, an array by its name."""
     rig = inputs.rig
     report = audit_once(rig)
     face = see_face(rig, report.used, inputs.cameras, inputs.zones)

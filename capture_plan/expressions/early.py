@@ -64,7 +64,7 @@ class Model:
 
     @cached_property
     def rivals(self) -> tuple[Items, ...]:
-        """Whom each item excludes."""
+        """The items that each item excludes."""
         return tuple(frozenset(np.flatnonzero(row).tolist()) for row in conflict_graph(self.instance.sets))
 
     def ordered(self, parts: Sequence[Items]) -> list[Items]:
@@ -81,7 +81,7 @@ class Model:
         return float(self.values([parts])[0])
 
     def values(self, lists: Sequence[Sequence[Items]]) -> Float[np.ndarray, " n"]:
-        """The same of several lists of one length."""
+        """The value of each of several lists of one length."""
         logs = self.left([self.ordered(parts) for parts in lists])
         hard = [sum(map(self.hard, parts)) for parts in lists] if self.instance.costs else [0]
         behind = np.maximum(logs - self.least(logs.shape[1]), 0).max(axis=1)

@@ -30,7 +30,7 @@ class PlaceError(Exception):
 
 @dataclass(frozen=True, eq=False)
 class Instance:
-    """Items that share expressions."""
+    """Items that share expressions, and which of them exclude each other."""
 
     sets: Bool[np.ndarray, "g n"]
     things: Int[np.ndarray, " g"]
@@ -52,7 +52,7 @@ class Instance:
         return Instance(self.sets[items], self.things[items], self.most, self.place[items])
 
     def apart(self, pairs: Iterable[tuple[int, int]]) -> "Instance":
-        """The same problem with further pairs of items that exclude each other."""
+        """The problem with further pairs of items that exclude each other."""
         return Instance(
             maximal_sets(np.hstack([self.sets, pair_sets(len(self), pairs)])), self.things, self.most, self.place
         )

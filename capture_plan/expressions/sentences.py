@@ -48,7 +48,7 @@ def told_apart(rig: Rig, expressions: list[tuple[str, ...]]) -> list[str]:
 
 
 def from_rest(sentence: str) -> str:
-    """The same sentence with where it starts: 'From a relaxed face: close your eyes.'"""
+    """A sentence with where it starts: 'From a relaxed face: close your eyes.'"""
     return FROM_REST + sentence[:1].lower() + sentence[1:]
 
 

@@ -89,7 +89,7 @@ class Channels:
         return self.weight @ self.energy / self.weight.sum()
 
     def turned(self, R: Float[np.ndarray, "3 3"]) -> "Channels":
-        """The same in the axes that R turns these into."""
+        """The channels in the axes that R turns these into."""
         return replace(self, centre=self.centre @ R.T, direction=self.direction @ R.T, middle=R @ self.middle)
 
     def placed(self, *kinds: str) -> list[int]:

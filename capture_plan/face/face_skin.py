@@ -47,12 +47,12 @@ class FacePlace:
 
     @property
     def e(self) -> Float[np.ndarray, " 3"]:
-        """Middle of the eyes."""
+        """e, the middle of the eyes."""
         return self.eyes.mean(axis=0)
 
     @property
     def u(self) -> float:
-        """Pupil distance."""
+        """u, the distance between the pupils."""
         return float(np.linalg.norm(self.eyes[0] - self.eyes[1]))
 
     @property

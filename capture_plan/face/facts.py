@@ -33,7 +33,7 @@ class PairFacts(Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def found(self) -> bool:
-        """Whether both are known."""
+        """Whether both of the pair are known."""
         return self.left is not None and self.right is not None
 
     @property

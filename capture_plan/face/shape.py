@@ -55,7 +55,7 @@ class Shape:
     part_names: tuple[str, ...]
 
     def turned(self, R: Float[np.ndarray, "3 3"]) -> "Shape":
-        """The same head in the axes that R turns these into, with all that was found of it and tells no axes."""
+        """The head in the axes that R turns these into, with all that was found of it and tells no axes."""
         if np.array_equal(R, np.eye(3)):
             return self
         deltas = self.deltas @ R.T.astype(self.deltas.dtype)
@@ -102,7 +102,7 @@ class Shape:
 
     @cached_property
     def areas(self) -> Float[np.ndarray, " v"]:
-        """Area around every vertex."""
+        """The area around every vertex, (v)."""
         return vertex_areas(self.neutral, self.triangles)
 
     @cached_property

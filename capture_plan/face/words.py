@@ -35,7 +35,7 @@ class Answer(NamedTuple):
 
 
 def answers(read: ReadingFacts) -> list[Answer]:
-    """Every answer in words."""
+    """Every answer of a reading, in words."""
     pupils = read.eyes.apart_mm
     apart = "" if pupils is None else f"; pupils {apart_words(pupils)}"
     axes_sure = read.axes.sure and not read.against

@@ -38,7 +38,7 @@ def teaser(sitter: Sitter, face: Face, rows: Sequence[EpsilonRow]) -> Figure:
 
 
 def models(shown: Sequence[tuple[Sitter, Face, Int[np.ndarray, " _"]]]) -> Figure:
-    """One layout a rig."""
+    """One layout for each rig, beside each other."""
     return layouts_figure(
         [Captioned(sitter, face.rig.name, f"K = {len(face.used)}", vertices) for sitter, face, vertices in shown],
         columns=max(3, min(4, len(shown))),

@@ -102,7 +102,7 @@ class Instance:
     shapes: Shapes
 
     def title(self, scene: Scene) -> str:
-        """What people call it."""
+        """The name that people have given it."""
         return scene.name(self.number if self.node is None else self.node) or f"mesh {self.first}"
 
     def listed(self, scene: Scene) -> SceneMesh:

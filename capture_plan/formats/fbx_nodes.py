@@ -42,7 +42,7 @@ def triple(props: dict[str, tuple], name: str, default: float = 0.0) -> Float[np
 
 
 def moved(t: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "4 4"]:
-    """Translation by t."""
+    """The matrix of a translation by t."""
     M = np.eye(4)
     M[:3, 3] = t
     return M

@@ -186,7 +186,7 @@ def check_faces(element: Element) -> None:
 
 
 def whole(number: float) -> int:
-    """A list's length."""
+    """The length of a list as a whole number."""
     if not 0 <= number < 2**31 or number != int(number):
         raise RigError(CUT)
     return int(number)
@@ -250,7 +250,7 @@ def even_rows(body: bytes, at: int, element: Element, order: str) -> tuple[Table
 
 
 def uneven_rows(body: bytes, at: int, element: Element, order: str) -> tuple[Table, int]:
-    """The same one list at a time, for triangles mixed with quads."""
+    """The rows of an element, one list at a time, for triangles mixed with quads."""
     check_faces(element)
     sizes = {p.name: [] for p in element.properties}
     pieces = {p.name: [] for p in element.properties}

@@ -25,7 +25,7 @@ def closest(name: str, names: Iterable[str]) -> str:
 
 
 def meant(path: Path) -> str:
-    """The same for a path that is not there, among what lies beside it."""
+    """What a path that is not there may have meant, among what lies beside it."""
     try:
         return closest(path.name, (other.name for other in path.parent.iterdir()))
     except OSError:

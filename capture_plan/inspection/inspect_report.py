@@ -18,7 +18,7 @@ TELLS_APART = 0.8  # a pair's angle shrinks to this share without the marker: wo
 
 
 def inspection_text(found: Inspection) -> str:
-    """The whole page."""
+    """The whole inspection as a page of text."""
     sections = (
         *((("DRAFT: this plan does not hold", found.draft),) if found.draft else ()),
         ("What the markers see", overview(found)),

@@ -70,7 +70,7 @@ class Decided:
 
     @property
     def chosen(self) -> Int[np.ndarray, " n"]:
-        """All sites of landmarks."""
+        """All sites that carry landmarks, (n)."""
         return np.concatenate([*(program.sites for program in self.rounds), self.further])
 
 

@@ -30,7 +30,7 @@ class Limit:
         return max(0, self.least - total) + (max(0, total - self.most) if self.most is not None else 0)
 
     def among(self, sites: Int[np.ndarray, " n"]) -> "Limit":
-        """The same wish where only these sites can be chosen."""
+        """The limit where only these sites can be chosen."""
         return Limit(self.name, self.amount[sites], self.least, self.most)
 
     def after(self, chosen: Int[np.ndarray, " n"]) -> "Limit":

@@ -136,7 +136,7 @@ def papers_cover(face: Face, settings: LayoutSettings) -> Int[np.ndarray, " m"]:
 
 
 def all_of(sites: Sites) -> Int[np.ndarray, " s"]:
-    """Every site."""
+    """Every site, open to all programs."""
     return np.arange(len(sites.visibility))
 
 

@@ -43,7 +43,7 @@ class Search:
 
     @cached_property
     def everywhere(self) -> Int[np.ndarray, " s"]:
-        """All sites."""
+        """All sites as a mask of yes."""
         return np.arange(len(self.size))
 
     @cached_property
@@ -53,12 +53,12 @@ class Search:
 
     @cached_property
     def size(self) -> Int[np.ndarray, " s"]:
-        """Landmarks of every site."""
+        """How many landmarks every site has, (s)."""
         return self.sites.size
 
     @cached_property
     def singles(self) -> Int[np.ndarray, " n"]:
-        """Sites of one landmark."""
+        """The sites that have one landmark alone."""
         return np.flatnonzero(self.size == 1)
 
     @cached_property
@@ -101,7 +101,7 @@ class Search:
         return int((~self.covers[:, list(chosen)].any(axis=1)).sum())
 
     def score(self, chosen: Choice) -> tuple[int, int, float]:
-        """See above; the error in square millimetres."""
+        """What is compared: limits missed, blendshapes without a landmark, squared error in mm^2."""
         C = self.observation.covariance(self.sites.members(np.array(chosen, dtype=int)))
         return self.shortfall(chosen), self.uncovered(chosen), float(np.sum(self.observation.gram * C))
 
@@ -196,7 +196,7 @@ class Search:
         return self.shortfall(chosen) * (len(self.covers) + 1) + self.uncovered(chosen)
 
     def misses_with(self, rest: Choice, among: Int[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
-        """The same of `rest` with each of the sites `among` added."""
+        """What is missed by `rest` with each of the sites `among` added."""
         wanting = self.covers[~self.covers[:, list(rest)].any(axis=1)]
         short = np.zeros(len(among), dtype=int)
         for limit in self.limits:

@@ -209,7 +209,7 @@ class Face:
 
     @cached_property
     def graph(self) -> csr_array:
-        """`surface_graph` of the skin."""
+        """The `surface_graph` of the skin alone."""
         skin = self.rig.triangles[self.rig.skin[self.rig.triangles].all(axis=1)]
         return surface_graph(self.rig.neutral, skin)
 

@@ -21,11 +21,11 @@ class Candidates:
 
     @property
     def rows(self) -> Float[np.ndarray, "n r"]:
-        """X."""
+        """X, the movements of all candidates, a row each."""
         return self.rows_at(self.vertices)
 
     def rows_at(self, vertices: Int[np.ndarray, " m"]) -> Float[np.ndarray, "m r"]:
-        """X at any vertices."""
+        """The movements X of any vertices, a row each."""
         return np.moveaxis(self.deltas[:, vertices], 0, 1).reshape(len(vertices), -1).astype(np.float64)
 
 

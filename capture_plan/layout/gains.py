@@ -80,7 +80,7 @@ class Gains:
         return bound / self.observation.noise_mm**2
 
     def step(self, R: Float[np.ndarray, "q k"], w: int) -> "Gains":
-        """The same once the rows R are left out (w = 1) or taken in (w = -1)."""
+        """The gains once the rows R are left out (w = 1) or taken in (w = -1)."""
         U = self.root(R, w)
         GU = self.observation.gram @ U
         V, X = times(self.A, U), times(self.P, GU)
@@ -95,7 +95,7 @@ class Gains:
         )
 
     def at(self, among: Int[np.ndarray, " n"]) -> "Gains":
-        """Of these sites alone."""
+        """The gains of these sites alone."""
         return replace(self, A=self.A[among], P=self.P[among], T=self.T[among], H=self.H[among])
 
     def all(self, among: Int[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
@@ -111,7 +111,7 @@ def gains_at(observation: Observation, A: Float[np.ndarray, "s r k"], C: Float[n
 
 
 def traces(S: Float[np.ndarray, "n r r"], H: Float[np.ndarray, "n r r"]) -> Float[np.ndarray, " n"]:
-    """trace(S^-1 H) of each."""
+    """trace(S^-1 H) of each of the n pairs."""
     return np.trace(np.linalg.solve(S, H), axis1=1, axis2=2)
 
 

@@ -63,7 +63,7 @@ def choose_head_markers(
 
 
 def beside(limit: Limit, extra: Int[np.ndarray, " h"]) -> Limit:
-    """The same limit with sites that do not count in it."""
+    """A limit with further sites that do not count in it."""
     return Limit(limit.name, np.concatenate([limit.amount, extra]), limit.least, limit.most)
 
 

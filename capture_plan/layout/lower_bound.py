@@ -83,7 +83,7 @@ class Relaxed:
         return lam
 
     def among(self, at: Int[np.ndarray, " n"]) -> "Relaxed":
-        """The same with these sites alone."""
+        """The relaxed problem with these sites alone."""
         return Relaxed(self.observation, self.A[at], self.size[at], self.open_[at], self.held[at], self.budget)
 
 

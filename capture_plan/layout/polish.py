@@ -42,7 +42,7 @@ def polish(search: Search, starts: Sequence[Choice], *, seed: int) -> Choice:
 
 
 def members(search: Search, chosen: Choice) -> Int[np.ndarray, " m"]:
-    """Vertices of a choice."""
+    """The vertices of a choice of sites."""
     return search.sites.members(np.array(chosen, dtype=int))
 
 
@@ -64,7 +64,7 @@ def measure(
 
 
 def free_weights(search: Search, chosen: Choice, *, seed: int) -> Bool[np.ndarray, "t k"]:
-    """F."""
+    """F: which weights of each mix lie inside their bounds, (t k)."""
     _, estimate = measure(search, chosen, frames=MIXES, seed=seed)
     return (estimate > 0) & (estimate < 1)
 

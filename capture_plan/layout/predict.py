@@ -58,7 +58,7 @@ class Performance:
     beyond_mm: float | None = None
 
     def distances(self, G: Float[np.ndarray, "k k"], x: Float[np.ndarray, "t k"]) -> Float[np.ndarray, " t"]:
-        """d(x, t), square millimetres."""
+        """The distances d(x, t) of weights x, square millimetres."""
         # x'Gx - 2 x'g + s
         squares = np.sum((self.weights @ self.power) * self.weights, axis=1)
         return np.maximum(np.sum((x @ G - 2 * self.weights @ self.cross) * x, axis=1) + squares, 0)

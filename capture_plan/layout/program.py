@@ -41,7 +41,7 @@ class Program:
     limits: tuple[Limit, ...]
 
     def among(self, sites: Int[np.ndarray, " n"]) -> "Program":
-        """The same with these sites only."""
+        """The program with these sites only."""
         limits = tuple(Limit(one.name, one.amount[sites], one.least, one.most) for one in self.limits)
         cliques = csr_array(self.cliques[:, sites])
         cliques = csr_array(cliques[np.diff(cliques.indptr) > 1])

@@ -49,7 +49,7 @@ class Spacing:
 
     @cached_property
     def members(self) -> csr_array:
-        """P, (v s)."""
+        """P: which vertices belong to which site, (v s)."""
         s = np.arange(len(self.sites.vertices))
         row, column = self.sites.vertices.T.ravel(), np.tile(s, 2)
         return csr_array(
@@ -58,7 +58,7 @@ class Spacing:
 
     @cached_property
     def table(self) -> csr_array:
-        """T, (s s)."""
+        """T: which sites are too close to each other, (s s)."""
         apart = self._within(self.spacing_mm)
         apart = apart if self.met is None else csr_array(apart + self.met)
         return csr_array((self.members.T @ apart @ self.members).astype(bool))
@@ -79,7 +79,7 @@ class Spacing:
         return close
 
     def among(self, sites: Int[np.ndarray, " n"]) -> "Spacing":
-        """The same where only these sites can be chosen."""
+        """The spacing where only these sites can be chosen."""
         less = Sites(self.sites.vertices[sites], self.sites.reach[:, sites], self.sites.visibility[sites])
         return Spacing(self.near, less, self.spacing_mm, self.met) if len(sites) < len(self.sites.vertices) else self
 

@@ -66,7 +66,7 @@ class Goal:
     target_mm: float
 
     def error(self, chosen: Choice) -> float:
-        """E, millimetres."""
+        """The upper estimate E of a choice, millimetres."""
         return self.search.score(chosen)[2] ** 0.5
 
     def rank(self, chosen: Choice) -> int:
@@ -104,7 +104,7 @@ class Goal:
         return chosen
 
     def settled(self, chosen: Choice) -> Choice:
-        """The same number after exchanges, unless these tell fewer mixes apart."""
+        """As many landmarks after exchanges, unless these tell fewer mixes apart."""
         better = self.of(self.search.landmarks(chosen)).swap_all(chosen)
         return better if self.rank(better) >= self.rank(chosen) else chosen
 
@@ -172,5 +172,5 @@ class Goal:
         )
 
     def of(self, budget: int) -> Search:
-        """The same problem at another number of landmarks."""
+        """The problem at another number of landmarks."""
         return replace(self.search, budget=budget)

@@ -59,7 +59,7 @@ def recover_weights(
 def recover_unbounded(
     B: Float[np.ndarray, "r k"], y: Float[np.ndarray, "t r"], *, noise_mm: float
 ) -> Float[np.ndarray, "t k"]:
-    """The same with weights of any size and sign."""
+    """The weights of measured landmarks, where these are of any size and sign."""
     return np.linalg.solve(normal_matrix(B, noise_mm), (y @ B).T).T
 
 

@@ -137,7 +137,7 @@ class Surface:
         return (q * w - r * t, r * s - p * w, p * t - q * s), longest
 
     def collapse(self, u: int, v: int) -> None:
-        """u -> v."""
+        """Collapse vertex u into its neighbour v."""
         for number in self.around[u]:
             corner = self.corners[number]
             if v in corner:
@@ -175,7 +175,7 @@ Planes = tuple[Int[np.ndarray, "n _"], Float[np.ndarray, "n 4"], Float[np.ndarra
 
 
 def triangle_planes(x: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]) -> Planes:
-    """Corners, planes and areas."""
+    """Corners, planes and areas of all triangles."""
     normal, length = unit(triangle_cross(x, triangles))
     return triangles, planes_through(x[triangles[:, 0]], normal), length / 2
 
@@ -193,7 +193,7 @@ def border_planes(x: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]
 
 
 def planes_through(x: Float[np.ndarray, "n 3"], normal: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 4"]:
-    """(n, -n . x)."""
+    """The planes (n, -n . x) through points with normals n."""
     return np.column_stack([normal, -np.einsum("nx,nx->n", normal, x)])
 
 

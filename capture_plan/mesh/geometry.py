@@ -17,7 +17,7 @@ def triangle_cross(vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray
 
 
 def triangle_areas(vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]) -> Float[np.ndarray, " f"]:
-    """Area of every triangle."""
+    """The area of every triangle, (f)."""
     return 0.5 * np.linalg.norm(triangle_cross(vertices, triangles), axis=1)
 
 

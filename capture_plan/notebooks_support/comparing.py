@@ -69,7 +69,7 @@ def budget_curves(
 
 
 def upper_at(noise_mm: float) -> str:
-    """What the curves show."""
+    """What the curves show, in words."""
     return f"upper estimate of the error at {noise_mm:g} mm noise, mm (rms)"
 
 

@@ -76,7 +76,7 @@ def worth_words(errors: Errors) -> mo.Html:
 
 
 def worth_sentences(errors: Errors) -> list[str]:
-    """The same, one sentence each; lists within a hundredth of the best are named beside it."""
+    """Which list is best where, one sentence each; lists within a hundredth of the best are named beside it."""
     curves = list(errors.values())
     scans = curves[0][OURS][0][-1]
     reached = [n for n in AFTER if n < scans]

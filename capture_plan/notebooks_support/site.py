@@ -146,7 +146,7 @@ def reference() -> str:
 
 
 def document(title: str, style: str, body: str) -> str:
-    """A whole page."""
+    """A whole page around its body."""
     return (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{html.escape(title)}</title>'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'

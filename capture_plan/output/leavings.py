@@ -95,7 +95,7 @@ def wait_for(lock: int, folder: Path) -> None:
 
 
 def release(lock: int | None) -> None:
-    """End a lock."""
+    """End a lock on a folder."""
     if lock is not None:
         os.close(lock)
 

@@ -69,7 +69,7 @@ def known_to(prediction: Prediction) -> float:
 
 
 def within(prediction: Prediction) -> str:
-    """'0.10 to 0.17 mm'."""
+    """The range of a prediction in words: '0.10 to 0.17 mm'."""
     return f"{prediction.low_mm:.2f} to {prediction.high_mm:.2f} mm"
 
 

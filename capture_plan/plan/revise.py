@@ -99,7 +99,7 @@ def renumbered_words(former: Packing, changed: Packing) -> tuple[str, ...]:
 
 
 def span(first: int, last: int) -> str:
-    """'E09 to E18'."""
+    """Expressions from one to another in words: 'E09 to E18'."""
     return f"E{first:02d} to E{last:02d}" if last > first else f"E{first:02d}"
 
 

@@ -116,7 +116,7 @@ def beside_words(layout: Layout, name: str) -> str:
 
 
 def more_words(error_mm: float, other_mm: float) -> str:
-    """'3.1 % lower'."""
+    """An error beside another in words: '3.1 % lower'."""
     share = error_mm / max(other_mm, 1e-9) - 1
     return f"{abs(share):.1%} {'lower' if share < 0 else 'higher'}" if round(abs(share), 3) else "as high"
 
@@ -174,7 +174,7 @@ def take_summary(layout: Layout, rig: Rig) -> tuple[str, ...]:
 
 
 def fit_words(fit: MotionFit) -> list[str]:
-    """The same of any layout."""
+    """What the takes lose by any layout."""
     steps = [f"{fit.curve_mm[m - 1]:.2f} mm off with the first {m}" for m in quarters(len(fit.curve_mm))]
     lines = [
         f"Without blendshapes, a smooth sheet of skin bent between these landmarks is {fit.rmse_mm:.2f} mm off in a "

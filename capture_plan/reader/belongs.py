@@ -57,17 +57,17 @@ class Body:
 
     @cached_property
     def box(self) -> Float[np.ndarray, "2 3"]:
-        """Lowest and highest corner."""
+        """The lowest and the highest corner, (2 3)."""
         return np.stack([self.points.min(axis=0), self.points.max(axis=0)])
 
     @cached_property
     def size(self) -> float:
-        """Diagonal of the box."""
+        """The diagonal of the box around it."""
         return float(np.linalg.norm(self.box[1] - self.box[0]))
 
     @cached_property
     def area(self) -> float:
-        """Area of the surface."""
+        """The area of its whole surface."""
         return float(triangle_areas(self.points, self.triangles).sum())
 
     @cached_property
@@ -81,7 +81,7 @@ class Body:
 
     @cached_property
     def tree(self) -> KDTree:
-        """The same points, to search in."""
+        """Its points, to search in."""
         return KDTree(self.sample)
 
 

@@ -137,7 +137,7 @@ def ranked(found: list[Body], faces: list[Body], moves: Bool[np.ndarray, "k v"])
 
 
 def density(body: Body) -> float:
-    """Vertices for its area."""
+    """How many vertices a body has for its area."""
     return len(body.points) / max(body.area, 1e-12)
 
 

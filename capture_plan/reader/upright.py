@@ -167,7 +167,7 @@ def _noted(raw: RawRig, told: str) -> RawRig:
 
 
 def rotated(raw: RawRig, R: Float[np.ndarray, "3 3"]) -> RawRig:
-    """The same rig in turned axes."""
+    """A rig in turned axes."""
     deltas = (raw.deltas @ R.T).astype(np.float32)
     return dataclasses.replace(raw, neutral=raw.neutral @ R.T, deltas=deltas)
 

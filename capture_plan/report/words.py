@@ -2,7 +2,7 @@
 
 
 def count(n: int, what: str) -> str:
-    """'1 marker', '1,200 markers'."""
+    """A number with its noun: '1 marker', '1,200 markers'."""
     return f"{n:,} {what}" if n == 1 else f"{n:,} {what}s"
 
 

@@ -49,7 +49,7 @@ def audit_bytes(found: Audit, rig: Rig, kind: str) -> bytes:
 
 
 def audit_booklet(found: Audit, rig: Rig) -> Booklet:
-    """The page, drawn."""
+    """The page of an audit, drawn into a booklet."""
     if found.reading is None or found.vertices != len(rig.neutral):
         raise RigError(f"{rig.name}: the audit is not that of this rig: audit it again")
     book = Booklet(A4_ACROSS, f"Audit of {found.name}")

@@ -89,7 +89,7 @@ class MarkerPages:
         return self.face.anchors
 
     def draw(self, add_page: Callable[[str], None]) -> None:
-        """All of them."""
+        """Draw all marker pages into the book."""
         for view in track(tuple(TITLES), "Drawing marker sheets"):
             self._view(view, add_page)
         landmarks, per_page = self.face.landmarks, rows_per_page(self.book)

@@ -37,7 +37,7 @@ PAPERS = {"a4": Paper("a4", 210.0, 297.0), "letter": Paper("letter", 215.9, 279.
 
 
 def paper(name: str) -> Paper:
-    """The paper called `name`."""
+    """The paper of this name, 'a4' or 'letter'."""
     if name not in PAPERS:
         raise PlanError(f"paper '{name}' is not known: choose one of {', '.join(PAPERS)}")
     return PAPERS[name]

@@ -36,7 +36,7 @@ class View:
         return np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])
 
     def project(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
-        """Points in view space."""
+        """Points of the rig in the view's own axes."""
         seen = points @ self.rotation.T
         return seen * np.array([-1, 1, 1]) if self.mirrored else seen
 

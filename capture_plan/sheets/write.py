@@ -53,7 +53,7 @@ def write_sheets(plan: Plan, rig: Rig, folder: Path | str, *, paper: Sheet = "a4
 def write_marker_sheets(
     layout: Layout, rig: Rig, folder: Path | str, *, paper: Sheet = "a4", dpi: int = 300
 ) -> tuple[Path, ...]:
-    """The same of markers alone, for a take without blendshapes, on the `rig` that stands in for it."""
+    """Write sheets of markers alone, for a take without blendshapes, on the `rig` that stands in for it."""
     return write_booklet(draw_marker_sheets(layout, rig, sheet=paper, dpi=dpi), Path(folder), dpi, rig.name)
 
 

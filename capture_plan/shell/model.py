@@ -55,7 +55,7 @@ class Shell:
 
     @cached_property
     def stiffness(self) -> csc_array:
-        """A, (v v)."""
+        """The stiffness A of the shell, (v v)."""
         return shell_stiffness(
             self.vertices.astype(float), self.triangles, stretching=self.stretching, bending=self.bending
         )
@@ -80,16 +80,16 @@ class Shell:
 
     @cached_property
     def solver(self) -> SuperLU:
-        """A_ff, factorised."""
+        """The stiffness A_ff of what is free, factorised."""
         A = csc_array(self.stiffness[self.free][:, self.free])
         return splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options={"SymmetricMode": True})
 
     def solve(self, b: Float[np.ndarray, " v"]) -> Float[np.ndarray, " v"]:
-        """G b."""
+        """The shape G b of the shell under nodal loads b."""
         return self.solve_all(b[:, None])[:, 0]
 
     def solve_all(self, b: Float[np.ndarray, "v n"]) -> Float[np.ndarray, "v n"]:
-        """G b."""
+        """The shapes G b of the shell under several loads, a column each."""
         solved = np.zeros(b.shape, order="F")
         for i in range(0, b.shape[1], AT_ONCE):
             some = slice(i, i + AT_ONCE)
@@ -151,12 +151,12 @@ class Shell:
 
     @property
     def gamma(self) -> Float[np.ndarray, " v"]:
-        """diag G."""
+        """The diagonal of the compliance G, (v)."""
         return self._diagonals[0]
 
     @property
     def nu(self) -> Float[np.ndarray, " v"]:
-        """diag G^2."""
+        """The diagonal of G^2, (v)."""
         return self._diagonals[1]
 
     def bordered(self, markers: Int[np.ndarray, " m"]) -> tuple[Float[np.ndarray, "v _"], Float[np.ndarray, "_ _"]]:
@@ -172,7 +172,7 @@ class Shell:
         return KC, self.inverted(markers, KC)
 
     def inverted(self, markers: Int[np.ndarray, " m"], KC: Float[np.ndarray, "v _"]) -> Float[np.ndarray, "_ _"]:
-        """B of [K C]."""
+        """The inverse B of [K C] at the markers."""
         K_H, C_H = np.split(KC[markers], [len(markers)], axis=1)
         return np.linalg.inv(np.block([[K_H, C_H], [C_H.T, np.zeros((C_H.shape[1], C_H.shape[1]))]]))
 

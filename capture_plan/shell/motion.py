@@ -39,7 +39,7 @@ class Motion:
             raise RigError("a displacement is not finite, or weights are negative or all 0: repair them")
 
     def weighted(self, s: Float[np.ndarray, " v"]) -> "Motion":
-        """The same motion where errors count by s."""
+        """The motion where errors count by s."""
         return replace(self, weights=s.astype(float))
 
     def at(self, vertices: Int[np.ndarray, " n"]) -> "Motion":
@@ -68,7 +68,7 @@ class Motion:
         return replace(self, rows=self.rows @ U[:, ~left_out][:, ::-1], in_threes=False)
 
     def squared_error(self, W: Float[np.ndarray, "v m"], markers: Int[np.ndarray, " m"]) -> float:
-        """E."""
+        """The squared error E of the motion rebuilt by W from markers, mm^2."""
         total = 0.0
         for some in self.blocks():
             R = self.rows[some] - W[some] @ self.rows[markers]

@@ -46,7 +46,7 @@ def part_of(rig: Rig, furthest: Float[np.ndarray, " n"], name: str) -> Part:
 
 
 def moved_triangles(rig: Rig, furthest: Float[np.ndarray, " n"]) -> Int[np.ndarray, "f 3"]:
-    """Triangles of the part."""
+    """The triangles of the part that moves."""
     moved = rig.skin & (furthest >= STILL_MM)
     triangles = rig.triangles[rig.skin[rig.triangles].all(axis=1) & moved[rig.triangles].any(axis=1)]
     triangles = with_area(rig.neutral, triangles)

@@ -31,7 +31,7 @@ def open_vertices(state: State) -> Bool[np.ndarray, " v"]:
 
 
 def add_scores(state: State) -> Float[np.ndarray, " v"]:
-    """E(H + v)."""
+    """The error E(H + v) with each further marker v, (v)."""
     can = open_vertices(state)
     gamma = np.where(can, state.gamma, 1)
     return np.where(can, state.error - 2 * state.z / gamma + state.nu * state.e / gamma**2, np.inf)
@@ -50,7 +50,7 @@ def add_pair_scores(state: State) -> Float[np.ndarray, " v"]:
 
 
 def drop_score(state: State, j: int) -> float:
-    """E(H - j)."""
+    """The error E(H - j) without marker number j."""
     if state.is_last(j):
         return np.inf
     x = loss(state, j)

@@ -47,7 +47,7 @@ class State:
         self.gamma_beside_bare[paired], self.nu_beside_bare[paired] = (x[len(v) :] for x in both)
 
     def refresh(self, markers: Sequence[int]) -> None:
-        """Everything from scratch."""
+        """Compute everything from scratch for these markers."""
         self.markers = [int(h) for h in markers]
         H, s, p = np.array(self.markers, dtype=int), self.s, self.partner
         KC, self.B = self.shell.bordered(H)
@@ -88,17 +88,17 @@ class State:
 
     @cached_property
     def e(self) -> Float[np.ndarray, " v"]:
-        """|R_v|^2."""
+        """The squared residual |R_v|^2 of every vertex."""
         return row_products(self.R, self.R)
 
     @cached_property
     def z(self) -> Float[np.ndarray, " v"]:
-        """Z_v . R_v."""
+        """The products Z_v . R_v of every vertex."""
         return row_products(self.Z, self.R)
 
     @property
     def error(self) -> float:
-        """E."""
+        """The squared error E of the layout, mm^2."""
         return float(self.s @ self.e)
 
     def _forget(self) -> None:
@@ -107,7 +107,7 @@ class State:
         self.__dict__.pop("z", None)
 
     def columns(self, at: Int[np.ndarray, " n"]) -> Float[np.ndarray, "v n"]:
-        """G_H[:, at]."""
+        """The columns G_H[:, at] of the compliance with markers held."""
         return self.shell.columns(at) - self.KC @ (self.B @ self.KC[at].T)
 
     def is_last(self, j: int) -> bool:
@@ -131,5 +131,5 @@ class State:
 
 
 def row_products(A: Float[np.ndarray, "v n"], B: Float[np.ndarray, "v n"]) -> Float[np.ndarray, " v"]:
-    """A_v . B_v."""
+    """The products A_v . B_v, row by row."""
     return np.einsum("vn,vn->v", A, B)

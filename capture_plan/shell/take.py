@@ -47,17 +47,17 @@ class Take:
 
     @property
     def sequence(self) -> Sequence:
-        """The first session."""
+        """The sequence of the first session."""
         return self.recordings[0].sequence
 
     @property
     def frames(self) -> int:
-        """Of all sessions."""
+        """How many frames all sessions have."""
         return sum(len(one) for one in self.recordings)
 
     @cached_property
     def loose(self) -> Shell:
-        """The same shell with nothing held."""
+        """The shell of the take with nothing held."""
         return replace(self.shell, fixed=np.zeros(len(self.at), dtype=bool))
 
     @cached_property

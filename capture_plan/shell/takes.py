@@ -41,17 +41,17 @@ class Takes:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of all sequences."""
+        """The names of all sequences, subject by subject."""
         return tuple(one.sequence.name for person in self.subjects for one in person.recordings)
 
     @property
     def frames(self) -> int:
-        """Of all subjects."""
+        """How many frames all subjects have."""
         return sum(one.frames for one in self.subjects)
 
     @cached_property
     def weight(self) -> float:
-        """sum_d g_d sum_v s_v."""
+        """The whole weight, sum_d g_d sum_v s_v."""
         return float(sum(one.motion.weights.sum() for one in self.subjects))
 
     def errors(self, vertices: Int[np.ndarray, " m"], counts: Several[int]) -> tuple[float, ...]:

@@ -51,7 +51,7 @@ class Change:
 
 
 def drop(state: State, j: int) -> None:
-    """Marker number j away."""
+    """Take marker number j away."""
     left = state.markers[:j] + state.markers[j + 1 :]
     if state.is_last(j):
         state.refresh(left)

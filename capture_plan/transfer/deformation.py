@@ -58,7 +58,7 @@ def target_surface(
 def transfer_onto(
     surface: Surface, neutral: Float[np.ndarray, "v 3"], deltas: Float[np.ndarray, "k v 3"]
 ) -> Float[np.ndarray, "k v 3"]:
-    """The same for a surface that is factorised already."""
+    """The deltas carried onto a surface that is factorised already."""
     sR, _ = similarity_fit(neutral, surface.neutral)
     R = sR / np.cbrt(np.linalg.det(sR))
     source = SourceFrames.of(neutral, surface.triangles)
@@ -90,7 +90,7 @@ class SourceFrames:
         return SourceFrames(triangles, inverse, solid)
 
     def gradients(self, posed: Float[np.ndarray, "v 3"]) -> Float[np.ndarray, "f 3 3"]:
-        """S - I."""
+        """The deformation gradients less the identity, S - I, of every triangle."""
         S = frames(posed, self.triangles) @ self.inverse
         return S - np.where(self.solid[:, None, None], np.eye(3), 0)
 

@@ -39,7 +39,7 @@ class Expectation:
         return len(self.v)
 
     def among(self, rows: Iterable[int]) -> "Expectation":
-        """The same of some blendshapes, numbered anew."""
+        """The expectation of some blendshapes, numbered anew."""
         chosen = list(rows)
         return Expectation(self.v[chosen], self.u[chosen])
 
@@ -49,7 +49,7 @@ class Expectation:
         return float(self.worth.sum())
 
     def weighed(self, worth: Float[np.ndarray, " k"]) -> "Expectation":
-        """The same places where blendshape k is worth `worth[k]` in all."""
+        """The expectation at these places where blendshape k is worth `worth[k]` in all."""
         return Expectation(self.v * (worth / np.where(self.worth > 0, self.worth, 1))[:, None], self.u)
 
     @cached_property

@@ -51,5 +51,5 @@ def looks_at(camera: Camera, skin: Float[np.ndarray, "v 3"], middle: Float[np.nd
 
 
 def words(position: Float[np.ndarray, "3"]) -> str:
-    """'(0, 690, 400)'."""
+    """A place in words: '(0, 690, 400)'."""
     return f"({', '.join(f'{x:.4g}' for x in position)})"

@@ -49,7 +49,7 @@ class Views:
             array.flags.writeable = False
 
     def at(self, some: Int[np.ndarray, " m"]) -> "Views":
-        """The same at some of the vertices, each as often as it is named."""
+        """The views of some of the vertices, each as often as it is named."""
         return Views(self.cameras, self.seen[:, some], self.views[some], self.pixels[:, some], self.at_once[:, some])
 
     @property

@@ -26,7 +26,7 @@ def claims(found: Evaluation) -> list[str]:
 
 
 def descent(found: Evaluation) -> list[str]:
-    """Fig. 3."""
+    """What fig. 3 says of the descent, held against the evaluation."""
     rows, soon = [np.array(row) for row in found.descents.errors_mm], USUAL * found.descents.markers + 1
     late = max((row[:soon].min() - row.min()) / (row[0] - row.min()) for row in rows)
     after = np.concatenate([row[soon - 1 :] for row in rows])
@@ -45,7 +45,7 @@ def descent(found: Evaluation) -> list[str]:
 
 
 def more_markers(found: Evaluation) -> list[str]:
-    """Fig. 6."""
+    """What figs. 6 and 12 say of more markers, held against the evaluation."""
     lines = []
     for name in (OURS, PAPER):
         values = [found.rmse_mm(name, n) for n in found.counts]
@@ -55,7 +55,7 @@ def more_markers(found: Evaluation) -> list[str]:
 
 
 def rim(found: Evaluation) -> list[str]:
-    """Fig. 4."""
+    """What fig. 4 says of a held rim, held against the evaluation."""
     gains = [1 - one.held_mm / one.loose_mm for one in found.rims]
     return [
         _claim(
@@ -67,7 +67,7 @@ def rim(found: Evaluation) -> list[str]:
 
 
 def symmetry(found: Evaluation) -> list[str]:
-    """Fig. 5."""
+    """What fig. 5 says of symmetric layouts, held against the evaluation."""
     costs = [found.rmse_mm(MIRRORED, n) / found.rmse_mm(OURS, n) for n in found.counts]
     apart = max(one.apart_mm for one in found.symmetry)
     return [
@@ -81,7 +81,7 @@ def symmetry(found: Evaluation) -> list[str]:
 
 
 def inside(found: Evaluation) -> list[str]:
-    """Fig. 7."""
+    """What fig. 7 says of layouts inside the next, held against the evaluation."""
     costs = [found.rmse_mm(NESTED, n) / found.rmse_mm(OURS, n) for n in found.counts]
     return [
         _claim(
@@ -93,7 +93,7 @@ def inside(found: Evaluation) -> list[str]:
 
 
 def recovery(found: Evaluation) -> list[str]:
-    """Fig. 9."""
+    """What fig. 9 says of simulated layouts found again, held against the evaluation."""
     runs = found.recoveries
     exact = sum(one.hit == one.markers for one in runs)
     worst = max(one.rmse_mm for one in runs)
@@ -109,7 +109,7 @@ def recovery(found: Evaluation) -> list[str]:
 
 
 def between_people(found: Evaluation) -> list[str]:
-    """Fig. 10."""
+    """What fig. 10 says of layouts of other people, held against the evaluation."""
     if found.subjects is None:
         return []
     rows = found.subjects.left_out
@@ -127,7 +127,7 @@ def between_people(found: Evaluation) -> list[str]:
 
 
 def rivals(found: Evaluation) -> list[str]:
-    """Figs. 11 and 12."""
+    """What figs. 11 and 12 say of other methods, held against the evaluation."""
     m = found.counts
     names = [name for name in METHODS if name not in (OURS, MIRRORED, PAPER)]
     best = [min((found.rmse_mm(name, n), name) for name in names) for n in m]
@@ -160,7 +160,7 @@ def in_use(found: Evaluation) -> list[str]:
 
 
 def unseen(found: Evaluation) -> list[str]:
-    """Fig. 13."""
+    """What fig. 13 says of unseen frames, held against the evaluation."""
     best = {n: min((one for one in found.folds if one.markers == n), key=lambda one: one.mean_mm) for n in found.counts}
     own = {one.markers: one for one in found.folds if one.method == OURS}
     more = [own[n].mean_mm / float(np.mean(own[n].chosen_from_mm)) - 1 for n in found.counts]
@@ -176,7 +176,7 @@ def unseen(found: Evaluation) -> list[str]:
 
 
 def skin(found: Evaluation) -> list[str]:
-    """Table 4."""
+    """What table 4 says of stored takes, held against the evaluation."""
     lost = [one.markers for one in found.skinning if not one.corrected_mm < one.key_points_mm < one.markers_mm]
     ratios = [one for one in found.skinning if not one.markers_ratio > one.key_points_ratio > one.corrected_ratio]
     return [

@@ -99,7 +99,7 @@ class Evaluation(Struct, frozen=True):
         return found.rmse_mm if found else float("nan")
 
     def layout(self, method: str, markers: int) -> Scored | None:
-        """What a method chose."""
+        """The layout that a method chose for so many markers; None where it has none."""
         return next((one for one in self.scored if (one.method, one.markers) == (method, markers)), None)
 
 

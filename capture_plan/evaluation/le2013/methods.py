@@ -90,12 +90,12 @@ def problem_of(take: Take, motion: Motion, shell: Shell | None = None) -> Marker
 
 
 def ours(take: Take, motion: Motion, count: int) -> tuple[np.ndarray, ...]:
-    """Greedy, then exact swaps."""
+    """Our layout: greedy, then exact swaps."""
     return (np.array(optimise(problem_of(take, motion), count).markers),)
 
 
 def ours_mirrored(take: Take, motion: Motion, count: int) -> tuple[np.ndarray, ...]:
-    """The same in mirrored pairs, of the motion and its reflection."""
+    """Our layout in mirrored pairs, of the motion and its reflection."""
     both = with_mirror_image(motion, take.mirror)
     problem = replace(problem_of(take, both), mirror=take.mirror, tail_mm=tail_of(motion))
     return (np.array(optimise(problem, count).markers),)

@@ -47,7 +47,7 @@ class Descent:
         self.refresh()
 
     def refresh(self) -> None:
-        """From scratch."""
+        """Compute the rows of all markers from scratch."""
         KC, self.B = self.shell.bordered(self.markers)
         self.KC = np.asfortranarray(KC)
         Y_H = self.motion.rows[self.markers]
@@ -55,7 +55,7 @@ class Descent:
 
     @property
     def error(self) -> float:
-        """E."""
+        """The squared error E of the layout, mm^2."""
         return float(np.einsum("vr,vr,v->", self.R, self.R, self.motion.weights))
 
     def nearest(self, j: int, candidates: Int[np.ndarray, " n"]) -> int:

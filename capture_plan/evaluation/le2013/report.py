@@ -21,7 +21,7 @@ PAPERS_RECOVERY = (
 
 
 def motion_text(found: Evaluation) -> str:
-    """The whole page."""
+    """The whole evaluation as a page of text."""
     head = [
         f"{found.rig}, {found.take}: {found.frames:,} frames; {found.vertices:,} vertices move or border on what "
         f"moves, {found.held} of them are held; root mean square movement {found.rest_mm:.2f} mm, of which "
@@ -107,7 +107,7 @@ def folds(found: Evaluation) -> list[str]:
 
 
 def recoveries(found: Evaluation) -> list[str]:
-    """Simulated layouts looked for."""
+    """How well simulated layouts were found again, a line each."""
     lines = ["simulated layouts, of random markers displaced by up to 10 mm, looked for again"]
     for m in found.counts:
         runs = [one for one in found.recoveries if one.markers == m]

@@ -55,7 +55,7 @@ def markers_ratio(n: Sizes, markers: int) -> float:
 
 
 def corrected_ratio(n: Sizes, markers: int, rank: int) -> float:
-    """The same with the correction's vectors and coefficients."""
+    """The compression ratio with the correction's vectors and coefficients."""
     own = 3 * n.vertices + 3 * n.triangles + 3 * n.frames * markers
     return full_size(n) / (own + 3 * n.vertices * rank + n.frames * rank)
 
@@ -90,7 +90,7 @@ def shapes(rows: Float[np.ndarray, "v r"]) -> Float[np.ndarray, "t v 3"]:
 
 
 def poses(rows: Float[np.ndarray, "v r"]) -> Float[np.ndarray, "t c"]:
-    """The same, each shape in one row."""
+    """Rows of shapes put side by side, each shape in one row."""
     return shapes(rows).reshape(-1, 3 * len(rows))
 
 
@@ -153,7 +153,7 @@ def coefficients(
 
 
 def varimax(B: Float[np.ndarray, "r c"]) -> Float[np.ndarray, "r c"]:
-    """The same space with the variance of the squared entries turned up."""
+    """The basis of the space of B with the variance of the squared entries turned up."""
     L, turn, before = B.T, np.eye(len(B)), 0.0
     for _ in range(TURNS):
         Z = L @ turn

@@ -82,7 +82,7 @@ def simulation_recovery(shell: Shell, count: int, seed: int, *, joint: bool = Fa
 
 
 def recovery_as_published(shell: Shell, count: int, seed: int) -> Recovery:
-    """The same, looked for by the paper's algorithm from ten starts."""
+    """One simulated layout of `count` markers, looked for by the paper's algorithm from ten starts."""
     planted, motion = simulated(shell, count, seed)
     found = optimise_as_published(shell, motion, count, candidates=~shell.fixed, tail_mm=EXACT_TAIL_MM)
     return recovered(shell, planted, np.array(found.markers), found.rmse_mm, seed)

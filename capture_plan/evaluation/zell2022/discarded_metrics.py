@@ -45,7 +45,7 @@ def mean_curvature(vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray
 def gaussian_curvature(
     vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]
 ) -> Float[np.ndarray, " v"]:
-    """K, 1/mm^2."""
+    """The Gaussian curvature K of every vertex, 1/mm^2."""
     solid = with_area(vertices, triangles)
     angles = np.arctan2(1, cotangents(vertices, solid))
     left = 2 * np.pi - np.bincount(solid.ravel(), weights=angles.ravel(), minlength=len(vertices))

@@ -40,7 +40,7 @@ def replacement_map(
 
 
 def blendshape_map(face: Face, settings: LayoutSettings, name: str) -> Float[np.ndarray, " v"]:
-    """The same for one blendshape alone: every candidate for it, the best at 1; NaN elsewhere."""
+    """How well every vertex stands for one blendshape, the best at 1; NaN elsewhere."""
     k = face.used.index(name)
     able = (face.reach(settings)[k] >= settings.epsilon) & face.allowed(settings)
     return _best_is_one(importance(face, settings)[k], able)
