@@ -23,7 +23,7 @@ from capture_plan.notebooks_support.figures import (
 from capture_plan.notebooks_support.frame import (
     chosen_rig,
     given_takes,
-    plain,
+    markdown_plain,
     rig_reference,
     stop_link,
     takes_of_the_session,
@@ -50,8 +50,8 @@ from capture_plan.notebooks_support.packing import (
     ablation_table,
     packing_worth_knobs,
     people_knob,
+    saving_words,
     worth_table,
-    worth_words,
 )
 from capture_plan.notebooks_support.paper import downloads, page_gallery, sheet_download, sheet_pages
 from capture_plan.notebooks_support.pictures import blendshape_knob, figure_view, incidence_figure, rigs_beside
@@ -63,7 +63,7 @@ from capture_plan.notebooks_support.shell import (
     marker_counts_knob,
     other_people,
     people_table,
-    said,
+    sentence_list,
     skinning_table,
     views_table,
 )
@@ -103,6 +103,7 @@ __all__ = [
     "layouts_inside_the_next",
     "maps_of_counts",
     "maps_of_methods",
+    "markdown_plain",
     "marker_counts_knob",
     "noise_curves",
     "openness",
@@ -115,11 +116,11 @@ __all__ = [
     "paper_knob",
     "people_knob",
     "people_table",
-    "plain",
     "plan_view",
     "rig_reference",
     "rigs_beside",
-    "said",
+    "saving_words",
+    "sentence_list",
     "session_settings",
     "sheet_download",
     "sheet_pages",
@@ -133,5 +134,4 @@ __all__ = [
     "working",
     "worst_blendshapes",
     "worth_table",
-    "worth_words",
 ]

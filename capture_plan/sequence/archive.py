@@ -45,7 +45,7 @@ def read_archive(path: Path, counts: Collection[int] = ()) -> MeshTake | WeightT
     try:
         with zipfile.ZipFile(path) as archive:
             sizes = {name: declared(archive, name) for name in archive.namelist() if name.endswith(".npy")}
-            check_size(sum(sizes.values()))
+            _check_size(sum(sizes.values()))
             for name in sizes:
                 with archive.open(name) as file:
                     arrays[name.removesuffix(".npy")] = np.lib.format.read_array(file, allow_pickle=False)
@@ -55,14 +55,14 @@ def read_archive(path: Path, counts: Collection[int] = ()) -> MeshTake | WeightT
         ) from error
     if "weights" in arrays:
         return from_arrays(arrays)
-    table = by_name(arrays)
+    table = _by_name(arrays)
     return from_arrays(table) if table else stored(arrays, counts)
 
 
 def read_array(path: Path, counts: Collection[int] = ()) -> MeshTake:
     """The meshes in one NPY array, read where they are asked for; `counts` may be the vertices. RigError without."""
     check_plain(path)
-    check_size(path.stat().st_size)
+    _check_size(path.stat().st_size)
     try:
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Reading `.npy`")  # headers of Python 2 are as good
@@ -84,14 +84,14 @@ def no_frames(array: np.ndarray, counts: Collection[int]) -> str:
     return f"{found}{mesh}: weights without names cannot be told apart, save NPZ with weights (t, k) and names"
 
 
-def check_size(count: int) -> None:
+def _check_size(count: int) -> None:
     """RigError where arrays of so many bytes are too large."""
     if count > MOST_BYTES:
         told = f"{count / 1e9:.1f} GB of arrays, more than {MOST_BYTES / 1e9:.1f} GB"
         raise RigError(f"holds {told}: save the frames as float32, or cut the take into parts")
 
 
-def by_name(arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray] | None:
+def _by_name(arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray] | None:
     """The arrays with one table `weights` (t, c) of those that stand, (t) each, under names of a face; None where these
     are few or meshes are held."""
     if any(arrays[name].ndim > 1 for name in FRAME_NAMES if name in arrays):
@@ -117,7 +117,7 @@ def stored(arrays: Mapping[str, np.ndarray], counts: Collection[int] = ()) -> Me
     turned = {name: as_frames(x, {*counts, *mesh_counts(arrays)}) for name, x in arrays.items() if name in FRAME_NAMES
               and not (x.ndim == 2 and x.shape[1] == 3)}  # fmt: skip
     arrays = {**arrays, **{name: frames for name, (frames, _) in turned.items()}}
-    name = frames_in(arrays)
+    name = _frames_in(arrays)
     if name is None:
         found = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())[:160] or "nothing"
         raise RigError(f"has {found}, expected one 'frames' (t, v, 3), or 'weights' (t, k) and 'names'")
@@ -147,7 +147,7 @@ def triangles_in(arrays: Mapping[str, np.ndarray], v: int) -> Int[np.ndarray, "f
     return faces.astype(np.int32)
 
 
-def frames_in(arrays: Mapping[str, np.ndarray]) -> str | None:
+def _frames_in(arrays: Mapping[str, np.ndarray]) -> str | None:
     """The name of the array of frames: a usual one, else the only one of that shape."""
     likely = [name for name, array in arrays.items() if is_frames(array)]
     usual = [name for name in FRAME_NAMES if name in likely]
@@ -170,12 +170,12 @@ def from_arrays(arrays: Mapping[str, np.ndarray]) -> WeightTable:
     check_names(map(str, names), "")
     x = weights.astype(np.float64)
     x[~np.isfinite(x)] = np.nan
-    columns, timing = tuple(str(name) for name in names), timing_in(arrays, len(x))
+    columns, timing = tuple(str(name) for name in names), _timing_in(arrays, len(x))
     rows = Rows(columns, x, np.zeros(len(x), dtype=bool), {})
     return table_of(rows, rate_of(arrays) or timing.fps, (), timing.notes)
 
 
-def timing_in(arrays: Mapping[str, np.ndarray], frames: int) -> Timing:
+def _timing_in(arrays: Mapping[str, np.ndarray], frames: int) -> Timing:
     """The timing that an array of times tells, one for each frame."""
     for name, times in arrays.items():
         if kind_of(name) in ("code", "time") and times.shape == (frames,) and times.dtype.kind in "fiuUS":

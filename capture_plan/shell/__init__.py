@@ -2,7 +2,7 @@
 
 from capture_plan.shell.boundary import Boundary, find_boundary
 from capture_plan.shell.model import Shell
-from capture_plan.shell.motion import Motion, motion_from_rig, motion_of, together, with_mirror_image
+from capture_plan.shell.motion import Motion, motion_from_rig, motion_of, stack_sessions, with_mirror_image
 from capture_plan.shell.optimise import Result, nested, optimise, optimise_together
 
 __all__ = [
@@ -16,6 +16,6 @@ __all__ = [
     "nested",
     "optimise",
     "optimise_together",
-    "together",
+    "stack_sessions",
     "with_mirror_image",
 ]

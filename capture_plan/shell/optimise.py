@@ -22,8 +22,8 @@ from scipy.sparse import csr_array
 from capture_plan.shell.elimination_order import order_of, summary_of
 from capture_plan.shell.model import Shell
 from capture_plan.shell.motion import TAIL_MM, Motion
-from capture_plan.shell.search import Search
-from capture_plan.shell.sites import Sites
+from capture_plan.shell.search import MarkerSearch
+from capture_plan.shell.sites import MarkerSites
 from capture_plan.shell.subjects import Subject
 
 
@@ -92,7 +92,7 @@ def optimise_together(
     tail_mm: float = TAIL_MM,
 ) -> Result:
     """`optimise` for the motions of several subjects on one topology, each with its own shell."""
-    search = Search(subjects, Sites(candidates, spacing, mirror), kept, tail_mm)
+    search = MarkerSearch(subjects, MarkerSites(candidates, spacing, mirror), kept, tail_mm)
     search.grow(count)
     search.finish(joint=joint)
     return _result(search)
@@ -110,7 +110,7 @@ def nested(
     tail_mm: float = TAIL_MM,
 ) -> tuple[Result, ...]:
     """One layout for each count, each a part of the next (Le et al. 2013, section 4.6): only new markers are moved."""
-    search = Search([(shell, motion)], Sites(candidates, spacing, mirror), kept, tail_mm)
+    search = MarkerSearch([(shell, motion)], MarkerSites(candidates, spacing, mirror), kept, tail_mm)
     results = []
     for count in sorted(counts):
         search.grow(count)
@@ -120,7 +120,7 @@ def nested(
     return tuple(results)
 
 
-def _result(search: Search) -> Result:
+def _result(search: MarkerSearch) -> Result:
     """The layout as it stands, its errors on all that was given."""
     markers, total = search.state.markers, sum(motion.weights.sum() for _, motion in search.given)
     H = np.array(markers, dtype=int)
