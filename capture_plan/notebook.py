@@ -56,7 +56,7 @@ def open_notebook(
         read_sequence(take, rig=read)
     rig = rig if rig == SAMPLE else str(Path(rig).resolve())
     session = notebooks_folder() / "session.py"
-    arguments = [*options(headless=headless, host=host, port=port), "--", "--rig", rig]
+    arguments = [*_options(headless=headless, host=host, port=port), "--", "--rig", rig]
     arguments += [part for take in takes for part in ("--take", str(Path(take).resolve()))]
     if edit:
         return serve("edit", str(own_copy(session)), *arguments)
@@ -71,7 +71,7 @@ def open_lessons(*, headless: bool = False, port: int | None = None) -> int:
     """
     check_address("127.0.0.1", port or 0)
     lessons = str(notebooks_folder() / "learn")
-    return serve("run", lessons, *options(headless=headless, host="127.0.0.1", port=port))
+    return serve("run", lessons, *_options(headless=headless, host="127.0.0.1", port=port))
 
 
 def check_address(host: str, port: int) -> None:
@@ -91,7 +91,7 @@ def check_address(host: str, port: int) -> None:
         ) from None
 
 
-def options(*, headless: bool, host: str, port: int | None) -> list[str]:
+def _options(*, headless: bool, host: str, port: int | None) -> list[str]:
     """What marimo is told. The token stands in no list of processes: the server is this one."""
     chosen = ["--no-sandbox", "--host", host, "--token", "--token-password", secrets.token_urlsafe(24)]
     chosen += ["--headless"] if headless else []

@@ -19,7 +19,7 @@ with app.setup:
 @app.cell(hide_code=True)
 def title(rig):
     mo.md(f"""
-    # Compact landmarks, figure by figure: {parts.plain(rig.name)}
+    # Compact landmarks, figure by figure: {parts.markdown_plain(rig.name)}
 
     Zell and McDonnell (2022) ask for the fewest landmarks that show every blendshape at least once. Here is every
     kind of figure of their paper, drawn from this rig: what you see on your own face is what their method does there.

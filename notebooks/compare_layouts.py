@@ -17,7 +17,7 @@ with app.setup:
 @app.cell(hide_code=True)
 def title(rig):
     mo.md(f"""
-    # What a marker buys: {parts.plain(rig.name)}
+    # What a marker buys: {parts.markdown_plain(rig.name)}
 
     With as many markers, some layouts tell more of the face than others. Turn a knob and see where the markers go,
     what is left of the error beside other methods, and which blendshapes stay doubtful.

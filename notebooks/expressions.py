@@ -15,7 +15,7 @@ with app.setup:
 @app.cell(hide_code=True)
 def title(rig):
     mo.md(f"""
-    # Which expressions to scan: {parts.plain(rig.name)}
+    # Which expressions to scan: {parts.markdown_plain(rig.name)}
 
     Blendshapes that move different parts of the face are performed in one expression, so that fewer scans show
     them all. The most important expressions come first: when time runs out, stop, and the list has still shown

@@ -15,7 +15,7 @@ with app.setup:
 @app.cell(hide_code=True)
 def title(rig):
     mo.md(f"""
-    # Where to put how few markers: {parts.plain(rig.name)}
+    # Where to put how few markers: {parts.markdown_plain(rig.name)}
 
     Every blendshape needs a landmark that it moves, and the landmarks together have to tell blendshapes apart.
     Fewer landmarks are quicker to apply; more of them forgive more noise. Turn a knob and read what it costs.

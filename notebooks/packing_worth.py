@@ -20,7 +20,7 @@ with app.setup:
 @app.cell(hide_code=True)
 def title(rig):
     mo.md(f"""
-    # What packing is worth: {parts.plain(rig.name)}
+    # What packing is worth: {parts.markdown_plain(rig.name)}
 
     Packing performs blendshapes in one expression that move different parts of the face. It saves scans; here is what
     it costs and what it brings: how short a list can be, what comes first, and how well another face's rig is rebuilt
@@ -183,7 +183,7 @@ def worth(apart, people, rig, settings, used):
 
 @app.cell
 def who_is_best(errors):
-    parts.worth_words(errors)
+    parts.saving_words(errors)
     return
 
 

@@ -13,7 +13,7 @@ with app.setup:
 @app.cell(hide_code=True)
 def title(rig):
     mo.md(f"""
-    # The rig: {parts.plain(rig.name)}
+    # The rig: {parts.markdown_plain(rig.name)}
 
     Everything that is planned later stands on this rig. Read what was found before you book the actor: a
     blendshape that is left out here gets no landmark and no expression.

@@ -19,7 +19,7 @@ with app.setup:
 @app.cell(hide_code=True)
 def title(rig):
     mo.md(f"""
-    # A capture session: {parts.plain(rig.name)}
+    # A capture session: {parts.markdown_plain(rig.name)}
 
     Where to put which marker on the actor's face, which expressions to scan in which order, and why. Walk down
     the page, turn what you want to turn, and take the plan with you at the end.

@@ -13,7 +13,7 @@ with app.setup:
 @app.cell(hide_code=True)
 def title(rig):
     mo.md(f"""
-    # What is printed: {parts.plain(rig.name)}
+    # What is printed: {parts.markdown_plain(rig.name)}
 
     The make-up artist gets the marker sheets, one of them mirrored for the make-up mirror; the actor gets a
     page for every expression. Print at 100 % and lay a ruler on the check bar: it measures 50 mm.

@@ -19,7 +19,7 @@ with app.setup:
 @app.cell(hide_code=True)
 def title(rig, sequence):
     mo.md(f"""
-    # Markers for dense motion: {parts.plain(rig.name)}, {parts.plain(sequence.name)}
+    # Markers for dense motion: {parts.markdown_plain(rig.name)}, {parts.markdown_plain(sequence.name)}
 
     Le, Zhu and Deng (2013) lay out markers for a recorded performance: skin bends between them like a thin shell, and
     the best places are those from which the shell comes nearest to every frame. Here is their evaluation on this
@@ -82,7 +82,7 @@ def about_the_claims():
 
 @app.cell
 def claims(found):
-    parts.said(found, paper_claims.claims, page.balance, lambda found: list(found.notes))
+    parts.sentence_list(found, paper_claims.claims, page.balance, lambda found: list(found.notes))
     return
 
 
@@ -167,7 +167,7 @@ def constraints(found, sitter, take):
 
 @app.cell
 def variants(found):
-    parts.said(found, page.variants)
+    parts.sentence_list(found, page.variants)
     return
 
 
@@ -210,7 +210,7 @@ def people_numbers(found):
 
 @app.cell
 def about_people(found):
-    parts.said(found, page.about_people)
+    parts.sentence_list(found, page.about_people)
     return
 
 
@@ -297,7 +297,7 @@ def recovered(found, sitter, take):
 
 @app.cell
 def recoveries(found):
-    parts.said(found, page.recoveries)
+    parts.sentence_list(found, page.recoveries)
     return
 
 

@@ -15,7 +15,7 @@ with app.setup:
 @app.cell(hide_code=True)
 def title(rig):
     mo.md(f"""
-    # What can be seen: {parts.plain(rig.name)}
+    # What can be seen: {parts.markdown_plain(rig.name)}
 
     A landmark is worth nothing where a lip, a lid or the nose hides it. For every point of the skin, rays say
     from which share of the directions it is seen, and the worst of all expressions counts.

@@ -34,11 +34,11 @@ OPPOSITE, UNDOES, FOLDS = -0.8, 0.4, 2e-3  # cosine, share of what is undone, sh
 CORRECTIVE_WORD = re.compile(r"correct|(^|[^a-z])(corr|fix|combo)([^a-z]|$)", re.IGNORECASE)
 REMEMBERED = 16  # rigs of a session, each with all of its blendshapes and with those that are planned
 
-Kind = Literal[
+FindingKind = Literal[
     "static", "noise", "duplicate", "dependent", "opposite", "non-face", "partner", "overlap", "corrective", "name",
     "size", "export", "winding", "cover", "geometry", "head", "elsewhere", "calls", "fine",
 ]  # fmt: skip
-KINDS: dict[Kind, str] = {
+KINDS: dict[FindingKind, str] = {
     "size": "Size",
     "export": "Exported wrongly",
     "winding": "Normals",
@@ -71,7 +71,7 @@ class Finding(Struct, frozen=True, forbid_unknown_fields=True):
     `stop` is settled, `rigger` is for who made the rig, `know` for who is on set.
     """
 
-    kind: Kind
+    kind: FindingKind
     blendshapes: tuple[str, ...]
     message: str
     advice: str

@@ -78,14 +78,14 @@ def _kinds(rig: Rig) -> list[Kind]:
     index = {name: k for k, name in enumerate(rig.names)}
     halves = tuple((index[a], index[b]) for a, b in blendshape_pairs(rig))
     skin = rig.triangles[rig.skin[rig.triangles].all(axis=1)]
-    said, seen = called(rig), rig.displacement[:, rig.skin].max(axis=1) >= NOISE_MM
+    said, seen = _called(rig), rig.displacement[:, rig.skin].max(axis=1) >= NOISE_MM
     planned = seen & ~flying(rig.neutral, rig.triangles, rig.deltas)
     face = face_sphere(rig)
     found = motion_kinds(rig.neutral, skin, rig.deltas, face=face, halves=halves, called=said, planned=planned)
     return [_kind(rig, k, kind, said[k], found.shares[k]) for k, kind in enumerate(found.kinds)]
 
 
-def called(rig: Rig) -> tuple[MotionKind | None, ...]:
+def _called(rig: Rig) -> tuple[MotionKind | None, ...]:
     """What the names say of what moves, where they say it plainly."""
     told = movements_of([dict(rig.meanings).get(name, name) for name in rig.names])
     return tuple(SAYS.get(one.kind) if one is not None and one.confidence >= PLAINLY else None for one in told)

@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from capture_plan.anatomy.sums import Halves, calls
-from capture_plan.anatomy.whole_head import MOST, MOVES, Sphere, head_movements, within
+from capture_plan.anatomy.whole_head import MOST, MOVES, Sphere, head_movements, within_sphere
 from capture_plan.mesh import vertex_areas
 
 MotionKind = Literal["moves nothing", "head movement", "not of the face", "calls others", "face", "exported wrongly"]
@@ -71,7 +71,7 @@ def elsewhere(
     total = e.sum(axis=1)
     others = ~called & (total > 0)
     if face is not None:
-        near, least = within(neutral, face), np.where(called, MOST, INSIDE)
+        near, least = within_sphere(neutral, face), np.where(called, MOST, INSIDE)
     else:
         near = (e[others] >= MOVES**2 * e[others].max(axis=1, keepdims=True)).any(axis=0)
         least = np.where(called & others.any(), MOST, 0)

@@ -48,7 +48,7 @@ def moved_together(
     rig: Rig, of_vertex: Int[np.ndarray, " v"], names: tuple[str, ...], anchors: Anchors
 ) -> Int[np.ndarray, " v"]:
     """The regions with those vertices exchanged whose motion and place both speak for a neighbour."""
-    clear, place = clearly_moved(rig), places_of(rig.neutral, anchors)
+    clear, place = clearly_moved(rig), _places_of(rig.neutral, anchors)
     still = np.zeros(len(of_vertex), dtype=bool)
     changes = (
         ("upper eyelid", "brow", clear.get("brows", still) & place.brow),
@@ -79,7 +79,7 @@ def clearly_moved(rig: Rig) -> dict[str, Bool[np.ndarray, " v"]]:
     }
 
 
-def places_of(neutral: Float[np.ndarray, "v 3"], anchors: Anchors) -> Places:
+def _places_of(neutral: Float[np.ndarray, "v 3"], anchors: Anchors) -> Places:
     """Where on a face with these anchors each region may be."""
     u, eyes = anchors.pupils, (anchors.eye_left + anchors.eye_right) / 2
     x, y = np.abs(neutral[:, 0] - anchors.midline) / u, (neutral[:, 1] - eyes[1]) / u

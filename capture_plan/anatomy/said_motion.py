@@ -38,7 +38,7 @@ OUT, RAISED = 0.45, 0.6  # halfway between what is called so and what is not
 AT_NOSE = 0.05
 
 
-class Claim(NamedTuple):
+class _Claim(NamedTuple):
     """That `sign` times `measure` is at least `least`; `instead` is what a blendshape does of which it is not true."""
 
     measure: Measure
@@ -47,27 +47,27 @@ class Claim(NamedTuple):
     instead: str
 
 
-UPPER = Claim("upper", 1, -ONE_LIP, "it moves the lower lip")
-LOWER = Claim("upper", -1, -ONE_LIP, "it moves the upper lip")
-CLAIMS: dict[str, tuple[Claim, ...]] = {
-    "eyeBlink": (Claim("opens", -1, -APART, "the lids go apart"),),
-    "eyeSquint": (Claim("opens", -1, -APART, "the lids go apart"),),
-    "eyeWide": (Claim("opens", 1, -APART, "the lids close"),),
-    "jawOpen": (Claim("up", -1, FALLS, "the jaw does not go down"),),
-    "mouthSmile": (Claim("corners", 1, -BENT, "the mouth corners go down"),),
-    "mouthFrown": (Claim("lowers", -1, -BENT, "the mouth corners go up"),),
-    "mouthUpperUp": (Claim("up", 1, -WAY, "it moves down"), UPPER),
-    "mouthLowerDown": (Claim("up", -1, -WAY, "it moves up"), LOWER),
+UPPER = _Claim("upper", 1, -ONE_LIP, "it moves the lower lip")
+LOWER = _Claim("upper", -1, -ONE_LIP, "it moves the upper lip")
+CLAIMS: dict[str, tuple[_Claim, ...]] = {
+    "eyeBlink": (_Claim("opens", -1, -APART, "the lids go apart"),),
+    "eyeSquint": (_Claim("opens", -1, -APART, "the lids go apart"),),
+    "eyeWide": (_Claim("opens", 1, -APART, "the lids close"),),
+    "jawOpen": (_Claim("up", -1, FALLS, "the jaw does not go down"),),
+    "mouthSmile": (_Claim("corners", 1, -BENT, "the mouth corners go down"),),
+    "mouthFrown": (_Claim("lowers", -1, -BENT, "the mouth corners go up"),),
+    "mouthUpperUp": (_Claim("up", 1, -WAY, "it moves down"), UPPER),
+    "mouthLowerDown": (_Claim("up", -1, -WAY, "it moves up"), LOWER),
     "mouthRollUpper": (UPPER,),
     "mouthRollLower": (LOWER,),
     "mouthShrugUpper": (UPPER,),
     "mouthShrugLower": (LOWER,),
-    "cheekPuff": (Claim("puffs", 1, OUT, "the cheeks do not go outwards"),),
+    "cheekPuff": (_Claim("puffs", 1, OUT, "the cheeks do not go outwards"),),
     "cheekSquint": (
-        Claim("lifts", 1, RAISED, "the cheeks do not go up"),
-        Claim("nose", -1, -AT_NOSE, "it moves the nose"),
+        _Claim("lifts", 1, RAISED, "the cheeks do not go up"),
+        _Claim("nose", -1, -AT_NOSE, "it moves the nose"),
     ),
-    "noseSneer": (Claim("nose", 1, AT_NOSE, "it leaves the nose still"),),
+    "noseSneer": (_Claim("nose", 1, AT_NOSE, "it leaves the nose still"),),
 }
 
 

@@ -33,7 +33,7 @@ def calls(
     length = np.sqrt(np.diag(gram))
     cosine = gram / np.outer(length, length)
     kept, found = np.ones(len(among), dtype=bool), []
-    for k in sorted(dependent(cosine).tolist(), key=lambda k: -length[k]):
+    for k in sorted(_dependent(cosine).tolist(), key=lambda k: -length[k]):
         kept[k] = False
         w = sum_of(cosine, k, np.flatnonzero(kept)) * length[k] / length
         at = np.flatnonzero((w > PART) & (w * length > UNEXPLAINED * length[k]))  # what is shorter explains nothing
@@ -60,7 +60,7 @@ def _of_planned(shares: Float[np.ndarray, "k k"], found: list[int]) -> Float[np.
     return shares
 
 
-def dependent(cosine: Float[np.ndarray, "n n"]) -> Int[np.ndarray, " _"]:
+def _dependent(cosine: Float[np.ndarray, "n n"]) -> Int[np.ndarray, " _"]:
     """Blendshapes that the others explain, with whatever signs."""
     values, vectors = np.linalg.eigh(cosine)
     # (C^-1)_kk = sum_i V_ki^2 / l_i

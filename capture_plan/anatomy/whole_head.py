@@ -63,7 +63,7 @@ def head_movements(
     cores = [rigid_core(neutral, delta.astype(float), a, at) for delta, at in zip(deltas, moved, strict=True)]
     rigid = np.array([core.rigid >= MOST and core.other <= SLIPPED for core in cores])
     others = ~rigid & moved.any(axis=1)
-    near = np.ones(len(a), dtype=bool) if face is None else within(neutral, face)
+    near = np.ones(len(a), dtype=bool) if face is None else within_sphere(neutral, face)
     found = np.zeros(len(deltas), dtype=bool)
     for k in np.flatnonzero(rigid):
         over_face = face is None or a[cores[k].vertices & near].sum() >= MOST * a[near].sum()
@@ -74,7 +74,7 @@ def head_movements(
     return found
 
 
-def within(neutral: Float[np.ndarray, "v 3"], face: Sphere) -> Bool[np.ndarray, " v"]:
+def within_sphere(neutral: Float[np.ndarray, "v 3"], face: Sphere) -> Bool[np.ndarray, " v"]:
     """The vertices within reach of the face."""
     return np.linalg.norm(neutral - face.centre, axis=1) <= face.radius
 

@@ -5,7 +5,7 @@ from capture_plan.anatomy.delta_relations import Finding
 from capture_plan.anatomy.kinds import Kind
 from capture_plan.anatomy.motion_kinds import MotionKind
 
-FOUND: dict[MotionKind, tuple[delta_relations.Kind, str]] = {
+FOUND: dict[MotionKind, tuple[delta_relations.FindingKind, str]] = {
     "head movement": (
         "head",
         "Film it with the head's own markers if the character needs it; no scan of the face shows more.",

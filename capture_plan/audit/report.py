@@ -10,7 +10,7 @@ import textwrap
 from collections import Counter
 from collections.abc import Sequence
 
-from capture_plan.anatomy.delta_relations import KINDS, Finding, Kind
+from capture_plan.anatomy.delta_relations import KINDS, Finding, FindingKind
 from capture_plan.audit.audit import Audit, BlendshapeFacts
 from capture_plan.face.facts import ReadingFacts
 from capture_plan.face.unit import apart_words
@@ -21,7 +21,7 @@ WIDTH = 100  # characters of a line on the terminal
 INDENT = 20
 MIXED_UP = 0.25  # of the blendshapes left out: more are no accident
 FEW = 5  # blendshapes: fewer are rather a part of a character's than all of them
-NOUNS: dict[Kind, str] = {
+NOUNS: dict[FindingKind, str] = {
     "size": "the size",
     "export": "what was exported wrongly",
     "winding": "the normals",
@@ -34,7 +34,7 @@ NOUNS: dict[Kind, str] = {
     "cover": "what hides the skin",
     "geometry": "the mesh",
 }
-REASONS: dict[Kind, str] = {
+REASONS: dict[FindingKind, str] = {
     "export": "exported wrongly",
     "static": "moves nothing",
     "noise": "too weak to see",
@@ -123,7 +123,7 @@ def audit_text(found: Audit) -> str:
     title = f"Audit of {found.name}" if found.name else "Audit"
     lines = [title, "", *_paragraph("Shoot with it?", verdict(found), indent=0)]
     lines += _paragraph("Send back", asked_words(asked), indent=0)
-    lines += understood(found.reading) if found.reading else []
+    lines += _understood(found.reading) if found.reading else []
     lines += _section("SEND BACK TO THE RIGGER", asked)
     lines += _section("LEFT OUT OF THE PLAN", [finding for finding in out if finding not in asked])
     again = [finding for finding in out if finding in asked]
@@ -132,11 +132,11 @@ def audit_text(found: Audit) -> str:
         lines += ([""] if len(out) > len(again) else ["", "LEFT OUT OF THE PLAN"]) + _paragraph("", f"{also}.")
     lines += _section("PLANNED, AND WORTH KNOWING ON SET", known)
     lines += ["", "THE RIG", *(row for label, text in facts(found) for row in _paragraph(label, text))]
-    lines += ["", *table(found)]
+    lines += ["", *_table(found)]
     return "\n".join(lines) + "\n"
 
 
-def understood(read: ReadingFacts) -> list[str]:
+def _understood(read: ReadingFacts) -> list[str]:
     """How the face was understood: every answer with what it rests on, what was left out, what is in doubt."""
     lines = ["", "WHAT WAS UNDERSTOOD"]
     for one in answers(read):
@@ -195,7 +195,7 @@ def symmetry_words(found: Audit) -> str:
     return words
 
 
-def table(found: Audit) -> list[str]:
+def _table(found: Audit) -> list[str]:
     """One line a blendshape: its name, what it means, how far it moves the skin, its mirror image, of a pair once."""
     if not found.details:
         return []

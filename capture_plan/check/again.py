@@ -13,7 +13,7 @@ from capture_plan.audit.audit import Audit
 from capture_plan.expressions.early import Model, in_best_order, model_of
 from capture_plan.expressions.listing import (
     Proofs,
-    Target,
+    TargetDeltas,
     blendshape_importance,
     item_importance,
     packing_record,
@@ -40,7 +40,7 @@ class Stated:
     rig: Rig
     settings: PackingSettings
     problem: Problem
-    target: Target
+    target: TargetDeltas
     chosen: list[tuple[int, ...]]
 
     @cached_property

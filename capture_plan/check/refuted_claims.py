@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Int
 
 from capture_plan.check.promise_claims import promise_claims
-from capture_plan.layout.assembly import SINGLE_COVER, Decided, rows_of, single_cover_settings
+from capture_plan.layout.assembly import SINGLE_COVER, Decided, required_rows, single_cover_settings
 from capture_plan.layout.costs import RESOLUTION
 from capture_plan.layout.exchange import Search
 from capture_plan.layout.gains import gains_at
@@ -60,7 +60,7 @@ def costs_less(plan: Plan, task: Task, decided: Decided, number: int) -> bool:
 
     In `task` no dots meet in an expression, but where these have been edited since: there sites are left out alone.
     """
-    counts, program, rows = decided.method in ORDERED, decided.programs[number], rows_of(task, decided)[number]
+    counts, program, rows = decided.method in ORDERED, decided.programs[number], required_rows(task, decided)[number]
     known = plan.packing.as_made or not counts
     before = np.concatenate([NOTHING, *(one.sites for one in decided.programs[:number])])
     free = ~taken_by(before, task.spacing, len(task.sites.size))

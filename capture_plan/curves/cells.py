@@ -38,7 +38,7 @@ def without_words(
     return x, {**told, **faults}
 
 
-def number_of(cell: str) -> float:
+def _number_of(cell: str) -> float:
     """The number in a cell, NaN where it says that there is none, infinite where it holds something else."""
     number = to_number(cell)
     nothing = not np.isnan(number) or cell.strip().strip("\"'").strip().lower() in NOTHING
@@ -66,13 +66,13 @@ def parse(table: TextTable, chosen: Sequence[int]) -> tuple[Float[np.ndarray, "t
         block = table.rows[start : start + BLOCK]
         even = np.array([row.count(table.delimiter) == whole for row in block])
         if even.all():
-            x[start : start + len(block)] = numbers(table, block, chosen)
+            x[start : start + len(block)] = _numbers(table, block, chosen)
             continue
         fine = np.flatnonzero(even)
         if len(fine):
-            x[start + fine] = numbers(table, [block[t] for t in fine], chosen)
+            x[start + fine] = _numbers(table, [block[t] for t in fine], chosen)
         for t in np.flatnonzero(~even).tolist():
-            x[start + t], fault = uneven(table, start + t, chosen)
+            x[start + t], fault = _uneven(table, start + t, chosen)
             faults |= {start + t: fault} if fault else {}
     x[:, per_cent_of_some(table, chosen)] /= 100
     return x, faults
@@ -87,7 +87,7 @@ def per_cent_of_some(table: TextTable, chosen: Sequence[int]) -> Bool[np.ndarray
     return mostly & ~mostly.all()
 
 
-def numbers(table: TextTable, rows: Sequence[str], chosen: Sequence[int]) -> Float[np.ndarray, "t c"]:
+def _numbers(table: TextTable, rows: Sequence[str], chosen: Sequence[int]) -> Float[np.ndarray, "t c"]:
     """Numbers of rows with as many fields as there are names."""
     texts = [row.replace(",", ".") for row in rows] if table.comma and table.delimiter != "," else rows
     texts = [row.replace("%", "") for row in texts] if table.percent else texts
@@ -95,13 +95,13 @@ def numbers(table: TextTable, rows: Sequence[str], chosen: Sequence[int]) -> Flo
         return np.loadtxt(texts, delimiter=table.delimiter, usecols=chosen, comments=None, quotechar='"', ndmin=2)
     except ValueError:  # a cell without a number
         cells = [split(row, table.delimiter) for row in rows]
-        return np.array([[number_of(fields[c]) if c < len(fields) else np.nan for c in chosen] for fields in cells])
+        return np.array([[_number_of(fields[c]) if c < len(fields) else np.nan for c in chosen] for fields in cells])
 
 
-def uneven(table: TextTable, t: int, chosen: Sequence[int]) -> tuple[Float[np.ndarray, " c"], str]:
+def _uneven(table: TextTable, t: int, chosen: Sequence[int]) -> tuple[Float[np.ndarray, " c"], str]:
     """A row with another number of delimiters: its numbers, and what is wrong where it is neither whole nor empty."""
     fields = table.cells(table.rows[t])
-    x = np.array([number_of(fields[c]) if c < len(fields) else np.nan for c in chosen])
+    x = np.array([_number_of(fields[c]) if c < len(fields) else np.nan for c in chosen])
     whole = len(fields) == len(table.names) or not np.isfinite(x).any()
     told = f"line {table.numbers[t]:,} has {len(fields)} values, expected {len(table.names)}"
     commas = table.delimiter == "," and len(fields) > len(table.names)

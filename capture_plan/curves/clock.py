@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from capture_plan.curves.clock_cells import CLOCKS, DAY_S, NTSC, READERS, Clock, is_number, plain_numbers
+from capture_plan.curves.clock_cells import CLOCKS, DAY_S, NTSC, READERS, Clock, is_clock_number, plain_numbers
 
 RATES = (10.0, 12.0, 12.5, 15.0, *map(float, CLOCKS))
 NEAR, SAME_NTSC = 0.02, 2e-4  # of the rate
@@ -53,7 +53,7 @@ def timing_of(cells: Sequence[str], unit_s: float | None = None) -> Timing:
         if len(good) > max(1, len(filled) // 2):
             clock = read([texts[t] for t in good])
             clock = clock if unit_s is None or clock.unit_s else replace(clock, told_s=unit_s)
-            return untimed(measure(clock, np.array(good), len(texts)), len(good), len(texts))
+            return untimed(_measure(clock, np.array(good), len(texts)), len(good), len(texts))
     return Timing(None)
 
 
@@ -65,10 +65,10 @@ def untimed(timing: Timing, good: int, count: int) -> Timing:
     return replace(timing, notes=(*timing.notes, told))
 
 
-def measure(clock: Clock, at: Int[np.ndarray, " t"], count: int) -> Timing:
+def _measure(clock: Clock, at: Int[np.ndarray, " t"], count: int) -> Timing:
     """Timing of ticks of frames `at`, of `count` in all; only where all have a time, they can be sorted by it."""
     ticks = unwrapped(clock)
-    order = order_of(ticks) if len(at) == count else None
+    order = _order_of(ticks) if len(at) == count else None
     step, notes = steps(ticks if order is None else ticks[order], at)
     if order is not None:
         notes = ("frames do not stand in the order of their times: they are sorted by these", *notes)
@@ -81,19 +81,19 @@ def measure(clock: Clock, at: Int[np.ndarray, " t"], count: int) -> Timing:
     return Timing(fps if clock.sure else None, notes, order)
 
 
-def order_of(ticks: Float[np.ndarray, " t"]) -> Int[np.ndarray, " t"] | None:
+def _order_of(ticks: Float[np.ndarray, " t"]) -> Int[np.ndarray, " t"] | None:
     """The frames by their times where these make a steady clock that the file's order does not show."""
     if (np.diff(ticks) >= 0).all():
         return None
     order = np.argsort(ticks, kind="stable")
     d = np.diff(ticks[order])
-    return order if (d > 0).all() and np.mean(near(d, float(np.median(d)))) >= ORDERED else None
+    return order if (d > 0).all() and np.mean(_near(d, float(np.median(d)))) >= ORDERED else None
 
 
 def by_numbers(name: str, cells: Sequence[str]) -> Timing:
     """The order that the numbers of frames under this name tell; they tell no rate."""
     texts = [cell.strip().strip('"').strip() for cell in cells]
-    order = order_of(plain_numbers(texts).ticks) if len(texts) > 1 and all(map(is_number, texts)) else None
+    order = _order_of(plain_numbers(texts).ticks) if len(texts) > 1 and all(map(is_clock_number, texts)) else None
     told = f"frames do not stand in the order of '{name}': they are sorted by it"
     return Timing(None, () if order is None else (told,), order)
 
@@ -128,7 +128,7 @@ def unit_by(clock: Clock, step: float) -> float:
     return clock.told_s if clock.told_s is not None and 1e-3 <= step * clock.told_s <= 1 else likely
 
 
-def near(d: Float[np.ndarray, " t"], step: float) -> Bool[np.ndarray, " t"]:
+def _near(d: Float[np.ndarray, " t"], step: float) -> Bool[np.ndarray, " t"]:
     """Which steps are near this one."""
     return (d > NEAR_STEP[0] * step) & (d < NEAR_STEP[1] * step)
 
@@ -139,7 +139,7 @@ def usual_step(ticks: Float[np.ndarray, " t"]) -> float:
     if not (d > 0).any():
         return 0.0
     median = float(np.median(d[d > 0]))
-    return float(d[near(d, median)].mean())
+    return float(d[_near(d, median)].mean())
 
 
 def steps(
@@ -155,7 +155,7 @@ def steps(
         return 0.0, (f"the time runs backwards at {(d < 0).sum():,} of {len(ticks):,} frames",) if (d < 0).any() else ()
     each = d / n
     median = float(np.median(each[forward]))
-    usual_ones = near(each, median)
+    usual_ones = _near(each, median)
     step = float(d[usual_ones].sum() / n[usual_ones].sum()) if usual_ones.any() else median
     doubled, back = int((d == 0).sum()), int((d < 0).sum())
     notes = [f"the time runs backwards at {back:,} of {len(ticks):,} frames"] if back else []

@@ -36,7 +36,7 @@ class Clock:
     factor: float = 1.0
 
 
-def is_number(text: str) -> bool:
+def is_clock_number(text: str) -> bool:
     """Whether a cell holds a finite number."""
     try:
         return bool(np.isfinite(float(text.replace(",", "."))))
@@ -108,6 +108,6 @@ def skipped_frames(
 READERS: tuple[tuple[Callable[[str], object], Callable[[Sequence[str]], Clock]], ...] = (
     (CODE.fullmatch, ticks_of_codes),
     (STOPWATCH.fullmatch, stopwatch),
-    (is_number, plain_numbers),
+    (is_clock_number, plain_numbers),
     (is_date, dates),
 )

@@ -39,7 +39,7 @@ from capture_plan.curves.frames import evenly
 from capture_plan.curves.json_take import read_json
 from capture_plan.curves.json_weights import known
 from capture_plan.curves.long_table import across_names
-from capture_plan.curves.messages import as_frames
+from capture_plan.curves.messages import message_values
 from capture_plan.curves.presence import answer, face_of, other_faces, refuse_takes, without_face
 from capture_plan.curves.rows import Rows, table_of
 from capture_plan.curves.scale import stated_in
@@ -55,10 +55,10 @@ from capture_plan.curves.text import (
     split,
     text_of,
 )
-from capture_plan.curves.turned import upright
+from capture_plan.curves.turned import upright_table
 from capture_plan.curves.weights import WeightTable
 from capture_plan.errors import RigError
-from capture_plan.input.bounds import MOST_ROWS, check_cells, check_lines, check_names
+from capture_plan.input.bounds import MOST_ROWS, check_cells, check_line_sizes, check_names
 
 DELIMITERS = (",", ";", "\t", "|")
 FIRST = 12  # lines among which the names are looked for
@@ -74,20 +74,20 @@ def read_csv(path: Path) -> WeightTable:
     text, notes = text_of(path)
     if JSON.match(text):
         return read_json(path)
-    check_lines(text, "", MOST_ROWS)
+    check_line_sizes(text, "", MOST_ROWS)
     lines = lines_of(text, notes)
     del text  # as much memory as the file
     if is_face_cap(lines.texts):
         return weights_of(as_table(lines))
-    lines = without_spaces(as_frames(lines))
+    lines = without_spaces(message_values(lines))
     lines = across_names(with_names(lines, DELIMITERS), DELIMITERS)
-    return weights_of(find_table(upright(lines, DELIMITERS)))
+    return weights_of(find_table(upright_table(lines, DELIMITERS)))
 
 
 def weights_of(table: TextTable) -> WeightTable:
     """The weights among the columns of a table, in the rows that hold a face."""
-    table = without_sums(one_face(without_doubles(table)))
-    timing = in_time(timing_in(table), table.fps)
+    table = without_sums(_one_face(without_doubles(table)))
+    timing = in_time(_timing_in(table), table.fps)
     table = table if timing.order is None else table.at(timing.order.tolist())
     numeric = numeric_columns(table)
     reasons = [why_not(name) or ("" if good else "it holds text, not numbers")
@@ -213,7 +213,7 @@ def mostly_numbers(fields: Sequence[str]) -> bool:
     return 2 * sum(bool(NUMBER.fullmatch(field.strip())) for field in fields) >= len(fields)
 
 
-def one_face(table: TextTable) -> TextTable:
+def _one_face(table: TextTable) -> TextTable:
     """The rows of one face, where columns tell of several. RigError where they tell of several takes."""
     for c, name in enumerate(table.names):
         if kind_of(name) == "take":
@@ -249,7 +249,7 @@ def lost_rows(table: TextTable, x: Float[np.ndarray, "t c"]) -> tuple[Bool[np.nd
     return lost, tuple(notes)
 
 
-def timing_in(table: TextTable) -> Timing:
+def _timing_in(table: TextTable) -> Timing:
     """The timing that the columns tell: timecodes first, then times, then numbers of frames."""
     timings = [
         timing_of(table.column(c), unit_of(name))

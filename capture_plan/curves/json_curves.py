@@ -67,14 +67,14 @@ def curves_in(value: Any, depth: int = 0) -> dict[str, Keys] | None:
     """The first curves by name that a document holds; None where there are none."""
     if depth > DEEPEST or not isinstance(value, dict | list):
         return None
-    named = by_name(value) if isinstance(value, dict) else labelled(value)
+    named = _by_name(value) if isinstance(value, dict) else labelled(value)
     if sum(map(known, named)) >= FEWEST:
         return named
     parts = value.values() if isinstance(value, dict) else value if len(value) < MOST_FRAMES and depth < 2 else ()
     return next((found for part in parts if (found := curves_in(part, depth + 1))), None)
 
 
-def by_name(value: Mapping[str, Any]) -> dict[str, Keys]:
+def _by_name(value: Mapping[str, Any]) -> dict[str, Keys]:
     """Curves that stand under their names."""
     return {of_path(name): keys for name, one in value.items() if (keys := keys_in(one) or keys_below(one))}
 

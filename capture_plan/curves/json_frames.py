@@ -27,8 +27,8 @@ from capture_plan.curves.json_weights import (
     has_numbers,
     is_number,
     known,
-    listed,
     named_numbers,
+    named_weights,
     number_in,
     unread,
 )
@@ -53,7 +53,7 @@ BESIDE = ("code", "time", "count", "tracked", "lost", "confidence", "face", "tak
 SOME = 6  # names listed in a sentence
 
 
-def paired(frame: Any) -> Any:
+def _paired(frame: Any) -> Any:
     """The frame with its weights by name where it holds a list of names and as long a list of numbers."""
     lists = {key: inner for key, inner in frame.items() if isinstance(inner, list)} if isinstance(frame, dict) else {}
     texts = [key for key, inner in lists.items() if inner and isinstance(inner[0], str) and known(inner[0])]
@@ -72,7 +72,7 @@ class DamagedFrameError(Exception):
 
 
 @dataclass
-class Recording:
+class FrameRecording:
     """Frames as they come. `orders`: rows of weights by the names in their order; `names` those of bare numbers.
 
     `wordy[name]` is what rows hold in place of a number, by row; `beside[kind, key]` what they say beside their
@@ -94,7 +94,7 @@ class Recording:
 
     def add(self, frame: Any) -> None:
         """One frame, a row for each of its faces where these have names."""
-        for one in faces_of(paired(frame)):
+        for one in faces_of(_paired(frame)):
             self.add_face(one)
 
     def add_face(self, frame: Any) -> None:
@@ -162,7 +162,7 @@ class Recording:
             (has_numbers, self.numbers_in),
             (lambda value: has_key(value, NEST_KEYS), lambda value: self.weights_in(by_key(value, NEST_KEYS))),
             (lambda value: isinstance(value, dict), lambda _: None),
-            (listed, listed),
+            (named_weights, named_weights),
             (lambda value: isinstance(value, list) and isinstance(value[0], dict | list), self.first_face),
             (lambda value: isinstance(value, list), self.bare_numbers),
         )
@@ -311,7 +311,7 @@ def faces_of(frame: Any) -> list[Any]:
     inner = [name for name, face in frame.items() if type(face) is dict]
     own = {name: frame[name] for name in inner if is_one_face(name)}
     if not own and len(inner) > 1:
-        own = {name: frame[name] for name in alike(tuple((name, names_in(frame[name])) for name in inner))}
+        own = {name: frame[name] for name in _alike(tuple((name, names_in(frame[name])) for name in inner))}
     if own:
         rest = {name: value for name, value in frame.items() if name not in own}
         return [{**rest, "face": {"faceId": name, **face}} for name, face in own.items()]
@@ -329,7 +329,7 @@ def is_one_face(name: str) -> bool:
 
 
 @lru_cache(MANY)
-def alike(objects: tuple[tuple[str, tuple[str, ...]], ...]) -> tuple[str, ...]:
+def _alike(objects: tuple[tuple[str, tuple[str, ...]], ...]) -> tuple[str, ...]:
     """Objects of one frame that name the same movements, as those of several faces do; (name, names in it) each."""
     some = {name: {inner for inner in names if known(inner)} for name, names in objects if not is_part(name)}
     return tuple(

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from capture_plan.curves.columns import plain
-from capture_plan.curves.json_frames import Recording
-from capture_plan.curves.json_weights import SIDES, is_number, known, listed
-from capture_plan.curves.told import count
+from capture_plan.curves.json_frames import FrameRecording
+from capture_plan.curves.json_weights import SIDES, is_number, known, named_weights
 from capture_plan.errors import RigError
+from capture_plan.prose import count
 
 SURE_KEYS = ("frames", "samples", "weightmat")
 FRAME_KEYS = (*SURE_KEYS, "data", "values", "results", "weights", "blendshapes")
@@ -27,7 +27,7 @@ LOOKED_AT = 8  # parts that tell what the others are
 
 
 @dataclass(frozen=True, eq=False)
-class Take:
+class _Take:
     """A part of a document that is a take by itself."""
 
     name: str
@@ -35,7 +35,7 @@ class Take:
     part: Any
 
 
-def only_take(document: Any) -> Take | None:
+def only_take(document: Any) -> _Take | None:
     """The take that stands somewhere below the top of a document; None where there is none.
 
     RigError that names them where there are several.
@@ -49,16 +49,16 @@ def only_take(document: Any) -> Take | None:
     raise RigError(f"{told}: save each as a file of its own, and give one")
 
 
-def takes_in(value: Any, deep: int = 0) -> Iterator[Take]:
+def takes_in(value: Any, deep: int = 0) -> Iterator[_Take]:
     """The takes below a value, nearest to the top."""
     parts = parts_of(value)
     some = [part for _, part in parts[:LOOKED_AT]]
-    if not parts or deep > DEEPEST or frames_in(value) or 2 * sum(map(is_frame, some)) > len(some):
+    if not parts or deep > DEEPEST or _frames_in(value) or 2 * sum(map(is_frame, some)) > len(some):
         return
-    takes = [Take(name, n, part) for name, part in parts if plain(name) not in SIDES and (n := frames_in(part))]
+    takes = [_Take(name, n, part) for name, part in parts if plain(name) not in SIDES and (n := _frames_in(part))]
     if isinstance(value, list) and takes and max(take.frames for take in takes) <= len(parts) > MANY_FACES:
         return
-    if takes and not groups(takes):
+    if takes and not _groups(takes):
         yield from takes
         return
     for _, part in parts:
@@ -71,17 +71,17 @@ def parts_of(value: Any) -> list[tuple[str, Any]]:
         return [(name, part) for name, part in value.items() if isinstance(part, dict | list)]
     if not isinstance(value, list):
         return []
-    return [(name_of(part, i), part) for i, part in enumerate(value, start=1) if isinstance(part, dict | list)]
+    return [(_name_of(part, i), part) for i, part in enumerate(value, start=1) if isinstance(part, dict | list)]
 
 
-def name_of(part: Any, number: int) -> str:
+def _name_of(part: Any, number: int) -> str:
     """What a part of a list is called, else its number."""
     own = part if isinstance(part, dict) else {}
     called = next((x for key, x in own.items() if plain(key) in NAME_KEYS and isinstance(x, str | int)), None)
     return str(called) if called not in (None, "") else f"take {number}"
 
 
-def frames_in(part: Any) -> int:
+def _frames_in(part: Any) -> int:
     """How many frames of a take a part holds; 0 where it is none."""
     if isinstance(part, list):
         return len(part) if len(part) >= FEWEST and all(map(is_frame, first_of(part))) else 0
@@ -91,22 +91,22 @@ def frames_in(part: Any) -> int:
         short = plain(key)
         if short in FRAME_KEYS and isinstance(inner, list) and len(inner) >= FEWEST:
             enough = short in SURE_KEYS or len(inner) > MANY_FACES
-            if enough and (frames_in(inner) or all(map(are_numbers, first_of(inner)))):
+            if enough and (_frames_in(inner) or all(map(are_numbers, first_of(inner)))):
                 return len(inner)
-    lengths = {len(inner) for inner in columns_of(part).values()}
+    lengths = {len(inner) for inner in _columns_of(part).values()}
     return min(lengths) if lengths else 0
 
 
-def columns_of(part: Any) -> dict[str, Any]:
+def _columns_of(part: Any) -> dict[str, Any]:
     """Lists of weights under names of a face, where there are some."""
     own = part if isinstance(part, dict) else {}
     lists = {name: x for name, x in own.items() if known(name) and are_numbers(x) and len(x) >= FEWEST}
     return lists if len(lists) >= FEWEST else {}
 
 
-def groups(takes: Sequence[Take]) -> bool:
+def _groups(takes: Sequence[_Take]) -> bool:
     """Whether parts are those of one face, such as eyes and mouth: lists of weights of which no two share a name."""
-    names = [name for take in takes for name in columns_of(take.part)]
+    names = [name for take in takes for name in _columns_of(take.part)]
     return len(takes) > 1 and bool(names) and len(set(names)) == len(names)
 
 
@@ -118,11 +118,11 @@ def first_of(values: Sequence[Any]) -> list[Any]:
 def is_frame(value: Any) -> bool:
     """Whether a value reads as one frame of a face, or several faces of one frame."""
     if isinstance(value, list):
-        named = listed(value)
+        named = named_weights(value)
         return bool(named) and any(map(known, named))
-    if not isinstance(value, dict) or frames_in(value):
+    if not isinstance(value, dict) or _frames_in(value):
         return False
-    recording = Recording()
+    recording = FrameRecording()
     recording.add(value)
     return any(known(name) for order in recording.orders for name in order)
 

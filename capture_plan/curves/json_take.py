@@ -20,7 +20,7 @@ import msgspec
 
 from capture_plan.curves.columns import kind_of, plain, unit_of, why_not
 from capture_plan.curves.json_curves import curve_take
-from capture_plan.curves.json_frames import BESIDE, SHAPE_KEYS, Recording
+from capture_plan.curves.json_frames import BESIDE, SHAPE_KEYS, FrameRecording
 from capture_plan.curves.json_long import gathered
 from capture_plan.curves.json_several import is_frame, only_take
 from capture_plan.curves.json_weights import is_category, is_number, is_weight, known, number_in
@@ -55,26 +55,26 @@ def read_json(path: Path) -> WeightTable:
 def take_in(text: str, notes: tuple[str, ...]) -> WeightTable:
     """The frames of a document; `notes` are what has to be said of its text."""
     check_values(text, MOST_TAKE_VALUES)
-    document = decode(text)
+    document = _decode(text)
     if (
         isinstance(document, list)
         and document
         and is_category(opened(document[0]))
-        and (rows := gathered(whole(document)))
+        and (rows := gathered(_whole(document)))
     ):
         document = parts_again(rows)
-    take = None if is_plain(document) else only_take(whole(document))
+    take = None if is_plain(document) else only_take(_whole(document))
     told = (*notes, *([f"of the file, '{take.name}' is read"] if take and plain(take.name) not in USUAL_KEYS else []))
     part = document if take is None else parts_again(take.part)
     for dialect in DIALECTS:
         if table := dialect(part):
             return replace(table, fps=table.fps or rate_in(head_of(document)), notes=(*told, *table.notes))
-    if table := curve_take(whole(document), rate_in(head_of(document))):
+    if table := curve_take(_whole(document), rate_in(head_of(document))):
         return replace(table, notes=(*notes, *table.notes))
     raise RigError('holds no weights: expected frames such as {"blendShapes": {"jawOpen": 0.5}}')
 
 
-def decode(text: str) -> Document:
+def _decode(text: str) -> Document:
     """The parts of a document, each still undecoded; of JSON lines, the lines. RigError where it is neither."""
     problem: Exception | None = None
     plainer = NO_NUMBER.sub("null", text) if "NaN" in text or "Infinity" in text else text
@@ -103,7 +103,7 @@ def is_plain(document: Document) -> bool:
     return any(is_numbers(opened(raw)) for raw in lists)
 
 
-def whole(document: Document) -> Any:
+def _whole(document: Document) -> Any:
     """All parts of a document decoded."""
     if isinstance(document, list):
         return [opened(raw) for raw in document]
@@ -120,15 +120,15 @@ def head_of(document: Document) -> dict[str, msgspec.Raw]:
     return document if isinstance(document, dict) else {}
 
 
-def frames(document: Document) -> WeightTable | None:
+def _frames(document: Document) -> WeightTable | None:
     """A list of frames at the top or below a key."""
     head = document if isinstance(document, dict) else {}
     found = document if isinstance(document, list) else list_of_frames(head)
     first = next((opened(raw) for raw in found or () if opening(raw) != "n"), None)
     if found is None or not isinstance(first, dict | list) or is_category(first):
-        return inside(document, frames)
+        return _inside(document, _frames)
     names = next((value for key, raw in head.items() if plain(key) in NAME_KEYS and is_texts(value := opened(raw))), ())
-    recording = Recording(names)
+    recording = FrameRecording(names)
     rows = [opened(raw) for raw in found] if names else ()
     across = is_turned(rows, len(names))
     for frame in zip(*rows, strict=True) if across else rows or map(opened, found):
@@ -147,32 +147,32 @@ def is_turned(rows: Sequence[Any], names: int) -> bool:
     return len(rows) == names > 1 and len(lengths) == 1 and not lengths & {0, names} and all(map(is_numbers, rows))
 
 
-def numbered(document: Document) -> WeightTable | None:
+def _numbered(document: Document) -> WeightTable | None:
     """Frames by their numbers or times."""
     head = document if isinstance(document, dict) else {}
     keys = {match[1]: key for key in head if (match := NUMBERED.fullmatch(key))}
     if not keys or len(keys) < len(head) or any(opening(raw) not in "{[n" for raw in head.values()):
-        return inside(document, numbered, FRAME_KEYS)
-    recording, order = Recording(), sorted(keys, key=float)
+        return _inside(document, _numbered, FRAME_KEYS)
+    recording, order = FrameRecording(), sorted(keys, key=float)
     for number in order:
         recording.add(opened(head[keys[number]]))
     recording.times = order
     return recording.table(None) if recording.orders else None
 
 
-def columns(document: Document) -> WeightTable | None:
+def _columns(document: Document) -> WeightTable | None:
     """A list of numbers for each name, and lists of what is beside them. RigError where they differ in length."""
     head = document if isinstance(document, dict) else {}
     lists = {key: opened(raw) for key, raw in head.items() if opening(raw) == "["}
     named = {key: values for key, values in lists.items() if is_numbers(values) and not why_not(key)}
     if not named:
-        return inside(document, columns)
+        return _inside(document, _columns)
     usual = Counter(map(len, named.values())).most_common(1)[0][0]
     if uneven := [key for key, values in named.items() if len(values) != usual]:
         few = f"has {len(named[uneven[0]]):,} numbers for '{uneven[0]}'"
         raise RigError(f"{few}, {usual:,} for other names: export the take again")
     beside = {key: values for key, values in lists.items() if kind_of(key) in BESIDE and len(values) == usual}
-    recording = Recording()
+    recording = FrameRecording()
     for row in zip(*named.values(), *beside.values(), strict=True):
         recording.add(dict(zip((*named, *beside), row, strict=True)))
     return recording.table(rate_in(head))
@@ -182,7 +182,7 @@ def keyed(document: Document) -> WeightTable | None:
     """The numbers of each name under those of their frames, as pandas writes a data frame; or under their times."""
     head = head_of(document)
     if sum(known(key) for key, raw in head.items() if opening(raw) == "{") < FEWEST:
-        return inside(document, keyed)
+        return _inside(document, keyed)
     found = {key: opened(raw) for key, raw in head.items() if opening(raw) == "{"}
     found = {key: one for key, one in found.items() if one and all(map(NUMBER.fullmatch, one))}
     if sum(map(known, found)) < FEWEST:
@@ -192,24 +192,24 @@ def keyed(document: Document) -> WeightTable | None:
     counted = [float(number) for number in at] == list(range(int(float(at[0])), int(float(at[0])) + len(at)))
     if not counted and not any(kind_of(key) in ("code", "time") for key in head):
         lists["time"] = at
-    return columns(parts_again({**head, **lists}))
+    return _columns(parts_again({**head, **lists}))
 
 
 def one(document: Document) -> WeightTable | None:
     """The table of a document that is a single frame; None where it is none."""
-    frame = whole(document)
+    frame = _whole(document)
     bare = isinstance(frame, dict) and not any(plain(key) in SHAPE_KEYS for key in frame)
     if bare and (len(frame) < 2 or not is_frame(frame)):
         return None
-    recording = Recording()
+    recording = FrameRecording()
     recording.add(frame)
     return recording.table(None) if recording.orders else None
 
 
-DIALECTS: tuple[Dialect, ...] = (frames, keyed, numbered, columns, one)
+DIALECTS: tuple[Dialect, ...] = (_frames, keyed, _numbered, _columns, one)
 
 
-def inside(document: Document, dialect: Dialect, below: Sequence[str] = ()) -> WeightTable | None:
+def _inside(document: Document, dialect: Dialect, below: Sequence[str] = ()) -> WeightTable | None:
     """What a dialect finds in an object below the top, also under the keys `below`, with the frame rate from above."""
     head = document if isinstance(document, dict) else {}
     for key, raw in head.items():

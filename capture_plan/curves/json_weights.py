@@ -35,7 +35,7 @@ def named_numbers(value: Mapping[str, Any]) -> Mapping[str, Any]:
     for path, x in leaves(value):
         name = spelled(path)
         if len(path) > 1 or not why_not(name):
-            found[joined(path) if name in found else name] = x
+            found[_joined(path) if name in found else name] = x
     return found
 
 
@@ -71,11 +71,11 @@ def spelled(path: tuple[str, ...]) -> str:
     sides = [SIDES[plain(word)] for word in path if plain(word) in SIDES][:1]
     rest = tuple(word for word in path if plain(word) not in SIDES)
     ways = [(*rest[i:], *sides) for i in range(len(rest))] or [path]
-    surest = max(ways, key=lambda way: (meaning.confidence if (meaning := recognise(joined(way))) else 0.0, len(way)))
-    return joined(surest)
+    surest = max(ways, key=lambda way: (meaning.confidence if (meaning := recognise(_joined(way))) else 0.0, len(way)))
+    return _joined(surest)
 
 
-def joined(path: Sequence[str]) -> str:
+def _joined(path: Sequence[str]) -> str:
     """Names in one: mouthSmileLeft of mouth, smile and left."""
     return path[0] + "".join(word[:1].upper() + word[1:] for word in path[1:])
 
@@ -101,7 +101,7 @@ def has_numbers(value: Any) -> bool:
     return any(x is not None and known(spelled(path)) for path, x in leaves(value))
 
 
-def listed(values: Any) -> Mapping[str, Any] | None:
+def named_weights(values: Any) -> Mapping[str, Any] | None:
     """The weights of a list that names each; None where it is no such list."""
     if not isinstance(values, list) or not values:
         return None

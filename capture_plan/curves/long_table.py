@@ -23,11 +23,11 @@ from itertools import count
 import numpy as np
 from jaxtyping import Int
 
-from capture_plan.curves.clock_cells import is_number
+from capture_plan.curves.clock_cells import is_clock_number
 from capture_plan.curves.columns import kind_of, plain
 from capture_plan.curves.frames import evenly
 from capture_plan.curves.json_weights import known
-from capture_plan.curves.messages import DELIMITER, Message, across, frames_of
+from capture_plan.curves.messages import DELIMITER, Message, across, message_frames
 from capture_plan.curves.text import Lines, split
 from capture_plan.input.bounds import check_cells
 
@@ -62,7 +62,7 @@ class Columns:
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class _Body:
     """The rows of a long table: `codes[c]` number the cells of column c among its `words[c]`, in their order.
 
     `lines` are the rows' lines among those of the file; `short` lines have too few cells and are left out.
@@ -84,12 +84,12 @@ def across_names(lines: Lines, delimiters: Sequence[str]) -> Lines:
     body = body_of(lines.texts, delimiter, cuts[delimiter])
     if len(body.words[cuts[delimiter].name]) * AGAIN > len(body.values):
         return lines
-    return turned(lines, body, cuts[delimiter])
+    return _turned(lines, body, cuts[delimiter])
 
 
 def columns_cut_by(texts: Sequence[str], delimiter: str) -> Columns | None:
     """Where names and values stand in lines cut by this delimiter; None where they make no long table."""
-    return columns_of([cells_of(texts[t], delimiter) for t in evenly(len(texts), SAMPLE)])
+    return _columns_of([cells_of(texts[t], delimiter) for t in evenly(len(texts), SAMPLE)])
 
 
 def cells_of(text: str, delimiter: str) -> list[str]:
@@ -103,25 +103,27 @@ def name_column(rows: Sequence[Sequence[str]], width: int) -> int | None:
     """The column that holds names of a face; None where none does."""
     whole = [row for row in rows if len(row) == width]
     for c in range(width):
-        names = [row[c] for row in whole if known(row[c]) and not is_number(row[c])]
+        names = [row[c] for row in whole if known(row[c]) and not is_clock_number(row[c])]
         if len(names) >= NAMES * len(whole) and len(set(names)) >= FEWEST:
             return c
     return None
 
 
-def columns_of(some: Sequence[Sequence[str]]) -> Columns | None:
+def _columns_of(some: Sequence[Sequence[str]]) -> Columns | None:
     """Where names and values stand, by the first row and some others; None where most are not equally long, short, and
     hold one name of a face and a number."""
     first, (width, often) = some[0], Counter(map(len, some)).most_common(1)[0]
     name = name_column(some, width) if 2 <= width <= WIDEST and often >= NAMES * len(some) else None
     if name is None:
         return None
-    titled = len(first) == width and not any(map(is_number, first))
+    titled = len(first) == width and not any(map(is_clock_number, first))
     if titled and sum(map(known, first)) >= FEWEST:
         return None  # names stand across
     body = [row for row in some[titled:] if len(row) == width]
     numeric = [
-        c for c in range(width) if c != name and sum(is_number(row[c].rstrip("%")) for row in body) > len(body) / 2
+        c
+        for c in range(width)
+        if c != name and sum(is_clock_number(row[c].rstrip("%")) for row in body) > len(body) / 2
     ]
     titles = tuple(first) if titled else ()
     called = [c for c in numeric if titled and VALUE.fullmatch(plain(titles[c]))]
@@ -129,7 +131,7 @@ def columns_of(some: Sequence[Sequence[str]]) -> Columns | None:
     return Columns(name, (called or numeric)[-1], titles, width, names) if numeric else None
 
 
-def body_of(texts: Sequence[str], delimiter: str, found: Columns) -> Body:
+def body_of(texts: Sequence[str], delimiter: str, found: Columns) -> _Body:
     """The rows below the line of titles."""
     coded = [c for c in range(found.width) if c != found.value]
     numbers = {c: defaultdict[str, int](count().__next__) for c in coded}
@@ -143,7 +145,7 @@ def body_of(texts: Sequence[str], delimiter: str, found: Columns) -> Body:
         lines.extend(start + t for t in whole)
     short = len(texts) - bool(found.titles) - len(lines)
     arrays = {c: np.frombuffer(codes[c], dtype=np.int32) for c in coded}
-    return Body(arrays, {c: list(numbers[c]) for c in coded}, values, lines, short)
+    return _Body(arrays, {c: list(numbers[c]) for c in coded}, values, lines, short)
 
 
 def columns_in(block: Sequence[str], delimiter: str, width: int) -> tuple[Sequence[Sequence[str]], Sequence[int]]:
@@ -154,12 +156,12 @@ def columns_in(block: Sequence[str], delimiter: str, width: int) -> tuple[Sequen
     }:
         cells = text.split(delimiter)  # a third of the time of cutting every line
         return [cells[c::width] for c in range(width)], range(len(block))
-    rows = rows_of(block, delimiter)
+    rows = _rows_of(block, delimiter)
     whole = [t for t, row in enumerate(rows) if len(row) >= width]
     return [[rows[t][c] for t in whole] for c in range(width)], whole
 
 
-def rows_of(block: Sequence[str], delimiter: str) -> list[list[str]]:
+def _rows_of(block: Sequence[str], delimiter: str) -> list[list[str]]:
     """The cells of each line, without quotes."""
     try:
         rows = list(csv.reader(block, delimiter=delimiter, skipinitialspace=True))
@@ -170,18 +172,18 @@ def rows_of(block: Sequence[str], delimiter: str) -> list[list[str]]:
     return [[cell.strip().strip('"').strip() for cell in row] for row in rows]
 
 
-def turned(lines: Lines, body: Body, found: Columns) -> Lines:
+def _turned(lines: Lines, body: _Body, found: Columns) -> Lines:
     """The table with a line for each frame."""
     some = "1 of its lines holds" if body.short == 1 else f"{body.short:,} of its lines hold"
     short = [f"{some} too few cells, left out"] if body.short else []
     notes = (*lines.notes, *short)
-    clock = clock_of(body, found)
+    clock = _clock_of(body, found)
     if clock is not None and 2 * len(body.words[clock]) <= len(body.values):
         return at_times(notes, body, found, clock)
-    return across(frames_of(messages_of(lines, body, found, clock)), "hold one weight each", notes)
+    return across(message_frames(messages_of(lines, body, found, clock)), "hold one weight each", notes)
 
 
-def messages_of(lines: Lines, body: Body, found: Columns, clock: int | None) -> Iterator[Message]:
+def messages_of(lines: Lines, body: _Body, found: Columns, clock: int | None) -> Iterator[Message]:
     """A message of each row, where each has a time of its own or none has one."""
     names, times = body.words[found.name], [] if clock is None else body.words[clock]
     at = body.codes[found.name].tolist() if clock is None else body.codes[clock].tolist()
@@ -189,12 +191,12 @@ def messages_of(lines: Lines, body: Body, found: Columns, clock: int | None) -> 
         yield Message(lines.numbers[line], times[time] if times else "", names[name], value)
 
 
-def at_times(notes: tuple[str, ...], body: Body, found: Columns, clock: int) -> Lines:
+def at_times(notes: tuple[str, ...], body: _Body, found: Columns, clock: int) -> Lines:
     """The table of frames that are rows of one time, and of one face or take where columns tell these."""
     kinds = {c: kind_of(title) for c, title in enumerate(found.titles) if c not in (found.value, clock)}
     key = [clock, *(c for c, kind in kinds.items() if kind in WHOSE)]
     shown = [*key, *(c for c, kind in kinds.items() if kind in BESIDE)]
-    frame, first = in_order(joint([body.codes[c] for c in key]))
+    frame, first = _in_order(joint([body.codes[c] for c in key]))
     names = body.words[found.name]
     place = frame * len(names) + body.codes[found.name]
     check_cells(len(first), len(names))
@@ -205,7 +207,7 @@ def at_times(notes: tuple[str, ...], body: Body, found: Columns, clock: int) -> 
     table = zip(about, cells.reshape(len(first), len(names)).tolist(), strict=True)
     texts = [DELIMITER.join([*head, *names]), *(DELIMITER.join([*left, *weights]) for left, weights in table)]
     told = f"its lines hold one weight each: they make {len(first):,} frames of {len(names):,} names"
-    twice = len(place) - distinct(place)
+    twice = len(place) - _distinct(place)
     some = "1 of its lines has" if twice == 1 else f"{twice:,} of its lines have"
     again = [f"{some} the time and the name of one before: left out"] if twice else []
     return Lines(tuple(texts), range(len(texts)), DELIMITER, (*notes, told, *again))
@@ -222,21 +224,21 @@ def joint(columns: Sequence[Int[np.ndarray, " r"]]) -> Int[np.ndarray, " r"]:
     return numbers
 
 
-def distinct(numbers: Int[np.ndarray, " r"]) -> int:
+def _distinct(numbers: Int[np.ndarray, " r"]) -> int:
     """How many different ones there are among numbers of 0 or more."""
     if int(numbers.max(initial=0)) > FAR * len(numbers):
         return len(np.unique(numbers))
     return int(np.count_nonzero(np.bincount(numbers)))  # a tenth of the time of sorting them
 
 
-def in_order(numbers: Int[np.ndarray, " r"]) -> tuple[Int[np.ndarray, " r"], Int[np.ndarray, " n"]]:
+def _in_order(numbers: Int[np.ndarray, " r"]) -> tuple[Int[np.ndarray, " r"], Int[np.ndarray, " n"]]:
     """Distinct numbers counted in the order in which they come, for every row; and the first row of each."""
     _, first, at = np.unique(numbers, return_index=True, return_inverse=True)
     order = first.argsort()
     return order.argsort()[at], first[order]
 
 
-def clock_of(body: Body, found: Columns) -> int | None:
+def _clock_of(body: _Body, found: Columns) -> int | None:
     """The column whose cells, with the name, stand once each: times before numbers of frames; None where none does."""
     others = [c for c in body.codes if c != found.name]
     if found.titles:
@@ -244,7 +246,7 @@ def clock_of(body: Body, found: Columns) -> int | None:
         others = [c for kind in ("code", "time", "count") for c in others if kinds[c] == kind]
     faces = [c for c, title in enumerate(found.titles) if kind_of(title) == "face" and c in body.codes]
     for c in others:
-        once = distinct(joint([body.codes[i] for i in (c, found.name, *faces)]))
+        once = _distinct(joint([body.codes[i] for i in (c, found.name, *faces)]))
         if once >= (1 - TWICE) * len(body.values):
             return c
     return None

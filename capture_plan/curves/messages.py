@@ -47,7 +47,7 @@ FEWEST = 2  # known names
 
 
 @dataclass
-class Frame:
+class _Frame:
     """Numbers by name, as text, of one frame; the number of its first line in the file."""
 
     number: int
@@ -66,7 +66,7 @@ class Message:
     ends: bool = False
 
 
-def as_frames(lines: Lines) -> Lines:
+def message_values(lines: Lines) -> Lines:
     """The lines of a table of the frames that messages make; the lines themselves where they are no messages."""
     some = [lines.texts[t] for t in evenly(len(lines.texts), SAMPLE)]
     if sum(ADDRESS.search(text) is not None for text in some) >= MOST * len(some):
@@ -89,14 +89,14 @@ def pairs_cut_by(some: Sequence[str]) -> re.Pattern[str] | None:
     return found
 
 
-def pieces(text: str, cut: re.Pattern[str]) -> list[str]:
+def _pieces(text: str, cut: re.Pattern[str]) -> list[str]:
     """What stands between the cuts of a line."""
     return [stripped for piece in cut.split(text) if (stripped := piece.strip("{}() \t\r\"'"))]
 
 
 def pairs_in(text: str, cut: re.Pattern[str]) -> list[re.Match[str]]:
     """Pairs of a name and a number in a line; before the first one other text may stand."""
-    found = [match for piece in pieces(text, cut) if (match := PAIR.fullmatch(piece.rstrip(",;")))]
+    found = [match for piece in _pieces(text, cut) if (match := PAIR.fullmatch(piece.rstrip(",;")))]
     return [match for i, match in enumerate(found) if i == 0 or not match["lead"]]
 
 
@@ -111,7 +111,7 @@ def of_pairs(lines: Lines, cut: re.Pattern[str]) -> Lines:
         for text, number, line in zip(lines.texts, lines.numbers, found, strict=True)
         for match in line
     )
-    return across(frames_of(messages), "are names with numbers", (*lines.notes, *not_pairs(lines, found, cut)))
+    return across(message_frames(messages), "are names with numbers", (*lines.notes, *not_pairs(lines, found, cut)))
 
 
 def cell_of(match: re.Match[str], percent: bool) -> str:
@@ -121,7 +121,7 @@ def cell_of(match: re.Match[str], percent: bool) -> str:
 
 def not_pairs(lines: Lines, found: Sequence[Sequence[re.Match[str]]], cut: re.Pattern[str]) -> tuple[str, ...]:
     """Sentences about places and angles between pairs, and about lines that hold no pair."""
-    rest = [piece for text in lines.texts[:SAMPLE] for piece in pieces(text, cut)
+    rest = [piece for text in lines.texts[:SAMPLE] for piece in _pieces(text, cut)
             if not PAIR.fullmatch(piece.rstrip(",;")) and not CLOCK.fullmatch(piece.strip("[]"))]  # fmt: skip
     other = {match[1] if (match := PLACE.fullmatch(piece)) else f"'{piece[:24]}'" for piece in rest}
     odd = [text for text, line in zip(lines.texts, found, strict=True) if not line and text.strip(BRACKETS)]
@@ -149,7 +149,7 @@ def of_osc(lines: Lines) -> Lines:
         else:
             messages.append(message)
     told = f"messages without one number are left out ({listed(other)})"
-    return across(frames_of(messages), "are messages of OSC", (*lines.notes, *([told] if other else [])))
+    return across(message_frames(messages), "are messages of OSC", (*lines.notes, *([told] if other else [])))
 
 
 def osc_message(text: str, number: int) -> Message | None:
@@ -193,14 +193,14 @@ def seconds(time: str) -> str:
     return f"{whole + part / 2**32:.6f}"
 
 
-def frames_of(messages: Iterable[Message]) -> list[Frame]:
+def message_frames(messages: Iterable[Message]) -> list[_Frame]:
     """The frames that messages make: each ends where one says so, or where a name comes again."""
-    frames: list[Frame] = []
-    now: Frame | None = None
+    frames: list[_Frame] = []
+    now: _Frame | None = None
     for message in messages:
         if message.name:
             if now is None or message.name in now.cells:
-                now = Frame(message.number, message.time)
+                now = _Frame(message.number, message.time)
                 frames.append(now)
             now.cells[message.name] = message.cell
         if message.ends:
@@ -208,7 +208,7 @@ def frames_of(messages: Iterable[Message]) -> list[Frame]:
     return frames
 
 
-def across(frames: Sequence[Frame], what: str, notes: Sequence[str]) -> Lines:
+def across(frames: Sequence[_Frame], what: str, notes: Sequence[str]) -> Lines:
     """A table with a line for each frame, below a line of all names."""
     names = list(dict.fromkeys(name for frame in frames for name in frame.cells))
     timed = any(frame.time for frame in frames) and not any(kind_of(name) in ("time", "code") for name in names)

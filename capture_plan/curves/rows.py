@@ -47,7 +47,7 @@ def table_of(
     """
     if not rows.columns and not rows.faults:
         raise RigError("holds no number under any name of its frames: export the weights")
-    rows, beside, whose = one_face(rows)
+    rows, beside, whose = _one_face(rows)
     number = np.isfinite(rows.x)
     damaged = np.isin(np.arange(len(rows.x)), list(rows.faults))
     lost = (rows.lost | ~number.any(axis=1)) & ~damaged
@@ -91,7 +91,7 @@ def table_of(
     return WeightTable(columns, x, fps, (*skipped, *beside, *seldom), (*notes, *whose, *left_out), stated)
 
 
-def one_face(rows: Rows) -> tuple[Rows, list[tuple[str, str]], list[str]]:
+def _one_face(rows: Rows) -> tuple[Rows, list[tuple[str, str]], list[str]]:
     """The columns of one face, those of others with the reason, and a sentence about them."""
     other, told = other_columns(rows.columns, rows.x)
     if not other:

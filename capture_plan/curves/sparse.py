@@ -39,8 +39,8 @@ def fill(
     if not seldom.any():
         return x, ()
     y, here = x[named], given[named]
-    rank, zero, held = last_rank(y, here), np.where(here, y, 0.0), hold(y, here)
-    calm = moved(held[:, seldom]) < CALMER * moved(zero[:, seldom])
+    rank, zero, held = last_rank(y, here), np.where(here, y, 0.0), _hold(y, here)
+    calm = _moved(held[:, seldom]) < CALMER * _moved(zero[:, seldom])
     as_before = (rank > LIKE_ANY and calm) or resting(held, y, here)
     filled = x.copy()
     filled[named] = held if as_before else zero
@@ -53,7 +53,7 @@ def fill(
     return filled, (f"{told}count as 0 there{which}{doubt}",)
 
 
-def hold(x: Float[np.ndarray, "t c"], given: Bool[np.ndarray, "t c"]) -> Float[np.ndarray, "t c"]:
+def _hold(x: Float[np.ndarray, "t c"], given: Bool[np.ndarray, "t c"]) -> Float[np.ndarray, "t c"]:
     """What was last given of each column; 0 before the first."""
     last = np.maximum.accumulate(np.where(given, np.arange(len(x))[:, None], -1), axis=0)
     return np.where(last >= 0, np.take_along_axis(x, np.maximum(last, 0), axis=0), 0.0)
@@ -77,7 +77,7 @@ def resting(held: Float[np.ndarray, "t c"], x: Float[np.ndarray, "t c"], given: 
     return len(at_rest) >= ENOUGH and float(np.mean(at_rest)) > MOSTLY
 
 
-def moved(x: Float[np.ndarray, "t c"]) -> float:
+def _moved(x: Float[np.ndarray, "t c"]) -> float:
     """How far all columns move in all frames together."""
     return float(np.nansum(np.abs(np.diff(x, axis=0))))
 
@@ -108,7 +108,7 @@ def fill_cells(
     partly = ~blank & ~given[:, given.any(axis=0)].all(axis=1)
     many, filled = partly.mean() > MANY and gaps(given) >= ENOUGH, x.copy()
     if not many and partly.mean() <= MANY and (every := steady_rows(np.asarray(~blank))):
-        filled[where] = from_first(hold(x[where], given), given)
+        filled[where] = from_first(_hold(x[where], given), given)
         return filled, f"numbers stand in 1 of every {every} rows: the rows between keep the last ones"
     if not many:
         return x, ""
@@ -128,10 +128,10 @@ def fill_many(
     blank = ~given.any(axis=1)
     if not held_in(y, x, given):
         return y, told
-    if leaps(hold(x, given), given):
+    if leaps(_hold(x, given), given):
         return x, ""
     more = f"; so do {blank.sum():,} rows without any number" if blank.any() else ""
-    return from_first(hold(x, given), given), f"{told}{more}"
+    return from_first(_hold(x, given), given), f"{told}{more}"
 
 
 def from_first(x: Float[np.ndarray, "t c"], given: Bool[np.ndarray, "t c"]) -> Float[np.ndarray, "t c"]:
@@ -150,7 +150,7 @@ def leaps(x: Float[np.ndarray, "t c"], given: Bool[np.ndarray, "t c"]) -> bool:
 
 def held_in(y: Float[np.ndarray, "t c"], x: Float[np.ndarray, "t c"], given: Bool[np.ndarray, "t c"]) -> bool:
     """Whether `fill` took what x leaves out as it was."""
-    return np.array_equal(y[given.any(axis=1)], hold(x, given)[given.any(axis=1)])
+    return np.array_equal(y[given.any(axis=1)], _hold(x, given)[given.any(axis=1)])
 
 
 def gaps(given: Bool[np.ndarray, "t c"]) -> int:

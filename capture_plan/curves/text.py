@@ -85,7 +85,7 @@ class TextTable:
 
 def text_of(path: Path) -> tuple[str, tuple[str, ...]]:
     """The file's text, at most `MOST_TAKE_BYTES` of it, and what has to be said of its encoding."""
-    data = unpacked(content(path, MOST_TAKE_BYTES))
+    data = _unpacked(content(path, MOST_TAKE_BYTES))
     if data.startswith(b"PK\x03\x04"):
         raise RigError("is a zip archive or a workbook, no text: save the sheet as CSV, or name the archive .zip")
     try:
@@ -110,7 +110,7 @@ def is_japanese(content: bytes) -> bool:
     return sum(0x81 <= sign.encode("cp932")[0] <= 0x9F for sign in signs) > MOSTLY * len(signs)
 
 
-def unpacked(data: bytes) -> bytes:
+def _unpacked(data: bytes) -> bytes:
     """What a gzip file holds; other datas as they are. RigError where it is damaged or holds too much."""
     if not data.startswith(b"\x1f\x8b"):
         return data
@@ -187,7 +187,7 @@ def of_one_delimiter(lines: Lines, first: int, delimiter: str, others: Sequence[
             texts[t] = delimiter.join(plain_cell(cell, delimiter) for cell in split(texts[t], best))
             told[best] += 1
     notes = [
-        f"{n:,} of {len(texts) - first - 1:,} rows are cut by {spelled(other)}, not by {spelled(delimiter)} as "
+        f"{n:,} of {len(texts) - first - 1:,} rows are cut by {_spelled(other)}, not by {_spelled(delimiter)} as "
         "the names are: they are read as the others"
         for other, n in told.items()
         if n
@@ -207,6 +207,6 @@ def plain_cell(cell: str, delimiter: str) -> str:
     return cell.replace(",", ".") if COMMA.fullmatch(cell.strip()) else f'"{cell}"'
 
 
-def spelled(delimiter: str) -> str:
+def _spelled(delimiter: str) -> str:
     """A delimiter as it is called."""
     return "a tab" if delimiter == "\t" else f"'{delimiter}'"

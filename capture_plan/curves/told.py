@@ -19,6 +19,7 @@ from collections.abc import Sequence
 
 from capture_plan.curves.columns import plain
 from capture_plan.curves.mapping import HOW, WeightMapping
+from capture_plan.prose import count
 
 WIDE = 100
 GAP = 2  # spaces between columns of names
@@ -57,10 +58,10 @@ def mapped(mapping: WeightMapping) -> list[str]:
         if targets:
             pairs = [f"{column} -> {', '.join(names)}" for column, names in targets.items()]
             lines += [f"{how} ({len(pairs)}):", *grid(pairs)]
-    return [*lines, *left_out(mapping), *idle(mapping)]
+    return [*lines, *_left_out(mapping), *idle(mapping)]
 
 
-def left_out(mapping: WeightMapping) -> list[str]:
+def _left_out(mapping: WeightMapping) -> list[str]:
     """Columns that drive nothing, by the reason."""
     if not mapping.left_out:
         return []
@@ -102,8 +103,3 @@ def fold(text: str, first: str = "  ", then: str = "    ") -> list[str]:
     return textwrap.wrap(
         text, WIDE - 2, initial_indent=first, subsequent_indent=then, break_long_words=False, break_on_hyphens=False
     )
-
-
-def count(number: int, what: str) -> str:
-    """A number with its noun: '1 frame', '3,046 frames'."""
-    return f"{number:,} {what}{'' if number == 1 else 's'}"

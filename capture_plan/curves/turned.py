@@ -20,7 +20,7 @@ FEWEST = 2
 DELIMITER = "\t"
 
 
-def upright(lines: Lines, delimiters: Sequence[str]) -> Lines:
+def upright_table(lines: Lines, delimiters: Sequence[str]) -> Lines:
     """The lines of the same table with its names across, and a note; the lines themselves where it stands upright."""
     if not FEWEST <= len(lines.texts) <= MOST_LINES:
         return lines
@@ -28,7 +28,7 @@ def upright(lines: Lines, delimiters: Sequence[str]) -> Lines:
         rows = [[cell.strip().strip('"').strip() for cell in split(text, delimiter)] for text in lines.texts]
         down = next((c for c in range(FIRST_COLUMNS) if names_down(rows, c)), None)
         if down is not None and not any(names_across(row[down + 1 :]) for row in rows[:FIRST_LINES]):
-            return turned(rows, down, lines.notes)
+            return _turned(rows, down, lines.notes)
     return lines
 
 
@@ -49,12 +49,12 @@ def says_something(cell: str) -> bool:
     return bool(cell) and not (cell[0].isdigit() or cell[0] in "+-.,") and ";" not in cell and known(cell)
 
 
-def turned(rows: Sequence[Sequence[str]], down: int, notes: tuple[str, ...]) -> Lines:
+def _turned(rows: Sequence[Sequence[str]], down: int, notes: tuple[str, ...]) -> Lines:
     """The table with the names in column `down` across, below a line of the frames' times where it has one."""
     first = next(t for t, row in enumerate(rows) if len(row) > down and says_something(row[down]))
     wide = max(map(len, rows))
     named = [row for row in rows[first:] if len(row) > down + 1]
-    above = [clock_of(row, down, wide) for row in rows[:first] if wide - 1 <= len(row) <= wide]
+    above = [_clock_of(row, down, wide) for row in rows[:first] if wide - 1 <= len(row) <= wide]
     columns = [row[down:] + [""] * (wide - len(row)) for row in map(list, (*above[-1:], *named))]
     frames = wide - down - 1
     told = f"names run down and frames run across: it is turned ({len(named):,} names, {frames:,} frames)"
@@ -65,7 +65,7 @@ def turned(rows: Sequence[Sequence[str]], down: int, notes: tuple[str, ...]) -> 
     return Lines(texts, tuple(range(1, len(texts) + 1)), DELIMITER, (*notes, told, *more))
 
 
-def clock_of(row: Sequence[str], down: int, wide: int) -> list[str]:
+def _clock_of(row: Sequence[str], down: int, wide: int) -> list[str]:
     """The line above the weights as a clock, under the name that it has or as times."""
     cells = list(row) if len(row) == wide else [""] * (wide - len(row)) + list(row)
     named = kind_of(cells[down]) in ("code", "time", "count")

@@ -37,8 +37,10 @@ PLAIN: Affix = ("", "")
 
 def other_columns(columns: Sequence[str], x: Float[np.ndarray, "t c"]) -> tuple[list[int], str]:
     """The columns of other faces than the one that is read, and a sentence that says so; none where there is one."""
-    stems = disjoint(stems_of(columns))
-    faces = [affix for affix in stems if any(apart(stems[affix], stems[other], x) for other in stems if other != affix)]
+    stems = _disjoint(stems_of(columns))
+    faces = [
+        affix for affix in stems if any(_apart(stems[affix], stems[other], x) for other in stems if other != affix)
+    ]
     if len(faces) < 2:
         return [], ""
     common = set.intersection(*(set(stems[affix]) for affix in faces)) or set(stems[faces[0]])
@@ -49,7 +51,7 @@ def other_columns(columns: Sequence[str], x: Float[np.ndarray, "t c"]) -> tuple[
     )
     others = [affix for affix in faces if affix != mine]
     left = [c for c, name in enumerate(columns) if any(stands_in(name, c, affix, mine, stems) for affix in others)]
-    return left, sentence(columns, stems, mine, others, len(left))
+    return left, _sentence(columns, stems, mine, others, len(left))
 
 
 def stands_in(name: str, c: int, affix: Affix, mine: Affix, stems: Mapping[Affix, Mapping[str, int]]) -> bool:
@@ -61,7 +63,7 @@ def stands_in(name: str, c: int, affix: Affix, mine: Affix, stems: Mapping[Affix
     return c in stems[PLAIN].values() or (recognise(name) is not None and not any(has(name, other) for other in stems))
 
 
-def sentence(
+def _sentence(
     columns: Sequence[str], stems: Mapping[Affix, Mapping[str, int]], mine: Affix, others: Sequence[Affix], left: int
 ) -> str:
     """What has to be said of the columns of other faces."""
@@ -97,7 +99,7 @@ def directions(affixes: Iterable[Affix]) -> set[Affix]:
     return {ends[end] for pair in OPPOSITE if set(pair) <= set(ends) for end in pair}
 
 
-def disjoint(stems: Mapping[Affix, dict[str, int]]) -> dict[Affix, dict[str, int]]:
+def _disjoint(stems: Mapping[Affix, dict[str, int]]) -> dict[Affix, dict[str, int]]:
     """Of affixes that share columns (`face0` and `face0_`) the one of most columns, of equals the longest."""
     kept: dict[Affix, dict[str, int]] = {}
     taken: set[int] = set()
@@ -144,7 +146,7 @@ def says_the_same(name: str, stem: str) -> bool:
     return (whole.arkit, whole.side) == (short.arkit, short.side) and whole.confidence <= short.confidence
 
 
-def apart(mine: Mapping[str, int], other: Mapping[str, int], x: Float[np.ndarray, "t c"]) -> bool:
+def _apart(mine: Mapping[str, int], other: Mapping[str, int], x: Float[np.ndarray, "t c"]) -> bool:
     """Whether two affixes share enough names, and the numbers of most of these differ."""
     shared = [stem for stem in mine if stem in other]
     if len(shared) < max(LEAST, SHARED * min(len(mine), len(other))):

@@ -74,14 +74,14 @@ def compared(face: Face, settings: LayoutSettings, layout: Layout, other: Layout
         vertices=tuple(m.vertex for m in other.landmarks),
         landmarks=len(other.landmarks),
         error_mm=other.worth.error_mm,
-        worse=round(loss(layout, other), 4),
+        worse=round(_loss(layout, other), 4),
         leaves=tuple(layout.landmarks[i].name for i in away(layout, other)),
         takes=tuple(other.landmarks[i].label for i in away(other, layout)),
         lost_mm=other.motion.rmse_mm if other.motion else None,
     )
 
 
-def loss(layout: Layout, other: Layout) -> float:
+def _loss(layout: Layout, other: Layout) -> float:
     """By what share the other is worse than the first."""
     if layout.method in ("cover", "trivial", "distance"):
         return other.programs[0].objective / layout.programs[0].objective - 1

@@ -34,7 +34,7 @@ from scipy.sparse.linalg import splu
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.farthest import Candidates, farthest_points
 from capture_plan.layout.pivoted_qr import Pivots
-from capture_plan.registration.nonrigid_icp import stiffness
+from capture_plan.registration.nonrigid_icp import graph_stiffness
 
 KEPT_VARIANCE = 0.99
 KMEANS_ROUNDS = 50
@@ -112,7 +112,7 @@ class LeastSquaresMesh:
     def __init__(self, among: Candidates, X: Callable[[np.ndarray], np.ndarray], omega: float) -> None:
         """No landmark yet. `X` gives the rows of some vertices; `omega` is infinite where landmarks hold exactly."""
         self.at, inside = np.unique(among.skin_triangles, return_inverse=True)
-        LL = stiffness(inside.reshape(-1, 3), len(self.at))
+        LL = graph_stiffness(inside.reshape(-1, 3), len(self.at))
         A = csc_array(LL + GROUND * eye_array(len(self.at)))
         self.solver = splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options={"SymmetricMode": True})
         self.R, self.slack = X(self.at), omega**-2.0

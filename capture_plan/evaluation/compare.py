@@ -131,7 +131,7 @@ def compare_layouts(
     layouts, left_out = fixed_layouts(face, settings, given or {})
     sites = every_site(face)
     for budget in track(sorted(budgets), "Designing for every budget"):
-        layouts += ours(face, settings, sites, budget, noises_mm=noises_mm, seed=seed)
+        layouts += _ours(face, settings, sites, budget, noises_mm=noises_mm, seed=seed)
         layouts += for_take(face, settings, budget, takes) if takes else []
     for name, budget in track(tuple(product(BASELINES, sorted(budgets))), "Laying out the baselines"):
         layouts.append((name, choose_baseline(name, among, budget, seed)))
@@ -199,7 +199,7 @@ def every_site(face: Face) -> Sites:
     return single_sites(np.zeros((len(face.used), len(face.moving_skin))), face.visibility, face.moving_skin)
 
 
-def ours(
+def _ours(
     face: Face, settings: LayoutSettings, sites: Sites, budget: int, *, noises_mm: Sequence[float], seed: int
 ) -> list[Named]:
     """The error-driven layouts of a budget; worn ones only where pairs and spacing allow.

@@ -19,12 +19,12 @@ def comparison_text(found: Comparison) -> str:
         "upper: the estimate that search, budgets and bounds speak of, for weights of any size; unbounded: what comes "
         "back when weights of any size are solved for",
         f"upper, unbounded, largest, weights, single, take and worst (largest error of its weight) at "
-        f"{at_noise(found):g} mm",
+        f"{design_noise(found):g} mm",
         *lost_head(found),
         "",
     ]
     left_out = [f"left out: {why}" for why in found.left_out]
-    return "\n".join([*head, *table(found), "", *verdicts(found), *left_out])
+    return "\n".join([*head, *_table(found), "", *verdicts(found), *left_out])
 
 
 def lost_head(found: Comparison) -> list[str]:
@@ -37,14 +37,14 @@ def lost_head(found: Comparison) -> list[str]:
     ]
 
 
-def at_noise(found: Comparison) -> float:
+def design_noise(found: Comparison) -> float:
     """The noise that single columns are given at: the one that ours are designed for, or the nearest."""
     return min(found.noises_mm, key=lambda noise: abs(noise - found.designed_mm))
 
 
-def columns(found: Comparison) -> dict[str, Callable[[Row], float]]:
+def _columns(found: Comparison) -> dict[str, Callable[[Row], float]]:
     """Titles and numbers, the lower the better."""
-    n = found.noises_mm.index(at_noise(found))
+    n = found.noises_mm.index(design_noise(found))
 
     def rmse(performance: str, i: int) -> Callable[[Row], float]:
         return lambda row: row.scores[performance][i].rmse_mm
@@ -67,9 +67,9 @@ def lost_of(row: Row) -> float:
     return row.lost_mm
 
 
-def table(found: Comparison) -> list[str]:
+def _table(found: Comparison) -> list[str]:
     """One line a layout, the budgets apart."""
-    numbers, n = columns(found), found.noises_mm.index(at_noise(found))
+    numbers, n = _columns(found), found.noises_mm.index(design_noise(found))
     wide = max(len(row.method) for row in found.rows)
     lines = [f"{'M':>3}  {'layout':<{wide}}  {'rank':>4} " + "".join(f"{title:>10}" for title in numbers) + "  worst"]
     before = 0
@@ -106,7 +106,7 @@ def verdicts(found: Comparison) -> list[str]:
     lines = [duels(found, budget) for budget in found.budgets]
     lines += [from_the_best(found, budget, least) for budget, least in zip(found.budgets, found.least_mm, strict=True)]
     lines += [least_lost(found, budget) for budget in found.budgets]
-    lines += [fewest(found, row) for row in known if row.method.endswith(PLACED)]
+    lines += [_fewest(found, row) for row in known if row.method.endswith(PLACED)]
     lines += [blind_to(found, row) for row in known]
     return [line for some in lines for line in some]
 
@@ -161,9 +161,9 @@ def duel(mine: Row, other: Row, i: int) -> str:
     return f"{other.method} is lower, {b:.3f} mm; {mine.method} {a:.3f} mm"
 
 
-def fewest(found: Comparison, other: Row) -> list[str]:
+def _fewest(found: Comparison, other: Row) -> list[str]:
     """How many landmarks of ours do what an empirical layout does, at the noise that ours are designed for."""
-    i = found.noises_mm.index(at_noise(found))
+    i = found.noises_mm.index(design_noise(found))
     limit = other.scores[MIXES][i].rmse_mm
     enough: Sequence[int] = [
         row.landmarks for row in found.rows if is_ours(row) and row.scores[MIXES][i].rmse_mm <= limit

@@ -59,7 +59,7 @@ def trials(
     nearest = neighbours(neutral[vertices])
     plays = {"nothing goes wrong": [Mishap(B, everything, still)] * DRAWS}
     for mm in PLACEMENT_MM:
-        moved = misplaced(observation, charts, mm, rng)
+        moved = misplaced_responses(observation, charts, mm, rng)
         plays[f"every dot off its place by {mm:g} mm (rms)"] = [Mishap(rows, everything, still) for rows in moved]
     for share in HIDDEN:
         count = max(1, round(share * m))
@@ -78,7 +78,7 @@ def neighbours(points: Float[np.ndarray, "m 3"]) -> Int[np.ndarray, " m"]:
     return distance.argmin(axis=1)
 
 
-def misplaced(
+def misplaced_responses(
     observation: Observation, charts: tuple[Chart, ...], rms_mm: float, rng: np.random.Generator
 ) -> Float[np.ndarray, "t r k"]:
     """Responses with every landmark at a normally distributed place around its own, `DRAWS` of them."""

@@ -44,8 +44,8 @@ def packing_claims(
     active = dict(zip(used, performed_sets(rig, used, mu, packing.drivers), strict=True))
     claims = {
         "every blendshape is performed once or listed as left out": each_once(used, packing),
-        "no two blendshapes of an expression overlap or exclude each other": disjoint(active, packing),
-        "left and right partners are performed together": together(packing),
+        "no two blendshapes of an expression overlap or exclude each other": _disjoint(active, packing),
+        "left and right partners are performed together": _together(packing),
         "pairs, rules and drivers are those of the rig and its names": own_rules(rig, used, packing, mu, rules),
         f"no list has fewer than {len(packing.clique)} expressions (a clique)": bound(active, packing),
     }
@@ -66,7 +66,7 @@ def each_once(used: tuple[str, ...], packing: Packing) -> list[str]:
     ]
 
 
-def disjoint(active: Active, packing: Packing) -> list[str]:
+def _disjoint(active: Active, packing: Packing) -> list[str]:
     partners = _partners(packing)
     rules = {frozenset(pair) for pair in (*packing.exclusive, *packing.colliding, *packing.edits.apart)}
     faults = []
@@ -81,7 +81,7 @@ def disjoint(active: Active, packing: Packing) -> list[str]:
     return faults
 
 
-def together(packing: Packing) -> list[str]:
+def _together(packing: Packing) -> list[str]:
     place = _places(packing)
     return [
         f"'{a}' is in {place.get(a)} and its partner '{b}' in {place.get(b)}, expected together"
@@ -159,7 +159,8 @@ def bound(active: Active, packing: Packing) -> list[str]:
         if whole.get(a, a) == whole.get(b, b) or not any(conflict(i, j) for i in whole[a] for j in whole[b])
     ]
     faults += [
-        f"'{name}' conflicts with all of the clique, which leaves it out" for name in left_out(packing, whole, conflict)
+        f"'{name}' conflicts with all of the clique, which leaves it out"
+        for name in _left_out(packing, whole, conflict)
     ]
     shown = max(len(packing.clique), packing.counted)
     if packing.bound != shown or packing.objective < shown:
@@ -180,7 +181,7 @@ def bound(active: Active, packing: Packing) -> list[str]:
     return faults
 
 
-def left_out(packing: Packing, whole: dict[str, tuple[str, ...]], conflict: Callable[[str, str], bool]) -> list[str]:
+def _left_out(packing: Packing, whole: dict[str, tuple[str, ...]], conflict: Callable[[str, str], bool]) -> list[str]:
     """Blendshapes with which the clique would prove more: a certificate is as strong as it can be made by one name."""
     members = [whole[name] for name in packing.clique if name in whole]
     return [

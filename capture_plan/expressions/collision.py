@@ -20,7 +20,7 @@ from scipy.spatial import KDTree
 
 from capture_plan.anatomy.delta_relations import correctives
 from capture_plan.expressions.groups import grouped, said_as_one
-from capture_plan.expressions.surfaces import Surface, touching
+from capture_plan.expressions.surfaces import ContactSurface, touching_surfaces
 from capture_plan.face.anchors import REMEMBERED
 from capture_plan.mesh import vertex_normals
 from capture_plan.progress import track
@@ -32,7 +32,7 @@ ASIDE = 0.7  # least cosine between x - p and the normal: 45 degrees
 FEWEST = 3  # vertices: one or two are where the triangles are too large to tell
 STILL_MM = 0.05  # a movement below it changes no depth that counts
 
-Pose = dict[str, float]
+_Pose = dict[str, float]
 
 
 class Collision(Struct, frozen=True, forbid_unknown_fields=True):
@@ -43,7 +43,7 @@ class Collision(Struct, frozen=True, forbid_unknown_fields=True):
     depth_mm: float
 
 
-def collisions(rig: Rig, pose: Pose) -> tuple[Collision, ...]:
+def collisions(rig: Rig, pose: _Pose) -> tuple[Collision, ...]:
     """What passes through what in a pose, beyond what each of its movements does alone; the deepest first."""
     scene = _scene(rig)
     movements = [{name: pose[name] for name in group} for group in grouped(rig, tuple(pose))]
@@ -95,7 +95,7 @@ class Test:
 
     what: str
     points: Int[np.ndarray, " n"]
-    surface: Surface
+    surface: ContactSurface
 
     def depth(self, vertices: Float[np.ndarray, "v 3"]) -> Float[np.ndarray, " n"]:
         """D in a pose of the whole rig, millimetres."""
@@ -105,7 +105,7 @@ class Test:
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class _Scene:
     """The tests of one rig, which blendshapes matter to each, and what was found of poses asked before."""
 
     rig: Rig
@@ -115,7 +115,7 @@ class Scene:
     drivers: dict[str, tuple[str, ...]]
     known: dict[tuple[int, tuple[tuple[str, float], ...]], Float[np.ndarray, " n"]]
 
-    def farthest_mm(self, pose: Pose) -> list[float]:
+    def farthest_mm(self, pose: _Pose) -> list[float]:
         """How far the points and the surface of each test move at most."""
         return [
             float(
@@ -126,11 +126,11 @@ class Scene:
             for at in (np.concatenate([test.points, test.surface.vertices]) for test in self.tests)
         ]
 
-    def performed(self, pose: Pose) -> Pose:
+    def performed(self, pose: _Pose) -> _Pose:
         """A pose with what its correctives correct."""
         return pose | {name: 1.0 for corrective in pose for name in self.drivers.get(corrective, ())}
 
-    def found(self, pose: Pose, alone: list[Pose]) -> tuple[Collision, ...]:
+    def found(self, pose: _Pose, alone: list[_Pose]) -> tuple[Collision, ...]:
         """Collisions of a pose beyond those of the poses that it is made of."""
         found = []
         for t, test in enumerate(self.tests):
@@ -146,7 +146,7 @@ class Scene:
                 found.append(Collision(test.what, deep, round(float(excess.max()), 2)))
         return tuple(sorted(found, key=lambda collision: (-collision.depth_mm, collision.what)))
 
-    def depth(self, t: int, pose: Pose) -> Float[np.ndarray, " n"]:
+    def depth(self, t: int, pose: _Pose) -> Float[np.ndarray, " n"]:
         """D of test t with those blendshapes of a pose that matter to it."""
         weights = tuple(sorted((name, w) for name, w in pose.items() if name in self.matters[t]))
         if (t, weights) not in self.known:
@@ -161,11 +161,11 @@ class Scene:
 
 
 @lru_cache(maxsize=REMEMBERED)
-def _scene(rig: Rig) -> Scene:
-    tests = tuple(Test(what, points, surface) for what, points, surface in touching(rig))
+def _scene(rig: Rig) -> _Scene:
+    tests = tuple(Test(what, points, surface) for what, points, surface in touching_surfaces(rig))
     matters = tuple(_moving(rig, np.concatenate([test.points, test.surface.vertices])) for test in tests)
     drivers = {f.blendshapes[0]: f.blendshapes[1:] for f in correctives(rig, rig.names)}
-    return Scene(rig, tests, matters, {name: k for k, name in enumerate(rig.names)}, drivers, {})
+    return _Scene(rig, tests, matters, {name: k for k, name in enumerate(rig.names)}, drivers, {})
 
 
 def _moving(rig: Rig, at: Int[np.ndarray, " n"]) -> frozenset[str]:

@@ -53,7 +53,7 @@ def driven(rig: Rig, used: tuple[str, ...], rules: Rules | None = None) -> tuple
     """(corrective, what it corrects) among `used`: what cannot be performed for itself, as ARKit's mouthClose."""
     by_shape = _correctives(rig, used)
     needed = {(a, b) for a, others in (rules or default_rules()).requires.items() for b in others}
-    calls = {name: called(rig, name) for name in used}
+    calls = {name: _called(rig, name) for name in used}
     meant = {b: _meant(rig, used, b) for _, b in needed}
     by_rule = [
         (name, base)
@@ -68,7 +68,7 @@ def driven(rig: Rig, used: tuple[str, ...], rules: Rules | None = None) -> tuple
 def _meant(rig: Rig, used: tuple[str, ...], call: str) -> tuple[str, ...]:
     """Blendshapes that a rule means by a call: those that bear the name, else what moves like it. The 'a' of a mouth
     opens the jaw too, and is not needed besides."""
-    moving = tuple(name for name in used if call in called(rig, name))
+    moving = tuple(name for name in used if call in _called(rig, name))
     bearing = [(name, arkit) for name in moving for arkit in (name, rig.arkit(name)) if arkit]
     return tuple(dict.fromkeys(name for name, own in bearing if call in (own, base_name(own)))) or moving
 
@@ -88,7 +88,7 @@ def never_together(rig: Rig, used: tuple[str, ...], rules: Rules | None = None) 
     """Pairs of `used` blendshapes that no face performs at once, in the order of `used`."""
     rules = rules or default_rules()
     same_side, any_side = _both_ways(rules.same_side), _both_ways(rules.any_side)
-    calls = {name: called(rig, name) for name in used}
+    calls = {name: _called(rig, name) for name in used}
     side = {name: side_called(rig, name) for name in used}
     needs = {name: [name] for name in used}
     for name, base in driven(rig, used, rules):
@@ -105,7 +105,7 @@ def never_together(rig: Rig, used: tuple[str, ...], rules: Rules | None = None) 
 
 def hard_together(rig: Rig, used: tuple[str, ...], rules: Rules | None = None) -> tuple[tuple[str, str, int], ...]:
     """(a, b, cost) for pairs of `used` blendshapes that are hard to perform at once; the dearest where several tell."""
-    calls = {name: called(rig, name) for name in used}
+    calls = {name: _called(rig, name) for name in used}
     costs = {
         (a, b): [
             hard.cost
@@ -129,7 +129,7 @@ def groups(names: tuple[str, ...], links: list[tuple[str, ...]]) -> list[tuple[s
     return [tuple(name for name in names if name in group) for group in unique.values()]
 
 
-def called(rig: Rig, name: str) -> frozenset[str]:
+def _called(rig: Rig, name: str) -> frozenset[str]:
     """What rules may call a blendshape: its own name, ARKit's, and ARKit's without side."""
     arkit = arkit_by_motion(rig, name)
     return frozenset({name, arkit, base_name(arkit)}) if arkit else frozenset({name})

@@ -17,7 +17,7 @@ from msgspec import Struct
 
 from capture_plan.anatomy.meaning import arkit_by_motion, base_name
 from capture_plan.expressions.groups import grouped, pairs_of
-from capture_plan.expressions.sentences import told
+from capture_plan.expressions.sentences import movements_in_words
 from capture_plan.rig import Rig
 
 HARDEST = 5
@@ -48,15 +48,15 @@ def difficulty(rig: Rig, blendshapes: tuple[str, ...]) -> Difficulty:
     return Difficulty(min(level, HARDEST), tuple(why for _, why in ordered))
 
 
-class Hard(NamedTuple):
+class _Hard(NamedTuple):
     points: float
     why: str
     eased_by: frozenset[str]
 
 
-class Table(NamedTuple):
+class _Table(NamedTuple):
     points: dict[str, float]
-    hard: dict[str, Hard]
+    hard: dict[str, _Hard]
     against: frozenset[frozenset[str]]
 
 
@@ -64,7 +64,7 @@ def _many(rig: Rig, blendshapes: tuple[str, ...], points: dict[str, float]) -> l
     """Movements that are told apart; what has no words is counted by its partners."""
     named = tuple(name for name in blendshapes if arkit_by_motion(rig, name))
     nameless = tuple(name for name in blendshapes if name not in named)
-    count = len(told(rig, named)) + len(grouped(rig, nameless))
+    count = len(movements_in_words(rig, named)) + len(grouped(rig, nameless))
     if count < 2:
         return []
     return [(points["four_movements" if count > 3 else "two_movements"], f"{count} movements at once")]
@@ -78,7 +78,7 @@ def _one_sided(rig: Rig, blendshapes: tuple[str, ...], points: dict[str, float])
 def _against(rig: Rig, blendshapes: tuple[str, ...], bases: set[str]) -> dict[frozenset[str], str]:
     """What each two of the bases do, in words."""
     phrase = {
-        base: told(
+        base: movements_in_words(
             rig,
             tuple(name for name in blendshapes if (known := arkit_by_motion(rig, name)) and base_name(known) == base),
         )
@@ -98,11 +98,11 @@ def _small(rig: Rig, blendshapes: tuple[str, ...], points: dict[str, float]) -> 
 
 
 @cache
-def _table() -> Table:
+def _table() -> _Table:
     table = tomllib.loads(files("capture_plan.expressions").joinpath("data", "difficulty.toml").read_text("utf-8"))
     hard = {
-        name: Hard(float(entry["points"]), entry["why"], frozenset(entry["eased_by"]))
+        name: _Hard(float(entry["points"]), entry["why"], frozenset(entry["eased_by"]))
         for name, entry in table["hard"].items()
     }
     against = frozenset(frozenset((a, b)) for a, others in table["against"].items() for b in others)
-    return Table({what: float(points) for what, points in table["points"].items()}, hard, against)
+    return _Table({what: float(points) for what, points in table["points"].items()}, hard, against)

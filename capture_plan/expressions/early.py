@@ -28,7 +28,7 @@ from jaxtyping import Float
 
 from capture_plan.expressions.conflicts import conflict_graph
 from capture_plan.expressions.instance import FREE, Instance
-from capture_plan.expressions.listing import Target, blendshape_importance, listed
+from capture_plan.expressions.listing import TargetDeltas, blendshape_importance, target_list
 from capture_plan.expressions.problem import Problem
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.progress import go_on, track
@@ -113,11 +113,11 @@ class Model:
         return bool(self.instance.things[chosen].sum() <= self.instance.most)
 
 
-def model_of(rig: Rig, problem: Problem, settings: PackingSettings, target: Target) -> Model:
+def model_of(rig: Rig, problem: Problem, settings: PackingSettings, target: TargetDeltas) -> Model:
     """The model of a problem on a rig; the paper's importance takes the place of the expected error where it is asked
     for, and several targets count alike."""
     rows = rig.rows(problem.names)
-    known = [expectation(rig, one) for one in listed(rig, target) or (None,)]
+    known = [expectation(rig, one) for one in target_list(rig, target) or (None,)]
     expected = mean_expectation(known).among(rows)
     if settings.importance == "paper":
         expected = expected.weighed(blendshape_importance(rig, problem.names, settings, target))
@@ -137,7 +137,7 @@ def in_best_order(model: Model, parts: Sequence[Items]) -> bool:
 
 
 def proves_order(
-    rig: Rig, problem: Problem, settings: PackingSettings, target: Target, chosen: Sequence[tuple[int, ...]]
+    rig: Rig, problem: Problem, settings: PackingSettings, target: TargetDeltas, chosen: Sequence[tuple[int, ...]]
 ) -> bool:
     """Whether expressions, given by their blendshapes, stand as `early` promises; no other method promises this."""
     if settings.method != "early":
@@ -146,7 +146,7 @@ def proves_order(
 
 
 def in_promised_order(
-    rig: Rig, problem: Problem, settings: PackingSettings, target: Target, chosen: Sequence[tuple[int, ...]]
+    rig: Rig, problem: Problem, settings: PackingSettings, target: TargetDeltas, chosen: Sequence[tuple[int, ...]]
 ) -> list[tuple[int, ...]]:
     """Expressions, given by their blendshapes, in the order that `early` promises; as they are for other methods."""
     if settings.method != "early":
@@ -183,7 +183,7 @@ def descend(model: Model, parts: list[Items]) -> tuple[list[Items], int]:
         pairs.append(pairs.pop(0))
         unchanged += 1
         go_on()
-        tried = list(neighbours(model, parts, a, b))
+        tried = list(_neighbours(model, parts, a, b))
         values = model.values(tried) if tried else np.zeros(0)
         judged += len(tried)
         lower = np.flatnonzero(values < value - GAIN)
@@ -192,7 +192,7 @@ def descend(model: Model, parts: list[Items]) -> tuple[list[Items], int]:
     return parts, judged
 
 
-def neighbours(model: Model, parts: list[Items], a: int, b: int) -> Iterator[list[Items]]:
+def _neighbours(model: Model, parts: list[Items], a: int, b: int) -> Iterator[list[Items]]:
     """The lists that a move of two expressions leads to."""
     for first, second in moves(model, parts[a], parts[b]):
         tried = parts.copy()
@@ -207,7 +207,7 @@ def can_be_lowered(model: Model, parts: Sequence[Items]) -> bool:
     """
     own, every = replace(model, to_beat=(*model.left([model.ordered(parts)]),)), list(parts)
     most = own.value(every) - SURELY
-    by_pair = (list(neighbours(own, every, a, b)) for a, b in combinations(range(len(every)), 2))
+    by_pair = (list(_neighbours(own, every, a, b)) for a, b in combinations(range(len(every)), 2))
     return any((own.values(tried) < most).any() for tried in by_pair if tried)
 
 

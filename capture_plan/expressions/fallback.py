@@ -26,7 +26,7 @@ UPPER = ("brow", "forehead", "temple", "upper eyelid", "lower eyelid", "scalp", 
 MOST_ITEMS = 8  # 254 ways to split; expressions of more are split between eyes and mouth, or in order
 
 
-class Part(Struct, frozen=True, forbid_unknown_fields=True):
+class ItemPart(Struct, frozen=True, forbid_unknown_fields=True):
     """Half of an expression, named after it (`E07a`), with what is held besides and what the actor is told."""
 
     name: str
@@ -40,7 +40,7 @@ class Part(Struct, frozen=True, forbid_unknown_fields=True):
         return dict.fromkeys(self.blendshapes + self.drivers, 1.0)
 
 
-def fallback(rig: Rig, used: tuple[str, ...], expression: Expression) -> tuple[Part, ...]:
+def fallback(rig: Rig, used: tuple[str, ...], expression: Expression) -> tuple[ItemPart, ...]:
     """Two simpler expressions in place of one, brows and eyes first; none where it is one movement already."""
     items = grouped(rig, expression.blendshapes)
     if len(items) < 2:
@@ -66,7 +66,7 @@ def fallback(rig: Rig, used: tuple[str, ...], expression: Expression) -> tuple[P
 
     best = halves(min(_splits(upper), key=badness))
     return tuple(
-        Part(expression.name + letter, names, held(names), sentence(rig, names))
+        ItemPart(expression.name + letter, names, held(names), sentence(rig, names))
         for names, letter in zip(best, "ab", strict=True)
     )
 

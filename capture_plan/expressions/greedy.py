@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Int
 
 from capture_plan.expressions.conflicts import conflict_graph
-from capture_plan.expressions.instance import Instance, check_places
+from capture_plan.expressions.instance import Instance, check_assignment
 from capture_plan.expressions.listing import Weigh
 
 Accept = Callable[[tuple[int, ...], int], bool]  # (items of the expression so far, the item proposed for it)
@@ -33,7 +33,7 @@ def one_after_another(instance: Instance, weigh: Weigh, accept: Accept) -> Order
     while left.any():
         candidates, must = instance.candidates(left, len(expressions))
         if not candidates.any():
-            check_places(instance, len(expressions))
+            check_assignment(instance, len(expressions))
         chosen = must.tolist()
         for i in np.argsort(-weigh(~left), kind="stable").tolist():
             fits = not graph[i, chosen].any() and instance.things[[*chosen, i]].sum() <= instance.most

@@ -89,7 +89,7 @@ def locked_apart(place: Int[np.ndarray, " g"]) -> list[tuple[int, int]]:
     return [(i, j) for i, j in combinations(locked.tolist(), 2) if place[i] != place[j]]
 
 
-def check_places(instance: Instance, length: int) -> None:
+def check_assignment(instance: Instance, length: int) -> None:
     """PlaceError where an item is locked beyond the end of the list."""
     if len(instance) and (last := int(instance.place.max())) >= length:
         raise PlaceError(int(instance.place.argmax()), last, length)

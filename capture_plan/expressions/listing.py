@@ -27,7 +27,7 @@ from capture_plan.rig import Rig
 from capture_plan.transfer.importance import transfer_importance
 
 Weigh = Callable[[Bool[np.ndarray, " g"]], Float[np.ndarray, " g"]]
-Target = Float[np.ndarray, "v 3"] | tuple[Float[np.ndarray, "v 3"], ...] | None
+TargetDeltas = Float[np.ndarray, "v 3"] | tuple[Float[np.ndarray, "v 3"], ...] | None
 
 
 @dataclass(frozen=True)
@@ -83,14 +83,14 @@ def packing_record(
 
 
 def blendshape_importance(
-    rig: Rig, used: tuple[str, ...], settings: PackingSettings, target: Target
+    rig: Rig, used: tuple[str, ...], settings: PackingSettings, target: TargetDeltas
 ) -> Float[np.ndarray, " k"]:
     """What a scan of each blendshape is worth, uniqueness left aside; at most 1, at least LEAST.
 
     Raises:
         RigError: a target has another number of vertices.
     """
-    targets = listed(rig, target)
+    targets = target_list(rig, target)
     if settings.importance == "error":
         return expected_error(rig, used, targets)
     active = active_sets(rig, used, settings.mu)
@@ -101,7 +101,7 @@ def blendshape_importance(
     return np.maximum((1 - settings.distortion) * strength + settings.distortion * distortion, LEAST)
 
 
-def item_importance(rig: Rig, problem: Problem, settings: PackingSettings, target: Target) -> Weigh:
+def item_importance(rig: Rig, problem: Problem, settings: PackingSettings, target: TargetDeltas) -> Weigh:
     """Importance of each item once some are packed: eq. 4 with its term for uniqueness."""
     worth = blendshape_importance(rig, problem.names, settings, target)
     belongs = np.zeros((len(problem.items), len(problem.names)))
@@ -116,7 +116,7 @@ def item_importance(rig: Rig, problem: Problem, settings: PackingSettings, targe
     return lambda packed: belongs @ (worth + beta * uniqueness(cosine, packed.astype(float) @ belongs > 0))
 
 
-def listed(rig: Rig, target: Target) -> tuple[Float[np.ndarray, "v 3"], ...]:
+def target_list(rig: Rig, target: TargetDeltas) -> tuple[Float[np.ndarray, "v 3"], ...]:
     """None, one or several targets. RigError where one has another number of vertices."""
     targets = target if isinstance(target, tuple) else () if target is None else (target,)
     for one in targets:

@@ -22,7 +22,7 @@ from jaxtyping import Bool, Float, Int
 from capture_plan.expressions.colouring import colour, greedy, largest_clique
 from capture_plan.expressions.conflicts import conflict_graph, core
 from capture_plan.expressions.greedy import Order
-from capture_plan.expressions.instance import Instance, check_places
+from capture_plan.expressions.instance import Instance, check_assignment
 from capture_plan.expressions.list_program import heaviest_and_rest, least_cost
 from capture_plan.expressions.listing import Weigh
 from capture_plan.expressions.sequential import Heaviest, heaviest
@@ -60,7 +60,7 @@ def shortest(instance: Instance) -> Shortest:
     """
     colours, bound = fewest_colours(instance)
     j = int(colours.max()) + 1
-    check_places(instance, j)
+    check_assignment(instance, j)
     return Shortest(*_easiest(instance, colours, j), bound)
 
 

@@ -39,7 +39,7 @@ ENDS = 0.4  # of the end that goes further: the other goes the opposite way as c
 
 
 @dataclass(frozen=True)
-class Movement:
+class _Movement:
     """`side` is 1 left, -1 right, 0 both or the middle; `ways` are words; `far` in millimetres. What `tilts` goes up at
     one end and down at the other."""
 
@@ -61,7 +61,7 @@ class Movement:
 def movements(rig: Rig, names: tuple[str, ...]) -> tuple[str, ...]:
     """'both brows up by 6 mm' for every place that blendshapes move; mirrored halves are told as one."""
     found = [net for group in _places(rig, names) if (net := _net(rig, group)) is not None]
-    told: list[Movement] = []
+    told: list[_Movement] = []
     for movement in found:
         other = next((m for m in told if _halves(m, movement)), None)
         if other is None:
@@ -92,12 +92,12 @@ def goes_against(rig: Rig, name: str, way: str) -> bool:
     )
 
 
-def _way(movement: Movement, two: tuple[str, str]) -> int:
+def _way(movement: _Movement, two: tuple[str, str]) -> int:
     """1 or -1 for the first or second of two opposed ways; 0 where a movement has neither."""
     return (two[0] in movement.ways) - (two[1] in movement.ways)
 
 
-def _one_place(a: Movement, b: Movement) -> bool:
+def _one_place(a: _Movement, b: _Movement) -> bool:
     """Whether two movements are seen at one place: of left and right each is its own; a lip that goes up is one with
     the jaw that takes it down.
     """
@@ -105,14 +105,14 @@ def _one_place(a: Movement, b: Movement) -> bool:
     return (a.region == b.region or jaw) and (a.side == b.side or a.side * b.side == 0)
 
 
-def _opposed(a: Movement, b: Movement) -> bool:
+def _opposed(a: _Movement, b: _Movement) -> bool:
     """Whether two movements go opposite ways, or one tilts what the other moves as a whole: seen is their sum."""
     return a.tilts != b.tilts or any(_way(a, two) * _way(b, two) < 0 for two in OPPOSED)
 
 
-def _places(rig: Rig, names: tuple[str, ...]) -> list[list[tuple[str, Movement]]]:
+def _places(rig: Rig, names: tuple[str, ...]) -> list[list[tuple[str, _Movement]]]:
     """The blendshapes that move the skin with their movements, in groups that are seen at one place."""
-    groups: list[list[tuple[str, Movement]]] = []
+    groups: list[list[tuple[str, _Movement]]] = []
     for name in names:
         movement = _movement(rig, regions_of(rig), name)
         if movement is None:
@@ -125,7 +125,7 @@ def _places(rig: Rig, names: tuple[str, ...]) -> list[list[tuple[str, Movement]]
     return groups
 
 
-def _net(rig: Rig, group: list[tuple[str, Movement]]) -> Movement | None:
+def _net(rig: Rig, group: list[tuple[str, _Movement]]) -> _Movement | None:
     """How blendshapes that are seen at one place move it together; None where their sum leaves it still."""
     first, movement = max(group, key=lambda one: one[1].far)
     if len(group) == 1:
@@ -145,13 +145,13 @@ def regions_of(rig: Rig) -> FaceRegions:
     return face_regions(rig)
 
 
-def _halves(a: Movement, b: Movement) -> bool:
+def _halves(a: _Movement, b: _Movement) -> bool:
     """Whether two movements are one on both sides; eyelids that go to either side are two looks, never one."""
     looks = a.region in LIDS and {"outwards", "inwards"} & set(a.ways)
     return a.region == b.region and a.ways == b.ways and a.side * b.side == -1 and not looks
 
 
-def _movement(rig: Rig, regions: FaceRegions, name: str) -> Movement | None:
+def _movement(rig: Rig, regions: FaceRegions, name: str) -> _Movement | None:
     length, deltas = _moved(rig, name)
     if length.max() <= STILL_MM or not regions.known:
         return None
@@ -171,7 +171,7 @@ def _at(
     here: Bool[np.ndarray, " v"],
     length: Float[np.ndarray, " v"],
     deltas: Float[np.ndarray, "v 3"],
-) -> Movement:
+) -> _Movement:
     """The movement of a place whose vertices are `here`."""
     left, _, right = (float((length[here & (regions.side == side)] ** 2).sum()) for side in (1, 0, -1))
     side = 0 if min(left, right) >= max(left, right) / 2 else int(np.sign(left - right))
@@ -187,7 +187,7 @@ def _at(
     if region in LIDS and side == 0:
         ways = tuple({"outwards": "apart", "inwards": "together"}.get(way, way) for way in ways)
     ends = _by_ends(regions, moved, deltas) if region == "brow" else ()
-    return Movement(region, side, ends or ways, float(far), bool(ends))
+    return _Movement(region, side, ends or ways, float(far), bool(ends))
 
 
 def _by_ends(regions: FaceRegions, moved: Bool[np.ndarray, " v"], deltas: Float[np.ndarray, "v 3"]) -> tuple[str, ...]:

@@ -21,7 +21,7 @@ from capture_plan.expressions.greedy import Order, one_after_another
 from capture_plan.expressions.instance import PlaceError
 from capture_plan.expressions.listing import (
     Proofs,
-    Target,
+    TargetDeltas,
     Weigh,
     blendshape_importance,
     item_importance,
@@ -36,7 +36,7 @@ from capture_plan.expressions.settings import PackingSettings
 from capture_plan.rig import Rig
 
 WAYS = ("error", "paper")  # in which blendshapes are weighed for the lists that `early` starts from
-Answer = Callable[[tuple[str, ...], str], bool]  # (blendshapes of the expression so far, the one proposed for it)
+_Answer = Callable[[tuple[str, ...], str], bool]  # (blendshapes of the expression so far, the one proposed for it)
 
 
 def always(chosen: tuple[str, ...], proposed: str) -> bool:
@@ -49,10 +49,10 @@ def pack(
     used: tuple[str, ...],
     settings: PackingSettings,
     *,
-    target: Target = None,
+    target: TargetDeltas = None,
     rules: Rules | None = None,
     apart: Pairs = (),
-    accept: Answer = always,
+    accept: _Answer = always,
 ) -> Packing:
     """The expressions that show every blendshape of `used` once.
 
@@ -99,7 +99,7 @@ def places_by_name(problem: Problem) -> Iterator[None]:
         ) from None
 
 
-def early_list(rig: Rig, problem: Problem, settings: PackingSettings, target: Target) -> tuple[Order, int]:
+def early_list(rig: Rig, problem: Problem, settings: PackingSettings, target: TargetDeltas) -> tuple[Order, int]:
     """The shortest list whose first expressions leave little error, and a proven bound on the number.
 
     It starts from the shortest lists whose first expressions weigh most by expected error and by the paper's
@@ -121,7 +121,7 @@ def early_list(rig: Rig, problem: Problem, settings: PackingSettings, target: Ta
     return Order(expressions, proven=True), found.bound
 
 
-def list_expressions(problem: Problem, method: str, weigh: Weigh, accept: Answer = always) -> tuple[Order, int]:
+def list_expressions(problem: Problem, method: str, weigh: Weigh, accept: _Answer = always) -> tuple[Order, int]:
     """Items of every expression by one of the methods, and a proven bound on their number.
 
     Raises PlaceError where an item is locked beyond the end of the list.

@@ -31,7 +31,7 @@ from capture_plan.expressions.conflicts import maximal_sets
 from capture_plan.expressions.instance import FREE, Instance, locked_apart, pair_sets
 from capture_plan.expressions.local_pairs import local_pairs
 from capture_plan.expressions.record import Overlap
-from capture_plan.expressions.rules import Rules, check_names, default_rules, read_rules
+from capture_plan.expressions.rules import Rules, check_rule_names, default_rules, read_rules
 from capture_plan.expressions.settings import Edits, PackingSettings
 from capture_plan.rig import Rig
 
@@ -83,7 +83,7 @@ class Problem:
         """Partners performed together that share more than MUCH of the smaller active set."""
         at = dict(zip(self.names, self.active, strict=True))
         partners = [pair for pair in (*self.pairs, *self.local) if pair not in self.relaxed]
-        shares = [(pair, shared_part(at[pair[0]], at[pair[1]])) for pair in partners]
+        shares = [(pair, _shared_part(at[pair[0]], at[pair[1]])) for pair in partners]
         return tuple(Overlap(pair, round(share, 4)) for pair, share in shares if share > MUCH)
 
     def item_of(self, name: str) -> int:
@@ -96,7 +96,7 @@ class Problem:
         return tuple(self.names[k] for k in self.items[item])
 
 
-def shared_part(a: Bool[np.ndarray, " v"], b: Bool[np.ndarray, " v"]) -> float:
+def _shared_part(a: Bool[np.ndarray, " v"], b: Bool[np.ndarray, " v"]) -> float:
     """|a & b| over the smaller of |a| and |b|."""
     return float((a & b).sum() / max(min(a.sum(), b.sum()), 1))
 
@@ -106,7 +106,7 @@ def state_problem(
 ) -> Problem:
     """The problem of packing `used`. Raises InfeasibleError where edits contradict each other or the face."""
     rules = (rules or rules_of(settings)) if settings.poseable else Rules()
-    check_names(rig, rules)
+    check_rule_names(rig, rules)
     edits = settings.edits
     check_edits(used, edits)
     names = tuple(name for name in used if name not in edits.dropped)

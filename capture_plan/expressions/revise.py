@@ -21,9 +21,9 @@ from ortools.sat.python import cp_model
 from capture_plan.errors import InfeasibleError
 from capture_plan.expressions.colouring import Assigned, assigned, assignment
 from capture_plan.expressions.early import in_promised_order, proves_order
-from capture_plan.expressions.instance import FREE, Instance, check_places
+from capture_plan.expressions.instance import FREE, Instance, check_assignment
 from capture_plan.expressions.list_program import cost_of
-from capture_plan.expressions.listing import Target, blendshape_importance, item_importance, packing_record
+from capture_plan.expressions.listing import TargetDeltas, blendshape_importance, item_importance, packing_record
 from capture_plan.expressions.minimum import fewest_colours
 from capture_plan.expressions.pack import places_by_name, proofs_of
 from capture_plan.expressions.problem import Pairs, Problem, state_problem
@@ -45,7 +45,7 @@ def repack(
     former: Packing,
     edits: Edits,
     *,
-    target: Target = None,
+    target: TargetDeltas = None,
     rules: Rules | None = None,
     apart: Pairs = (),
 ) -> Packing:
@@ -58,7 +58,7 @@ def repack(
     colours, bound = fewest_colours(problem.instance)
     j = int(colours.max()) + 1
     with places_by_name(problem):
-        check_places(problem.instance, j)
+        check_assignment(problem.instance, j)
     where = _keeping(problem, former, j, _importance(rig, problem, settings, target))
     chosen = [problem.blendshapes(np.flatnonzero(where == e).tolist()) for e in np.unique(where)]
     stayed = _stayed(problem, former, where)
@@ -76,7 +76,7 @@ def another(
     settings: PackingSettings,
     formers: Sequence[Packing],
     *,
-    target: Target = None,
+    target: TargetDeltas = None,
     rules: Rules | None = None,
     apart: Pairs = (),
 ) -> Packing:
@@ -105,7 +105,7 @@ def _stayed(problem: Problem, former: Packing, where: Int[np.ndarray, " g"]) -> 
     return int(sum(was.get(name) == where[problem.item_of(name)] for name in problem.names))
 
 
-def _importance(rig: Rig, problem: Problem, settings: PackingSettings, target: Target) -> Int[np.ndarray, " g"]:
+def _importance(rig: Rig, problem: Problem, settings: PackingSettings, target: TargetDeltas) -> Int[np.ndarray, " g"]:
     """lambda[i] before anything is packed, in whole thousandths, at least one."""
     weights = item_importance(rig, problem, settings, target)(np.zeros(len(problem.items), dtype=bool))
     return np.maximum(1, np.round(STEP * weights)).astype(int)

@@ -63,7 +63,7 @@ def default_rules() -> Rules:
     return msgspec.toml.decode(ours.read_bytes(), type=Rules)
 
 
-def check_names(rig: Rig, rules: Rules) -> None:
+def check_rule_names(rig: Rig, rules: Rules) -> None:
     """RigError where a rule is about something that is neither ARKit's nor the rig's."""
     for name in rules.names:
         if not arkit_name(name) and not arkit_name(f"{name}Left") and name not in rig.names:

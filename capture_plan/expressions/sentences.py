@@ -52,7 +52,7 @@ def from_rest(sentence: str) -> str:
     return FROM_REST + sentence[:1].lower() + sentence[1:]
 
 
-def told(rig: Rig, blendshapes: tuple[str, ...]) -> tuple[str, ...]:
+def movements_in_words(rig: Rig, blendshapes: tuple[str, ...]) -> tuple[str, ...]:
     """The separate movements in words; those that only the picture tells are one."""
     unknown = _unknown(rig, blendshapes)
     return (*_said(rig, blendshapes), *_sounded(rig, blendshapes)) + (

@@ -18,7 +18,7 @@ from jaxtyping import Bool, Float, Int
 from ortools.sat.python import cp_model
 
 from capture_plan.expressions.greedy import Order
-from capture_plan.expressions.instance import Costs, Instance, check_places
+from capture_plan.expressions.instance import Costs, Instance, check_assignment
 from capture_plan.expressions.listing import Weigh
 from capture_plan.solver import UndecidedError, solve
 
@@ -33,7 +33,7 @@ def sequential(instance: Instance, weigh: Weigh) -> Order:
     while left.any():
         candidates, must = instance.candidates(left, len(expressions))
         if not candidates.any():
-            check_places(instance, len(expressions))
+            check_assignment(instance, len(expressions))
         found = heaviest(
             instance, weigh(~left), candidates, [must[[n]] for n in range(len(must))], costs=instance.costs
         )

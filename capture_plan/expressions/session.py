@@ -15,7 +15,7 @@ from msgspec import Struct, structs
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.expressions.difficulty import Difficulty, difficulty
-from capture_plan.expressions.fallback import Part, fallback
+from capture_plan.expressions.fallback import ItemPart, fallback
 from capture_plan.expressions.record import Expression, Packing
 from capture_plan.expressions.sentences import from_rest, mistakes
 from capture_plan.expressions.session_settings import SessionSettings
@@ -30,7 +30,7 @@ PAUSE = "Pause: shake the face loose, drink, check that no marker has shifted."
 LAST = "N3"  # the last neutral
 REST = "Relax your whole face: eyes open, looking straight ahead, jaw and lips loosely closed."
 
-Kind = Literal["calibration", "neutral", "teeth", "turned", "expression", "pause"]
+_Kind = Literal["calibration", "neutral", "teeth", "turned", "expression", "pause"]
 
 
 class Item(Struct, frozen=True, forbid_unknown_fields=True):
@@ -41,7 +41,7 @@ class Item(Struct, frozen=True, forbid_unknown_fields=True):
     alone: `difficulty` how hard it is, `fallback` what to shoot where it does not work, `mistakes` what to avoid.
     """
 
-    kind: Kind
+    kind: _Kind
     slate: str
     name: str
     sentence: str
@@ -54,7 +54,7 @@ class Item(Struct, frozen=True, forbid_unknown_fields=True):
     weights: tuple[float, ...] = ()
     drivers: tuple[str, ...] = ()
     difficulty: Difficulty | None = None
-    fallback: tuple[Part, ...] = ()
+    fallback: tuple[ItemPart, ...] = ()
     mistakes: tuple[str, ...] = ()
 
 
@@ -169,7 +169,7 @@ def _spare(expressions: list[Item], settings: SessionSettings) -> list[Item]:
     return items
 
 
-def _frame(kind: Kind, name: str, sentence: str, seconds: float, settings: SessionSettings) -> Item:
+def _frame(kind: _Kind, name: str, sentence: str, seconds: float, settings: SessionSettings) -> Item:
     return Item(kind, "", name, sentence, min(settings.hold_s, seconds), seconds, 0.0, 0.0)
 
 

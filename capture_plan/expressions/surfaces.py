@@ -29,7 +29,7 @@ SIDES = ((1, "left"), (-1, "right"))
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class ContactSurface:
     """Vertices of a rig, triangles between them counted within `vertices`, and whether each is on the border."""
 
     vertices: Int[np.ndarray, " m"]
@@ -37,10 +37,10 @@ class Surface:
     border: Bool[np.ndarray, " m"]
 
 
-Touching = tuple[str, Int[np.ndarray, " n"], Surface]
+Touching = tuple[str, Int[np.ndarray, " n"], ContactSurface]
 
 
-def touching(rig: Rig) -> list[Touching]:
+def touching_surfaces(rig: Rig) -> list[Touching]:
     """What could pass through what: the words for it, the points, and the surface that they must stay in front of."""
     regions = regions_of(rig)
     upper, lower = _lips(rig, regions)
@@ -59,12 +59,12 @@ def touching(rig: Rig) -> list[Touching]:
     forward = vertex_normals(rig.neutral, rig.triangles)[:, 2] > OUTSIDE
     for lip, of in (("upper lip", upper), ("lower lip", lower)):
         outside = surface(rig, of & forward)
-        inwards = Surface(outside.vertices, outside.triangles[:, ::-1], outside.border)
+        inwards = ContactSurface(outside.vertices, outside.triangles[:, ::-1], outside.border)
         found.append((f"teeth through the {lip}", np.flatnonzero(teeth), inwards))
     return [each for each in found if len(each[1]) and len(each[2].triangles)]
 
 
-def surface(rig: Rig, which: Bool[np.ndarray, " v"], *, closed: bool = False) -> Surface:
+def surface(rig: Rig, which: Bool[np.ndarray, " v"], *, closed: bool = False) -> ContactSurface:
     """The triangles whose corners are all in `which`; those of a `closed` one are turned outwards if they are not."""
     triangles = rig.triangles[which[rig.triangles].all(axis=1)]
     vertices, local = np.unique(triangles, return_inverse=True)
@@ -73,7 +73,7 @@ def surface(rig: Rig, which: Bool[np.ndarray, " v"], *, closed: bool = False) ->
         local = local[:, ::-1]
     border = np.zeros(len(vertices), dtype=bool)
     border[boundary_vertices(local)] = True
-    return Surface(vertices, local, border)
+    return ContactSurface(vertices, local, border)
 
 
 def _both_ways(rig: Rig, a: str, of_a: Bool[np.ndarray, " v"], b: str, of_b: Bool[np.ndarray, " v"]) -> list[Touching]:

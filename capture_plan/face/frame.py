@@ -13,7 +13,7 @@ from capture_plan.face.unit import find_unit
 from capture_plan.face.votes import all_votes, names_agree
 from capture_plan.formats.naming import listed
 from capture_plan.formats.raw import RawRig
-from capture_plan.rig.record import Found
+from capture_plan.rig.record import HowFound
 from capture_plan.rig.understood import Axes, Sign, Unit
 
 ANOTHER = 5  # blendshapes named for a face that lie elsewhere: fewer may have misleading names
@@ -29,9 +29,9 @@ class Frame:
 
     axes: Axes
     unit: Unit
-    unit_found: Found
-    up_found: Found
-    facing_found: Found
+    unit_found: HowFound
+    up_found: HowFound
+    facing_found: HowFound
     note: str
     channels: Channels
     votes: tuple[Vote, ...]
@@ -81,7 +81,7 @@ def find_frame(
     moves = shape.channels
     unit = unit or find_unit(raw.unit_mm, pupils, moves.rho, moves.extent, drop=drop, few=moves.few)
     agrees = stated == (axes.up, axes.facing) and not (up or facing)
-    found: tuple[Found, Found] = ("given" if up else "detected", "given" if facing else "detected")
+    found: tuple[HowFound, HowFound] = ("given" if up else "detected", "given" if facing else "detected")
     return Frame(
         axes=axes,
         unit=unit,

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from capture_plan.figures.bars import blendshape_bars, incidence
 from capture_plan.figures.comparison import write_comparison_figures
-from capture_plan.figures.curves import error_against_budget, error_against_noise, number_against_epsilon
+from capture_plan.figures.curves import draw_error_against_budget, error_against_noise, number_against_epsilon
 from capture_plan.figures.heads import Sitter, sit
 from capture_plan.figures.layouts import Captioned, layouts_figure
 from capture_plan.figures.maps import HeadMap, maps_figure
@@ -43,7 +43,7 @@ __all__ = [
     "blendshape_bars",
     "constraints",
     "discarded",
-    "error_against_budget",
+    "draw_error_against_budget",
     "error_against_markers",
     "error_against_noise",
     "error_between_people",

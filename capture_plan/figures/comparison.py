@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 
 from capture_plan.evaluation.baselines import BASELINES
 from capture_plan.evaluation.compare import FREE, MIXES, PLACED, STUDIO, WORN, Comparison, Row
-from capture_plan.evaluation.compare_report import at_noise
-from capture_plan.figures.curves import Curve, error_against_budget, error_against_noise
+from capture_plan.evaluation.compare_report import design_noise
+from capture_plan.figures.curves import Curve, draw_error_against_budget, error_against_noise
 from capture_plan.figures.heads import sit
 from capture_plan.figures.layouts import Captioned, layouts_figure
 from capture_plan.figures.style import write_figure
@@ -35,7 +35,7 @@ def write_comparison_figures(found: Comparison, rig: Rig, folder: Path) -> list[
 
 def budget_figure(found: Comparison) -> Figure:
     """Error of the skin over random mixes against M, at the noise that ours are designed for."""
-    n = found.noises_mm.index(at_noise(found))
+    n = found.noises_mm.index(design_noise(found))
     curves: dict[str, Curve] = {}
     for name in (FREE, WORN, *BASELINES):
         rows = [row for row in found.rows if row.method == name]
@@ -46,7 +46,7 @@ def budget_figure(found: Comparison) -> Figure:
         if row.method.startswith("68") and row.method.endswith(PLACED)
     }
     shown = {name: curve for name, curve in curves.items() if curve[0]}
-    return error_against_budget(
+    return draw_error_against_budget(
         shown, ours=FREE, meaning=f"{MEASURED} at {found.noises_mm[n]:g} mm noise, mm (rms)", levels=levels
     )
 
@@ -63,7 +63,7 @@ def noise_figure(found: Comparison) -> Figure:
 
 def heads_figure(found: Comparison, rig: Rig) -> Figure:
     """The layouts of one budget, our studio layout and the empirical ones, on the head."""
-    n, budget, sitter = found.noises_mm.index(at_noise(found)), nearest_budget(found), sit(rig)
+    n, budget, sitter = found.noises_mm.index(design_noise(found)), nearest_budget(found), sit(rig)
 
     def shown(row: Row) -> bool:
         return (row.landmarks == budget and row.method in (FREE, WORN, *BASELINES)) or (
@@ -73,14 +73,14 @@ def heads_figure(found: Comparison, rig: Rig) -> Figure:
     rows = [row for row in found.rows if shown(row)]
     return layouts_figure(
         [
-            Captioned(sitter, *titles(row, row.scores[MIXES][n].rmse_mm), np.array(row.vertices))
+            Captioned(sitter, *_titles(row, row.scores[MIXES][n].rmse_mm), np.array(row.vertices))
             for row in sorted(rows, key=lambda row: row.scores[MIXES][n].rmse_mm)
         ],
         columns=5,
     )
 
 
-def titles(row: Row, error_mm: float) -> tuple[str, str]:
+def _titles(row: Row, error_mm: float) -> tuple[str, str]:
     """'68 points', '0.131 mm, iBUG': what fits below a head."""
     name, _, more = row.method.removesuffix(PLACED).removeprefix("ours: ").partition(" (")
     return name[0].upper() + name[1:], ", ".join([f"{error_mm:.3f} mm", *([more.rstrip(")")] if more else [])])

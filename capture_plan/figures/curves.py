@@ -37,7 +37,7 @@ def number_against_epsilon(rows: Sequence[EpsilonRow]) -> Figure:
     return figure
 
 
-def error_against_budget(
+def draw_error_against_budget(
     curves: Mapping[str, Curve], *, ours: str, meaning: str, levels: Mapping[str, float] = {}, budget: int = 0
 ) -> Figure:
     """An error (mm), which `meaning` says, by number of landmarks; `levels`, dashed lines, are layouts with a number of

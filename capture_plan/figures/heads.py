@@ -14,9 +14,9 @@ from capture_plan.anatomy.regions import face_regions
 from capture_plan.face.anchors import Anchors
 from capture_plan.rig import Rig
 from capture_plan.sheets.expression_page import portrait
-from capture_plan.sheets.head import Head, Posed, Shown, make_head, pose, spread
+from capture_plan.sheets.head import Head, Posed, Shown, make_head, pose, spread_over
 from capture_plan.sheets.markers import unhidden
-from capture_plan.sheets.view import FRONT, Frame, Picture, View, picture
+from capture_plan.sheets.view import FRONT, Picture, PictureFrame, Viewpoint, picture
 
 ASPECT = 0.8  # width over height
 HEIGHT_PX = 880  # 2.2 inches of print at 400 dots an inch
@@ -41,11 +41,11 @@ class Sitter:
         """From the front, in clay."""
         return picture(self.posed, FRONT, portrait(self.rig, self.anchors, FRONT, ASPECT), size_px=SIZE_PX)
 
-    def close_up(self, view: View, posed: Posed) -> Picture:
+    def close_up(self, view: Viewpoint, posed: Posed) -> Picture:
         """The face without the skull above it."""
         return picture(posed, view, self.face_frame(view), size_px=SIZE_PX)
 
-    def face_frame(self, view: View) -> Frame:
+    def face_frame(self, view: Viewpoint) -> PictureFrame:
         """From the forehead to below the chin."""
         u = self.anchors.pupils
         top, bottom = float(self.anchors.eye_left[1]) + ABOVE * u, float(self.anchors.chin[1]) - BELOW * u
@@ -55,18 +55,18 @@ class Sitter:
         middle = (between.min() + between.max()) / 2
         towards = float(view.project(np.array([[0.0, 0.0, u]]))[0, 0])  # the face lies before the middle of the head
         middle += 0.4 * towards
-        return Frame(middle - width / 2, middle + width / 2, bottom, top, 0.2 * u, EDGE * u, EDGE * u, 0.3 * u)
+        return PictureFrame(middle - width / 2, middle + width / 2, bottom, top, 0.2 * u, EDGE * u, EDGE * u, 0.3 * u)
 
     def painted(self, values: Float[np.ndarray, " v"], colours: Colours) -> Posed:
         """The head in the colours (0 to 1, as displayed) of the values at its vertices; clay where they are NaN."""
         pieces = tuple(
-            _painted(shown, spread(piece, np.where(self.rig.skin, values, np.nan)), colours)
+            _painted(shown, spread_over(piece, np.where(self.rig.skin, values, np.nan)), colours)
             for piece, shown in zip(self.head.pieces, self.posed.pieces, strict=True)
         )
         return replace(self.posed, pieces=pieces)
 
     def places(
-        self, view: View, shown: Picture, vertices: Int[np.ndarray, " n"]
+        self, view: Viewpoint, shown: Picture, vertices: Int[np.ndarray, " n"]
     ) -> tuple[Float[np.ndarray, "n 2"], Bool[np.ndarray, " n"]]:
         """Column and row of the vertices in a picture, and which of them nothing hides."""
         points, normals = self.rig.neutral[vertices], self.posed.normals[vertices]

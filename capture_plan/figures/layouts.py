@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from capture_plan.figures.heads import ASPECT, HEIGHT_PX, Sitter
 from capture_plan.figures.style import OURS, SMALL_PT, TITLE_PT, WIDTH_IN, blank, box, caption, house
-from capture_plan.sheets.view import FRONT, Picture, View
+from capture_plan.sheets.view import FRONT, Picture, Viewpoint
 
 CAPTION_IN, GAP_IN = 0.42, 0.06
 DOT_PT2 = 26.0  # area of a dot on a head of a quarter of the width
@@ -56,7 +56,7 @@ def show(figure: Figure, left: float, top: float, width: float, shown: Picture) 
 def dots(
     axes: Axes,
     sitter: Sitter,
-    view: View,
+    view: Viewpoint,
     shown: Picture,
     vertices: Int[np.ndarray, " m"],
     *,

@@ -22,7 +22,7 @@ RED, GREEN, BLUE = OTHERS[0], OTHERS[1], OURS
 ERROR = "error of each vertex, mm (rms over the frames)"
 SMALL, SMALLEST = 0.4, 0.25  # of the area of a dot: the second leaves the dot below to be seen
 SHOWN_ITERATIONS = 5  # Fig. 3
-Dots = tuple[Int[np.ndarray, " _"], str, float]  # vertices, colour, share of the usual area
+_Dots = tuple[Int[np.ndarray, " _"], str, float]  # vertices, colour, share of the usual area
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class Dotted:
 
     title: str
     said: str
-    layers: tuple[Dots, ...]
+    layers: tuple[_Dots, ...]
 
 
 def dotted_heads(sitter: Sitter, heads: Sequence[Dotted], *, columns: int = 4) -> Figure:

@@ -21,7 +21,7 @@ from jaxtyping import Float, Int
 from capture_plan.errors import RigError
 from capture_plan.formats.naming import sentences
 from capture_plan.formats.neutral_file import find_neutral
-from capture_plan.formats.obj import COMMA, load, natural
+from capture_plan.formats.obj import COMMA, load_text, natural
 from capture_plan.formats.raw import RawRig
 from capture_plan.formats.shapes import Faces, rig_of_shapes
 from capture_plan.input.source import Source, folder_name, is_kind
@@ -57,8 +57,8 @@ def read_csv_folder(folder: Source) -> RawRig:
     if not others:
         raise RigError(f"{folder_name(folder)} has no table neutral.csv: add it, and one table for each blendshape")
     neutral, told = find_neutral(folder, others, read_places)
-    vertices, columns = places_of(neutral)
-    found, counted = read_faces(faces[0], vertices)
+    vertices, columns = _places_of(neutral)
+    found, counted = _read_faces(faces[0], vertices)
     shapes = [path for path in others if path != neutral]
     return rig_of_shapes(folder, neutral, shapes, found, read_places, told=sentences(told, columns, counted))
 
@@ -77,21 +77,21 @@ def face_tables(tables: Sequence[Source]) -> list[Source]:
 
 def read_places(path: Source) -> Float[np.ndarray, "v 3"]:
     """x, y and z of each row."""
-    return places_of(path)[0]
+    return _places_of(path)[0]
 
 
-def places_of(path: Source) -> tuple[Float[np.ndarray, "v 3"], str]:
+def _places_of(path: Source) -> tuple[Float[np.ndarray, "v 3"], str]:
     """x, y and z of each row, and a sentence where they are some of more columns."""
     titles, rows = read_rows(path)
     table = even(rows, path)
     width = table.shape[1]
     chosen = axes_in(titles, width)
     if chosen is None:
-        number = width > 3 and counts(table[:, 0])
+        number = width > 3 and _counts(table[:, 0])
         chosen = [1, 2, 3] if number else [0, 1, 2]
     if width < 3:
         raise RigError(f"{path.name} has {width} columns, expected x, y and z")
-    rest = width - 3 - (0 not in chosen and counts(table[:, 0]))
+    rest = width - 3 - (0 not in chosen and _counts(table[:, 0]))
     said = ", ".join(str(c + 1) for c in chosen)
     return table[:, chosen], f"of {width} columns of the tables, {said} are read as x, y and z" if rest > 0 else ""
 
@@ -104,13 +104,13 @@ def axes_in(titles: Sequence[str], width: int) -> list[int] | None:
     return [axis.index(letter) for letter in "xyz"] if all(axis.count(letter) == 1 for letter in "xyz") else None
 
 
-def counts(column: Float[np.ndarray, " n"]) -> bool:
+def _counts(column: Float[np.ndarray, " n"]) -> bool:
     """Whether a column counts its rows, from 0 or from 1."""
     start = column[0]
     return len(column) >= LEAST_COUNTED and start in (0, 1) and bool((column == start + np.arange(len(column))).all())
 
 
-def read_faces(path: Source, vertices: Float[np.ndarray, "v 3"]) -> tuple[Faces, str]:
+def _read_faces(path: Source, vertices: Float[np.ndarray, "v 3"]) -> tuple[Faces, str]:
     """The polygons of a table, and a sentence where their vertices are counted from 1."""
     rows = [row[~np.isnan(row) & (row != -1)] for row in read_rows(path)[1]]
     sizes = np.array([len(row) for row in rows])
@@ -118,7 +118,7 @@ def read_faces(path: Source, vertices: Float[np.ndarray, "v 3"]) -> tuple[Faces,
     if not np.abs(numbers).max(initial=0) <= 1e9 or (numbers != np.floor(numbers)).any():
         raise RigError(f"{path.name}: expected three or four whole vertex numbers in each row")
     first = np.array([row[0] for row in rows if len(row)])
-    if len(first) == len(rows) and ((sizes > 3).all() and (counts(first) or (first == sizes - 1).all())):
+    if len(first) == len(rows) and ((sizes > 3).all() and (_counts(first) or (first == sizes - 1).all())):
         rows, sizes = [row[1:] for row in rows], sizes - 1
     if sizes.min() < 3:
         raise RigError(f"{path.name}: expected three or four whole vertex numbers in each row")
@@ -156,7 +156,7 @@ def even(rows: Sequence[Float[np.ndarray, " n"]], path: Source) -> Float[np.ndar
 
 def read_rows(path: Source) -> tuple[list[str], list[Float[np.ndarray, " n"]]]:
     """Titles in small letters, none where there are none, and the numbers of each row."""
-    text = REMARK.sub(b"", load(path).removeprefix(b"\xef\xbb\xbf"))
+    text = REMARK.sub(b"", load_text(path).removeprefix(b"\xef\xbb\xbf"))
     lines = [line.strip().rstrip(b",;").rstrip() for line in text.split(b"\n")]
     lines = [line for line in lines if line]
     titles: list[str] = []
@@ -168,7 +168,7 @@ def read_rows(path: Source) -> tuple[list[str], list[Float[np.ndarray, " n"]]]:
     if not lines:
         raise RigError(f"{path.name} has no rows: export it again")
     try:
-        return titles, [np.array(line.split(), dtype=np.float64) for line in plain(lines)]
+        return titles, [np.array(line.split(), dtype=np.float64) for line in _plain(lines)]
     except ValueError as error:
         found = " ".join(str(error).split())[:100]
         raise RigError(f"{path.name} is not a table of numbers ({found}): export it again") from error
@@ -180,7 +180,7 @@ def is_row(line: bytes) -> bool:
     return all(NUMBER.fullmatch(field) or NOT_A_NUMBER.fullmatch(field) for field in fields if field)
 
 
-def plain(lines: list[bytes]) -> list[bytes]:
+def _plain(lines: list[bytes]) -> list[bytes]:
     """Rows of numbers with points, parted by spaces."""
     text = b"\n".join(lines).replace(b'"', b"")
     spaced = bool(re.search(rb"\d,\d+[ ]+[-+]?\d", text))  # 1,5 2,5 and not 1, 2

@@ -30,7 +30,7 @@ SECONDS = 120.0
 ADVICE = "export it as .glb without compression"
 
 
-def unpack(gltf: "Gltf") -> None:
+def unpack_mesh(gltf: "Gltf") -> None:
     """Puts what is compressed with Draco into `gltf.decoded`, where the file has no other copy of it."""
     packed = [primitive for mesh in gltf.document.get("meshes", []) for primitive in mesh["primitives"]]
     packed = [
@@ -40,7 +40,7 @@ def unpack(gltf: "Gltf") -> None:
         return
     if importlib.util.find_spec("DracoPy") is None:
         raise RigError(f"needs {NAME}: install it with pip install 'capture-plan[draco]', or {ADVICE}")
-    arrays = run([bytes(gltf.view(primitive["extensions"][NAME]["bufferView"])) for primitive in packed])
+    arrays = _run([bytes(gltf.view(primitive["extensions"][NAME]["bufferView"])) for primitive in packed])
     for number, primitive in enumerate(packed):
         places = {index: f"{number}/{unique}" for index, unique in attributes(primitive)}
         if "indices" in primitive:
@@ -74,7 +74,7 @@ def fitted(gltf: "Gltf", index: int, values: np.ndarray) -> np.ndarray:
     return values.astype(gltf.dtype(accessor))
 
 
-def run(packed: list[bytes]) -> dict[str, np.ndarray]:
+def _run(packed: list[bytes]) -> dict[str, np.ndarray]:
     """Arrays of all packed meshes: "0/faces", "0/1" for the attribute 1 of the first mesh, and so on."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "OPENBLAS_NUM_THREADS": "1"}
     with tempfile.TemporaryDirectory() as folder:

@@ -15,7 +15,7 @@ CPU_SECONDS = 5
 MEMORY_EACH, BYTES_IN_A_SECOND = 200, 500_000  # memory for each packed byte; how slowly they may be unpacked
 
 
-def limit(size: int) -> None:
+def limit_work(size: int) -> None:
     """Bound this process's memory and time by the bytes that it unpacks, where the system can."""
     try:
         import resource  # not on Windows
@@ -40,5 +40,5 @@ def unpack(source: str, target: str) -> None:
 
 
 if __name__ == "__main__":
-    limit(os.path.getsize(sys.argv[1]))
+    limit_work(os.path.getsize(sys.argv[1]))
     unpack(sys.argv[1], sys.argv[2])

@@ -24,9 +24,9 @@ from capture_plan.errors import RigError
 from capture_plan.formats.fbx_file import Node, read_tree
 from capture_plan.formats.fbx_nodes import axes, geometric_matrix, properties, unit_mm
 from capture_plan.formats.fbx_scene import Scene, connect, is_hidden
-from capture_plan.formats.fbx_shapes import Shapes, note, read_blendshapes
+from capture_plan.formats.fbx_shapes import Shapes, read_blendshapes, shapes_note
 from capture_plan.formats.fbx_skin import Cluster, skinned_places
-from capture_plan.formats.hidden import SceneMesh, choose
+from capture_plan.formats.hidden import SceneMesh, choose_shown
 from capture_plan.formats.naming import left_on, sentences
 from capture_plan.formats.raw import RawRig, fan
 from capture_plan.formats.scene import (
@@ -37,7 +37,7 @@ from capture_plan.formats.scene import (
     join_meshes,
     place_mesh,
     place_vertices,
-    plain,
+    plain_line,
     whole_or_none,
 )
 from capture_plan.input.bounds import check_sides, content
@@ -51,15 +51,15 @@ def read_fbx(path: Source) -> RawRig:
     data = content(path)
     try:
         with np.errstate(all="ignore"):
-            return read_scene(path.stem, read_tree(data))
+            return _read_scene(path.stem, read_tree(data))
     except RigError as error:
         raise RigError(f"{path.name} {error}".replace(f"{path.name} {path.stem}:", f"{path.name}:")) from error
     except (*BROKEN, zlib.error) as error:
-        found = plain(f"{type(error).__name__}: {error}")
+        found = plain_line(f"{type(error).__name__}: {error}")
         raise RigError(f"{path.name} is no whole FBX file ({found}): export it again as FBX 2014 or newer") from error
 
 
-def read_scene(name: str, root: Node) -> RawRig:
+def _read_scene(name: str, root: Node) -> RawRig:
     """The rig of a file's tree."""
     scene, settings = connect(root), properties(root.child("GlobalSettings"))
     mirror, up, facing = axes(settings)
@@ -70,11 +70,11 @@ def read_scene(name: str, root: Node) -> RawRig:
         vertices = scene.objects[number].child("Vertices").array().reshape(-1, 3)
         shapes = read_blendshapes(scene, number, len(vertices))
         found += [
-            Instance(number, node, first, vertices, shapes)
+            _Instance(number, node, first, vertices, shapes)
             for node in [o for o in scene.outputs.get(number, []) if o in scene.models] or [None]
         ]
         first += len(vertices)
-    kept, left_out, hiding = choose([one.listed(scene) for one in found])
+    kept, left_out, hiding = choose_shown([one.listed(scene) for one in found])
     instances = [one for one, belongs in zip(found, kept, strict=True) if belongs]
     broken: list[str] = []
     still = not any(one.shapes.offsets for one in instances)
@@ -82,9 +82,8 @@ def read_scene(name: str, root: Node) -> RawRig:
         whole_or_none(one.title(scene), still or bool(one.shapes.offsets), partial(one.place, scene, mirror), broken)
         for one in instances
     ]
-    told = sentences(
-        note([b for one in instances for b in one.shapes.between]), *told_of(instances), hiding, broken_told(broken)
-    )
+    between = shapes_note([b for one in instances for b in one.shapes.between])
+    told = sentences(between, *_told_of(instances), hiding, broken_told(broken))
     meshes = [mesh for mesh in placed if mesh is not None]
     rig = join_meshes(name, meshes, unit_mm=unit_mm(settings), up=up, facing=facing, note=told)
     gone = (one.title(scene) for one, mesh in zip(instances, placed, strict=True) if mesh is None)
@@ -92,7 +91,7 @@ def read_scene(name: str, root: Node) -> RawRig:
 
 
 @dataclass(frozen=True, eq=False)
-class Instance:
+class _Instance:
     """Geometry `number` as the node `node` shows it; `first` counts the file's vertices before it."""
 
     number: int
@@ -112,7 +111,7 @@ class Instance:
 
     def place(self, scene: Scene, mirror: Float[np.ndarray, "4 4"]) -> PlacedMesh:
         """The mesh in the scene's space."""
-        mesh = read_mesh(
+        mesh = _read_mesh(
             scene, self.number, self.node, self.vertices, self.first, self.shapes.offsets, self.title(scene)
         )
         if self.node is None:
@@ -122,7 +121,7 @@ class Instance:
         return place_mesh(mesh, mirror @ W @ G) if bones is None else place_vertices(mesh, mirror @ bones)
 
 
-def told_of(instances: list[Instance]) -> list[str]:
+def _told_of(instances: list[_Instance]) -> list[str]:
     """Sentences about the blendshapes of these meshes: names and weights."""
     on = {name: weight for one in instances for name, weight in one.shapes.weights.items() if weight}
     return [*(told for one in instances for told in one.shapes.said), left_on(on)]
@@ -148,7 +147,7 @@ def matrix(node: Node) -> Float[np.ndarray, "4 4"] | None:
     return M if np.isfinite(M).all() and abs(np.linalg.det(M)) > 0 else None
 
 
-def read_mesh(
+def _read_mesh(
     scene: Scene,
     number: int,
     node: int | None,

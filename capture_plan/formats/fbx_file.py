@@ -106,18 +106,18 @@ class Node:
 
 def read_tree(data: bytes) -> Node:
     """The root of the file's tree, whose children are its sections (Objects, Connections, ...)."""
-    root = read_binary(data) if data.startswith(MAGIC) else read_ascii(data)
-    declared = sum(sizes(root))
+    root = _read_binary(data) if data.startswith(MAGIC) else read_ascii(data)
+    declared = sum(_sizes(root))
     if declared > ROOM + UNPACKS_TO * len(data):
         raise RigError(f"declares {declared:,} bytes of numbers but has only {len(data):,} bytes: export it again")
     return root
 
 
-def sizes(node: Node) -> Iterator[int]:
+def _sizes(node: Node) -> Iterator[int]:
     """Bytes that each array in the tree unpacks to."""
     yield from (value.size for value in node.values if isinstance(value, Packed))
     for child in node.children:
-        yield from sizes(child)
+        yield from _sizes(child)
 
 
 def check_version(version: int) -> None:
@@ -146,7 +146,7 @@ class Tally:
             raise RigError(f"{told}: export the head alone, without its animation")
 
 
-def read_binary(data: bytes) -> Node:
+def _read_binary(data: bytes) -> Node:
     """The tree of a binary file."""
     (version,) = struct.unpack_from("<I", data, 23)
     check_version(version)

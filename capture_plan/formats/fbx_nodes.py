@@ -27,7 +27,7 @@ def properties(node: Node) -> dict[str, tuple]:
     return {str(values[0]): values[4:] for values in rows if values}
 
 
-def number(props: dict[str, tuple], name: str, default: float) -> float:
+def number_property(props: dict[str, tuple], name: str, default: float) -> float:
     """A property that is one number."""
     values = props.get(name, ())
     return float(values[0]) if values and isinstance(values[0], int | float) else default
@@ -41,14 +41,14 @@ def triple(props: dict[str, tuple], name: str, default: float = 0.0) -> Float[np
     return np.array(values, dtype=np.float64)
 
 
-def moved(t: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "4 4"]:
+def _moved(t: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "4 4"]:
     """The matrix of a translation by t."""
     M = np.eye(4)
     M[:3, 3] = t
     return M
 
 
-def turned(degrees: Float[np.ndarray, " 3"], order: str = "xyz") -> Float[np.ndarray, "4 4"]:
+def _turned(degrees: Float[np.ndarray, " 3"], order: str = "xyz") -> Float[np.ndarray, "4 4"]:
     """Rotation by the angles about x, y and z, in this order about fixed axes."""
     M = np.eye(4)
     if np.isfinite(degrees).all():
@@ -63,26 +63,26 @@ def scaled(s: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "4 4"]:
 
 def local_matrix(props: dict[str, tuple]) -> Float[np.ndarray, "4 4"]:
     """T Roff Rp Rpre R Rpost^-1 Rp^-1 Soff Sp S Sp^-1 of the module's docstring."""
-    active = number(props, "RotationActive", 0.0) != 0
-    order = ORDERS[int(np.clip(number(props, "RotationOrder", 0.0), 0, 6))] if active else "xyz"
-    pre, post = (turned(triple(props, name)) if active else np.eye(4) for name in ("PreRotation", "PostRotation"))
+    active = number_property(props, "RotationActive", 0.0) != 0
+    order = ORDERS[int(np.clip(number_property(props, "RotationOrder", 0.0), 0, 6))] if active else "xyz"
+    pre, post = (_turned(triple(props, name)) if active else np.eye(4) for name in ("PreRotation", "PostRotation"))
     Rp, Sp = triple(props, "RotationPivot"), triple(props, "ScalingPivot")
     return (
-        moved(triple(props, "Lcl Translation") + triple(props, "RotationOffset") + Rp)
+        _moved(triple(props, "Lcl Translation") + triple(props, "RotationOffset") + Rp)
         @ pre
-        @ turned(triple(props, "Lcl Rotation"), order)
+        @ _turned(triple(props, "Lcl Rotation"), order)
         @ post.T
-        @ moved(triple(props, "ScalingOffset") + Sp - Rp)
+        @ _moved(triple(props, "ScalingOffset") + Sp - Rp)
         @ scaled(triple(props, "Lcl Scaling", 1.0))
-        @ moved(-Sp)
+        @ _moved(-Sp)
     )
 
 
 def geometric_matrix(props: dict[str, tuple]) -> Float[np.ndarray, "4 4"]:
     """G of the module's docstring."""
     return (
-        moved(triple(props, "GeometricTranslation"))
-        @ turned(triple(props, "GeometricRotation"))
+        _moved(triple(props, "GeometricTranslation"))
+        @ _turned(triple(props, "GeometricRotation"))
         @ scaled(triple(props, "GeometricScaling", 1.0))
     )
 
@@ -109,7 +109,7 @@ def axes(settings: dict[str, tuple]) -> tuple[Float[np.ndarray, "4 4"], str | No
     """The mirror that makes the file right-handed (usually none), and its up and front: None where it does not say."""
     ways = []
     for name in ("CoordAxis", "UpAxis", "FrontAxis"):
-        axis, sign = number(settings, name, -1.0), number(settings, f"{name}Sign", 1.0)
+        axis, sign = number_property(settings, name, -1.0), number_property(settings, f"{name}Sign", 1.0)
         if axis not in (0, 1, 2) or sign not in (-1, 1):
             return np.eye(4), None, None
         ways.append((int(axis), int(sign)))
@@ -126,5 +126,5 @@ def axes(settings: dict[str, tuple]) -> tuple[Float[np.ndarray, "4 4"], str | No
 
 def unit_mm(settings: dict[str, tuple]) -> float | None:
     """Millimetres in one unit of the file, None when what it says cannot be."""
-    factor = number(settings, "UnitScaleFactor", 1.0)
+    factor = number_property(settings, "UnitScaleFactor", 1.0)
     return MM_PER_CM * factor if np.isfinite(factor) and factor > 0 else None

@@ -14,8 +14,8 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_plan.formats.fbx_file import Node
-from capture_plan.formats.fbx_nodes import ancestry, number, properties, world_matrix
-from capture_plan.formats.scene import plain
+from capture_plan.formats.fbx_nodes import ancestry, number_property, properties, world_matrix
+from capture_plan.formats.scene import plain_line
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,7 @@ class Scene:
     def name(self, number: int) -> str:
         """What the file calls an object, without its class; FBX writes a dot as FBXASC046."""
         words = str(self.objects[number].values[1]).partition("::")
-        return plain(re.sub(r"FBXASC(\d{3})", lambda code: chr(int(code[1])), words[2] if words[1] else words[0]))
+        return plain_line(re.sub(r"FBXASC(\d{3})", lambda code: chr(int(code[1])), words[2] if words[1] else words[0]))
 
 
 def connect(root: Node) -> Scene:
@@ -78,14 +78,14 @@ def is_hidden(scene: Scene, node: int) -> bool:
 
     Show is the node's own; Visibility, display layers and levels of detail are handed on to what is below a node.
     """
-    if number(properties(scene.models[node]), "Show", 1.0) == 0:
+    if number_property(properties(scene.models[node]), "Show", 1.0) == 0:
         return True
     inherits = True
     for above in scene.line(node):
         props = properties(scene.models[above])
-        if inherits and number(props, "Visibility", 1.0) == 0:
+        if inherits and number_property(props, "Visibility", 1.0) == 0:
             return True
-        inherits = inherits and number(props, "Visibility Inheritance", 1.0) != 0
+        inherits = inherits and number_property(props, "Visibility Inheritance", 1.0) != 0
         if in_hidden_layer(scene, above) or is_further_level(scene, above):
             return True
     return False
@@ -94,7 +94,7 @@ def is_hidden(scene: Scene, node: int) -> bool:
 def in_hidden_layer(scene: Scene, node: int) -> bool:
     """Whether a display layer that is off holds the node."""
     layers = (scene.objects[o] for o in scene.outputs.get(node, []) if scene.is_a(o, "CollectionExclusive"))
-    return any(number(properties(layer), "Show", 1.0) == 0 for layer in layers)
+    return any(number_property(properties(layer), "Show", 1.0) == 0 for layer in layers)
 
 
 def is_further_level(scene: Scene, node: int) -> bool:

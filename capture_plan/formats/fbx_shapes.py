@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from capture_plan.formats.fbx_file import Node
-from capture_plan.formats.fbx_nodes import number, properties
+from capture_plan.formats.fbx_nodes import number_property, properties
 from capture_plan.formats.fbx_scene import Scene
 from capture_plan.formats.naming import listed, numbered
-from capture_plan.formats.scene import Offsets, moved, plain
+from capture_plan.formats.scene import Offsets, moved, plain_line
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ def read_blendshapes(scene: Scene, mesh: int, v: int) -> Shapes:
 
 
 @dataclass(frozen=True, eq=False)
-class Channel:
+class _Channel:
     """A blendshape as the file has it; `weight` is where it stands, 1 in full, `between` per cent of in-betweens."""
 
     deformer: str
@@ -62,7 +62,7 @@ class Channel:
     between: tuple[float, ...] = ()
 
 
-def channel_names(channels: list[Channel]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def channel_names(channels: list[_Channel]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Names that tell the channels of a mesh apart, with their deformer's where two deformers share one; and notes."""
     names = [channel.name or f"target_{i}" for i, channel in enumerate(channels)]
     deformers: dict[str, set[str]] = {}
@@ -78,7 +78,7 @@ def channel_names(channels: list[Channel]) -> tuple[tuple[str, ...], tuple[str, 
     return unique, (told, said)
 
 
-def read_channel(scene: Scene, deformer: int, channel: int, v: int) -> Channel:
+def read_channel(scene: Scene, deformer: int, channel: int, v: int) -> _Channel:
     """One channel of a deformer on a mesh of `v` vertices: its shape of the largest full weight."""
     node, shapes = scene.objects[channel], scene.of(channel, "Geometry", "Shape")
     name = channel_name(scene, deformer, channel) or scene.name(shapes[-1])
@@ -87,20 +87,20 @@ def read_channel(scene: Scene, deformer: int, channel: int, v: int) -> Channel:
         weights = np.linspace(0, 100, len(shapes) + 1)[1:]
     full = int(np.argmax(weights))
     plain = next((float(x) for x in node.child("DeformPercent").array()), 0.0)
-    stands = number(properties(node), "DeformPercent", plain) / (weights[full] if weights[full] > 0 else 100.0)
+    stands = number_property(properties(node), "DeformPercent", plain) / (weights[full] if weights[full] > 0 else 100.0)
     between = tuple(float(weight) for i, weight in enumerate(weights) if i != full)
     offsets = read_shape(scene.objects[shapes[full]], v)
-    return Channel(scene.name(deformer), name, offsets, stands if np.isfinite(stands) else 0.0, between)
+    return _Channel(scene.name(deformer), name, offsets, stands if np.isfinite(stands) else 0.0, between)
 
 
-def inner_channels(mesh: Node, v: int) -> list[Channel]:
+def inner_channels(mesh: Node, v: int) -> list[_Channel]:
     """Shapes that a mesh holds itself; a property of the shape's name is its weight, in per cent."""
     props = properties(mesh)
-    shapes = [(plain(str(shape.values[0])) if shape.values else "", shape) for shape in mesh.all("Shape")]
+    shapes = [(plain_line(str(shape.values[0])) if shape.values else "", shape) for shape in mesh.all("Shape")]
     deformers = {name.partition(".")[0] for name, _ in shapes if "." in name}
     common = deformers.pop() if len(deformers) == 1 and all("." in name for name, _ in shapes) else ""
     return [
-        Channel("", name.removeprefix(f"{common}."), read_shape(shape, v), number(props, name, 0.0) / 100)
+        _Channel("", name.removeprefix(f"{common}."), read_shape(shape, v), number_property(props, name, 0.0) / 100)
         for name, shape in shapes
     ]
 
@@ -121,6 +121,6 @@ def read_shape(shape: Node, v: int) -> Offsets:
     return moved(indices, values, v)
 
 
-def note(between: list[str]) -> str:
+def shapes_note(between: list[str]) -> str:
     """A sentence about the in-betweens that were left out."""
     return f"in-between shapes were left out, so motion is a straight line here: {listed(between)}" if between else ""

@@ -42,7 +42,7 @@ def skinned_places(
         return None
     total, M = np.zeros(v), np.zeros((v, 4, 4))
     for cluster, T in zip(clusters, binding(clusters, node), strict=True):
-        check(cluster, v)
+        _check(cluster, v)
         np.add.at(total, cluster.indices, cluster.weights)
         np.add.at(M, cluster.indices, cluster.weights[:, None, None] * (cluster.bone @ T @ geometric))
     weighted = total > 0
@@ -69,7 +69,7 @@ def disagreement(X: Float[np.ndarray, "j 4 4"], node: Float[np.ndarray, "4 4"]) 
     return round(float(spread), 3), float(np.abs(X - node).max())
 
 
-def check(cluster: Cluster, v: int) -> None:
+def _check(cluster: Cluster, v: int) -> None:
     """RigError unless the cluster has one weight for each vertex that it names, and these are there."""
     if len(cluster.indices) != len(cluster.weights):
         raise RigError(

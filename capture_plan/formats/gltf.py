@@ -19,7 +19,7 @@ from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
 from capture_plan.formats import vrm
-from capture_plan.formats.gltf_file import AGAIN, Gltf, load, whole
+from capture_plan.formats.gltf_file import AGAIN, Gltf, load_gltf, whole_number
 from capture_plan.formats.gltf_scene import (
     Worlds,
     hidden_nodes,
@@ -36,16 +36,16 @@ from capture_plan.formats.gltf_whole import (
     Size,
     block_of,
     broken_mesh,
+    damage_words,
     mesh_of,
     readable,
     target_count,
     told_of,
     usable,
-    what_is_wrong,
     without_flaws,
 )
-from capture_plan.formats.hidden import SceneMesh, choose
-from capture_plan.formats.naming import LISTED, fitting, left_on, numbered, printable, sentences
+from capture_plan.formats.hidden import SceneMesh, choose_shown
+from capture_plan.formats.naming import LISTED, fitting, left_on, numbered, one_line, sentences
 from capture_plan.formats.raw import RawRig
 from capture_plan.formats.scene import Offsets, PlacedMesh, join_meshes
 from capture_plan.formats.weld import weld_seams
@@ -60,13 +60,13 @@ def read_gltf(path: Source) -> RawRig:
     """The rig in the file at `path`: metres, +y up and facing +z by the format. RigError when it holds none."""
     try:
         with np.errstate(all="ignore"):  # NaN and infinity are told when the rig is whole
-            return read_document(path.stem, load(path))
+            return read_document(path.stem, load_gltf(path))
     except RigError as error:
         told = str(error)
         named = told.startswith((f"{path.stem}:", f"{path.name} "))
         raise RigError(told if named else f"{path.name} {told}") from error
     except DAMAGE as error:
-        raise RigError(f"{path.name} {what_is_wrong(error)}: {AGAIN} as .glb") from error
+        raise RigError(f"{path.name} {damage_words(error)}: {AGAIN} as .glb") from error
 
 
 def read_document(name: str, gltf: Gltf) -> RawRig:
@@ -76,11 +76,11 @@ def read_document(name: str, gltf: Gltf) -> RawRig:
     nodes, left_out, hiding = shown_meshes(gltf, nodes)
     shown, expressions = titles(gltf, nodes), vrm.read_expressions(gltf)
     named, said = target_names(gltf, shown, vrm.given_names(expressions))
-    check_size([sizes[index] for index in nodes], named)
+    _check_size([sizes[index] for index in nodes], named)
     pieces: list[Piece] = []
     for index, title in shown.items():
         try:
-            pieces.append(read_mesh(gltf, index, title, worlds, named))
+            pieces.append(_read_mesh(gltf, index, title, worlds, named))
         except (RigError, *DAMAGE) as error:
             broken.append(broken_mesh(gltf, index, error))
     pieces, broken = usable([piece for piece in pieces if len(piece.triangles)], broken)
@@ -93,7 +93,7 @@ def read_document(name: str, gltf: Gltf) -> RawRig:
         return names[target] if 0 <= target < len(names) else None
 
     found = (scene_told(gltf), hiding, told_of(broken), *flawed)
-    told = sentences(vrm.note(expressions, blendshape), *said, default_weights(gltf, shown, named), *found)
+    told = sentences(vrm.expression_note(expressions, blendshape), *said, default_weights(gltf, shown, named), *found)
     left_out = (*left_out, *dict.fromkeys(one.title for one in broken))
     rig = join_meshes(name, placed_meshes(pieces), unit_mm=1000.0, up="+y", facing=vrm.facing(gltf), note=told)
     rig = replace(rig, left_out=left_out)
@@ -106,8 +106,8 @@ def shown_meshes(gltf: Gltf, nodes: list[int]) -> tuple[list[int], tuple[str, ..
     hidden = hidden_nodes(gltf)
     title = titles(gltf, nodes)
     counts = [target_count(mesh_of(gltf, gltf.entry("nodes", index)["mesh"])[1]) for index in nodes]
-    kept, left_out, told = choose(
-        [SceneMesh(printable(title[index]), index in hidden, k) for index, k in zip(nodes, counts, strict=True)]
+    kept, left_out, told = choose_shown(
+        [SceneMesh(one_line(title[index]), index in hidden, k) for index, k in zip(nodes, counts, strict=True)]
     )
     return [index for index, belongs in zip(nodes, kept, strict=True) if belongs], left_out, told
 
@@ -121,7 +121,7 @@ def target_names(
     """
     title = {gltf.entry("nodes", index)["mesh"]: name for index, name in reversed(shown.items())}
     said: list[str] = []
-    found = {index: own_names(gltf, *mesh_of(gltf, index), name, said) for index, name in title.items()}
+    found = {index: _own_names(gltf, *mesh_of(gltf, index), name, said) for index, name in title.items()}
     several = len({k for names, k in found.values() if names is None and k}) > 1
     named = {}
     for index, (names, k) in found.items():
@@ -134,7 +134,7 @@ def target_names(
     return named, said
 
 
-def own_names(
+def _own_names(
     gltf: Gltf, mesh: dict[str, Any], primitives: list[dict[str, Any]], title: str, said: list[str]
 ) -> tuple[tuple[str, ...] | None, int]:
     """Names of a mesh's morph targets, None where the file has none, and how many there are; notes go to `said`."""
@@ -142,9 +142,9 @@ def own_names(
     counts = sorted({len(primitive.get("targets") or []) for primitive in primitives} - {0})
     if len(counts) > 1:
         told = " and ".join(map(str, counts[:LISTED]))
-        said.append(f"parts of {printable(title)} have {told} blendshapes: what a part lacks does not move it")
+        said.append(f"parts of {one_line(title)} have {told} blendshapes: what a part lacks does not move it")
     for names in given_lists(gltf, mesh, primitives, k) if k else ():
-        fits, told = fitting(names, k, printable(title))
+        fits, told = fitting(names, k, one_line(title))
         if fits is not None:
             said.append(told)
             return fits, k
@@ -162,7 +162,7 @@ def given_lists(gltf: Gltf, mesh: dict[str, Any], primitives: list[dict[str, Any
     for owner in (mesh, *primitives):
         names = extras(owner).get("targetNames")
         if isinstance(names, list) and names:
-            found = [printable("" if name is None else name).strip() or f"target_{i}" for i, name in enumerate(names)]
+            found = [one_line("" if name is None else name).strip() or f"target_{i}" for i, name in enumerate(names)]
             repeated = len(found) > k and found == found[:k] * (len(found) // k)
             yield found[:k] if repeated else found
     for targets in (primitive.get("targets") or [] for primitive in primitives):
@@ -170,7 +170,7 @@ def given_lists(gltf: Gltf, mesh: dict[str, Any], primitives: list[dict[str, Any
         data = [data_name(gltf, target) for target in targets]
         for names in (own, data):
             if len(names) == k == len(set(names)) and all(names) and not any(map(TECHNICAL.search, map(str, names))):
-                yield [printable(name) for name in names]
+                yield [one_line(name) for name in names]
 
 
 def extras(owner: dict[str, Any]) -> dict[str, Any]:
@@ -197,7 +197,7 @@ def default_weights(gltf: Gltf, shown: dict[int, str], named: dict[int, tuple[st
     return left_on(on)
 
 
-def check_size(sizes: list[Size], named: dict[int, tuple[str, ...]]) -> None:
+def _check_size(sizes: list[Size], named: dict[int, tuple[str, ...]]) -> None:
     """RigError when what the scene shows would not fit: small files can show one mesh or one buffer many times."""
     k = len({name for names in named.values() for name in names})
     v, corners = (sum(getattr(size, what) for size in sizes) for what in ("vertices", "corners"))
@@ -207,7 +207,7 @@ def check_size(sizes: list[Size], named: dict[int, tuple[str, ...]]) -> None:
         )
 
 
-def read_mesh(gltf: Gltf, index: int, title: str, worlds: Worlds, named: dict[int, tuple[str, ...]]) -> Piece:
+def _read_mesh(gltf: Gltf, index: int, title: str, worlds: Worlds, named: dict[int, tuple[str, ...]]) -> Piece:
     """The mesh of node `index`, all its primitives in one."""
     node = gltf.entry("nodes", index)
     _, primitives = mesh_of(gltf, node["mesh"])
@@ -219,20 +219,20 @@ def read_mesh(gltf: Gltf, index: int, title: str, worlds: Worlds, named: dict[in
     vertices, deltas = [np.zeros((0, 3))], [np.zeros((len(names), 0, 3), np.float32)]
     for primitive in primitives:
         attributes, block = primitive["attributes"], block_of(primitive)
-        v = whole(gltf.entry("accessors", attributes["POSITION"]), "count")
+        v = whole_number(gltf.entry("accessors", attributes["POSITION"]), "count")
         M = placement(gltf, node, attributes, worlds[index], worlds, v)
         if block not in blocks:
             blocks[block] = count
             count += v
-            vertices.append(placed(gltf, M, attributes["POSITION"]) + M[:, :3, 3])
+            vertices.append(_placed(gltf, M, attributes["POSITION"]) + M[:, :3, 3])
             targets = [target.get("POSITION") for target in primitive.get("targets") or []]
             deltas.append(np.zeros((len(names), v, 3), np.float32))
             for k, target in enumerate(targets):
                 try:
                     if target is not None:
-                        deltas[-1][k] = placed(gltf, M, target)
+                        deltas[-1][k] = _placed(gltf, M, target)
                 except (RigError, *DAMAGE) as error:
-                    deltas[-1][k], flaws[names[k]] = np.nan, what_is_wrong(error)
+                    deltas[-1][k], flaws[names[k]] = np.nan, damage_words(error)
         triangles = primitive_triangles(gltf, primitive, v)
         if v and np.linalg.det(M[0, :3, :3]) < 0:  # a mirrored node turns its triangles over
             triangles = triangles[:, ::-1]
@@ -256,7 +256,7 @@ def material_name(gltf: Gltf, index: int | None) -> str:
     return "no material" if index is None else str(gltf.entry("materials", index).get("name") or f"material {index}")
 
 
-def placed(gltf: Gltf, M: Float[np.ndarray, "v 4 4"], index: int) -> Float[np.ndarray, "v 3"]:
+def _placed(gltf: Gltf, M: Float[np.ndarray, "v 4 4"], index: int) -> Float[np.ndarray, "v 3"]:
     """Vectors of an accessor, turned and scaled but not moved. RigError where they are of another mesh."""
     vectors = gltf.accessor(index)
     if vectors.shape != (len(M), 3):

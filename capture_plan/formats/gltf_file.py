@@ -20,7 +20,7 @@ import numpy as np
 from capture_plan.errors import RigError
 from capture_plan.formats import draco, meshopt
 from capture_plan.input.bounds import check_values, content
-from capture_plan.input.source import Source, beside
+from capture_plan.input.source import Source, sibling
 
 COMPONENT = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}  # 3.6.2.2
 WIDTH = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
@@ -71,7 +71,9 @@ class Gltf:
             values = np.zeros((count, width), dtype)
         if "sparse" in a:
             s = a["sparse"]
-            places = self.rows(s["indices"], np.dtype(COMPONENT[s["indices"]["componentType"]]), whole(s, "count"), 1)
+            places = self.rows(
+                s["indices"], np.dtype(COMPONENT[s["indices"]["componentType"]]), whole_number(s, "count"), 1
+            )
             if len(places) and places.max() >= count:
                 raise RigError(f"changes value {places.max():,} of {count:,}: {AGAIN}")
             values = values.copy()
@@ -83,7 +85,7 @@ class Gltf:
     def shape(self, index: object) -> tuple[int, int]:
         """How many rows of how many numbers an accessor declares."""
         a = self.entry("accessors", index)
-        return whole(a, "count"), WIDTH[a["type"]]
+        return whole_number(a, "count"), WIDTH[a["type"]]
 
     @staticmethod
     def dtype(accessor: dict[str, Any]) -> np.dtype:
@@ -93,10 +95,10 @@ class Gltf:
     def rows(self, place: dict[str, Any], dtype: np.dtype, count: int, width: int) -> np.ndarray:
         """`count` rows of the buffer view that `place` names, which may be spaced by `byteStride`; not a copy."""
         view = self.entry("bufferViews", place["bufferView"])
-        data, start, row = self.view(place["bufferView"]), whole(place, "byteOffset", 0), dtype.itemsize * width
+        data, start, row = self.view(place["bufferView"]), whole_number(place, "byteOffset", 0), dtype.itemsize * width
         packing = packing_of(view)
-        default = whole(packing, "byteStride") if packing and packing.get("mode") == "ATTRIBUTES" else row
-        stride = whole(view, "byteStride", default)
+        default = whole_number(packing, "byteStride") if packing and packing.get("mode") == "ATTRIBUTES" else row
+        stride = whole_number(view, "byteStride", default)
         if stride < row:
             raise RigError(f"has rows of {row} bytes that are {stride} bytes apart: {AGAIN}")
         needed = start + (count - 1) * stride + row
@@ -118,7 +120,7 @@ class Gltf:
             raise RigError(f"has {MOST_TORN} packed buffers that cannot be unpacked: {AGAIN}")
         if index not in self.unpacked:
             try:
-                self.unpacked[index] = self.unpack(packing, whole(view, "byteLength"))
+                self.unpacked[index] = self.unpack(packing, whole_number(view, "byteLength"))
             except RigError as error:
                 self.torn[index] = str(error)
                 raise
@@ -127,7 +129,7 @@ class Gltf:
     def unpack(self, packing: dict[str, Any], length: int) -> bytes:
         """What a packed view of `length` bytes holds, when its declared size can be true."""
         source, mode, filtering = bytes(self.span(packing)), packing["mode"], packing.get("filter", "NONE")
-        count, stride = whole(packing, "count"), whole(packing, "byteStride")
+        count, stride = whole_number(packing, "count"), whole_number(packing, "byteStride")
         fits = stride % 4 == 0 and 0 < stride <= 256 if mode == "ATTRIBUTES" else stride in (2, 4)
         if (
             mode not in ("ATTRIBUTES", "TRIANGLES", "INDICES")
@@ -147,14 +149,14 @@ class Gltf:
         number = place["buffer"]
         if not isinstance(number, int) or not 0 <= number < len(self.buffers):
             raise RigError(f"refers to buffer {str(number)[:40]} of {len(self.buffers)}: {AGAIN}")
-        start, buffer = whole(place, "byteOffset", 0), memoryview(self.buffers[number])
-        end = start + whole(place, "byteLength")
+        start, buffer = whole_number(place, "byteOffset", 0), memoryview(self.buffers[number])
+        end = start + whole_number(place, "byteLength")
         if end > len(buffer):
             raise RigError(f"was cut off: a buffer has {len(buffer):,} bytes, expected {end:,}: {AGAIN}")
         return buffer[start:end]
 
 
-def whole(table: dict[str, Any], key: str, default: int | None = None) -> int:
+def whole_number(table: dict[str, Any], key: str, default: int | None = None) -> int:
     """The whole number that a table holds under `key`."""
     value = table[key] if default is None else table.get(key, default)
     if type(value) is not int or value < 0:
@@ -168,7 +170,7 @@ def packing_of(view: dict[str, Any]) -> dict[str, Any] | None:
     return next((extensions[name] for name in PACKINGS if name in extensions), None)
 
 
-def load(path: Source) -> Gltf:
+def load_gltf(path: Source) -> Gltf:
     """Document and buffers of a `.glb` or `.gltf` (4.4)."""
     data = content(path)
     chunks = glb_chunks(data) if data[:4] == b"glTF" else {JSON_CHUNK: data}
@@ -181,7 +183,7 @@ def load(path: Source) -> Gltf:
     if buffers and "uri" not in document["buffers"][0]:
         buffers[0] = chunks.get(BINARY_CHUNK, b"")
     gltf = Gltf(document, tuple(buffers))
-    draco.unpack(gltf)
+    draco.unpack_mesh(gltf)
     return gltf
 
 
@@ -210,7 +212,7 @@ def load_buffer(path: Source, buffer: dict[str, Any]) -> bytes:
     name = unquote(uri)
     if ":" in name or "\\" in name or "\0" in name or name.startswith("/") or ".." in name.split("/"):
         raise RigError(f"refers to {uri[:80]!r}, which is outside its folder and is not read: export one .glb")
-    file = beside(path, name)
+    file = sibling(path, name)
     if not name or not file.is_file():
         raise RigError(f"needs the file {uri[:80]!r}, which is not beside it: copy it there, or export one .glb")
     return content(file)

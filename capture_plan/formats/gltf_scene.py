@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from capture_plan.errors import RigError
 from capture_plan.formats.gltf_file import AGAIN, Gltf
-from capture_plan.formats.naming import printable
+from capture_plan.formats.naming import one_line
 
 Worlds = dict[int, Float[np.ndarray, "4 4"]]
 
@@ -33,7 +33,7 @@ def world_matrices(gltf: Gltf) -> Worlds:
     while waiting:
         index, parent = waiting.pop()
         try:
-            worlds[index] = parent @ local_matrix(gltf.entry("nodes", index))
+            worlds[index] = parent @ _local_matrix(gltf.entry("nodes", index))
         except (TypeError, ValueError):  # a matrix of other than 16 numbers, a name in place of one
             worlds[index] = np.full((4, 4), np.nan)
         waiting += [(child, worlds[index]) for child in reversed(children[index])]
@@ -71,7 +71,7 @@ def scene_told(gltf: Gltf) -> str:
     """The sentence that says which scene was taken, where it is not the default one."""
     if not gltf.document.get("scenes") or (shown := scene_shown(gltf)) == gltf.document.get("scene", 0):
         return ""
-    name = printable(gltf.entry("scenes", shown).get("name") or f"number {shown}")
+    name = one_line(gltf.entry("scenes", shown).get("name") or f"number {shown}")
     return f"the file's default scene shows no mesh: the first that shows one was taken, {name}"
 
 
@@ -119,7 +119,7 @@ def titles(gltf: Gltf, shown: list[int]) -> dict[int, str]:
     return found
 
 
-def local_matrix(node: dict[str, Any]) -> Float[np.ndarray, "4 4"]:
+def _local_matrix(node: dict[str, Any]) -> Float[np.ndarray, "4 4"]:
     """The node's matrix, which a file gives column by column, or T R S."""
     if "matrix" in node:
         return np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T

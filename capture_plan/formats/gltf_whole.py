@@ -19,9 +19,9 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
-from capture_plan.formats.gltf_file import AGAIN, Gltf, whole
+from capture_plan.formats.gltf_file import AGAIN, Gltf, whole_number
 from capture_plan.formats.gltf_scene import scene_nodes
-from capture_plan.formats.naming import listed, printable
+from capture_plan.formats.naming import listed, one_line
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 MANY = 0.5  # of the blendshapes that move the mesh that most of them move
@@ -73,12 +73,12 @@ class Size:
     corners: int
 
 
-def what_is_wrong(error: BaseException) -> str:
+def damage_words(error: BaseException) -> str:
     """An error in half a sentence that follows the name of what is broken, without advice."""
     if isinstance(error, RigError):
-        return printable(str(error).removesuffix(f": {AGAIN}"))
+        return one_line(str(error).removesuffix(f": {AGAIN}"))
     found = " ".join(f"{type(error).__name__}: {error}".split())[:160]
-    return printable(f"does not follow glTF 2.0 ({found})")
+    return one_line(f"does not follow glTF 2.0 ({found})")
 
 
 def mesh_of(gltf: Gltf, index: int) -> tuple[dict[str, Any], list[dict[str, Any]]]:
@@ -101,9 +101,9 @@ def size_of(gltf: Gltf, index: int) -> Size:
     """What the mesh of node `index` says of its size; vertices that several primitives share count once."""
     _, primitives = mesh_of(gltf, gltf.entry("nodes", index)["mesh"])
     blocks = {block_of(primitive): primitive["attributes"]["POSITION"] for primitive in primitives}
-    v = sum(whole(gltf.entry("accessors", position), "count") for position in blocks.values())
+    v = sum(whole_number(gltf.entry("accessors", position), "count") for position in blocks.values())
     counted = [primitive.get("indices", primitive["attributes"]["POSITION"]) for primitive in primitives]
-    return Size(v, sum(whole(gltf.entry("accessors", number), "count") for number in counted))
+    return Size(v, sum(whole_number(gltf.entry("accessors", number), "count") for number in counted))
 
 
 def block_of(primitive: dict[str, Any]) -> str:
@@ -134,7 +134,7 @@ def broken_mesh(gltf: Gltf, index: int, error: BaseException) -> Broken:
         v = sum(gltf.shape(primitive["attributes"]["POSITION"])[0] for primitive in primitives)
     except (RigError, *DAMAGE):
         pass
-    return Broken(printable(name), what_is_wrong(error), k, v)
+    return Broken(one_line(name), damage_words(error), k, v)
 
 
 def usable(pieces: list[Piece], broken: list[Broken]) -> tuple[list[Piece], list[Broken]]:
@@ -144,7 +144,7 @@ def usable(pieces: list[Piece], broken: list[Broken]) -> tuple[list[Piece], list
     """
     lost = [piece for piece in pieces if not np.isfinite(piece.vertices).all()]
     nowhere = "holds NaN or infinite coordinates"
-    broken = broken + [Broken(printable(p.title), nowhere, p.moving, len(p.vertices)) for p in lost]
+    broken = broken + [Broken(one_line(p.title), nowhere, p.moving, len(p.vertices)) for p in lost]
     pieces = [piece for piece in pieces if np.isfinite(piece.vertices).all()]
     carries = carrier(pieces, [one.blendshapes for one in broken])
     still = not any(piece.moving for piece in pieces)
@@ -179,9 +179,9 @@ def without_flaws(pieces: list[Piece]) -> tuple[list[Piece], list[str]]:
         if told and not carries(piece.moving, len(piece.vertices)):
             kept = np.array([name not in lost for name in piece.names])
             piece = replace(piece, deltas=np.where(kept[:, None, None], piece.deltas, np.float32(0)))
-            said.append(f"broken blendshapes do not move {printable(piece.title)}, {AGAIN}: {listed(told)}")
+            said.append(f"broken blendshapes do not move {one_line(piece.title)}, {AGAIN}: {listed(told)}")
         elif flaws := [one for one in told if not one.endswith("coordinates")]:
-            said.append(f"broken blendshapes of {printable(piece.title)}: {listed(flaws)}")
+            said.append(f"broken blendshapes of {one_line(piece.title)}: {listed(flaws)}")
         found.append(piece)
     return found, said
 

@@ -15,7 +15,7 @@ class SceneMesh:
     blendshapes: int
 
 
-def choose(meshes: Sequence[SceneMesh]) -> tuple[list[bool], tuple[str, ...], str]:
+def choose_shown(meshes: Sequence[SceneMesh]) -> tuple[list[bool], tuple[str, ...], str]:
     """Which meshes belong to the rig, what the others are called, and the sentence that says so."""
     hidden = [mesh for mesh in meshes if mesh.hidden]
     if not any(mesh.blendshapes for mesh in meshes if not mesh.hidden) and any(mesh.blendshapes for mesh in hidden):

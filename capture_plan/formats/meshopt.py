@@ -24,7 +24,7 @@ GROUP_BITS = ((0, 2, 4, 8), (0, 1, 2, 4), (1, 2, 4, 8))  # version 0; version 1 
 MOST_ROWS, BLOCK_BYTES = 256, 8192
 
 
-def unpacked(bits: int) -> list[bytes]:
+def _unpacked(bits: int) -> list[bytes]:
     """For each byte, the values that it holds, with all bits set as LITERAL; 1-bit values come lowest first."""
     full, count = (1 << bits) - 1, 8 // bits
     shifts = range(8) if bits == 1 else range(8 - bits, -1, -bits)
@@ -33,7 +33,7 @@ def unpacked(bits: int) -> list[bytes]:
     return [bytes(LITERAL if value == full else value for value in row) for row in values]
 
 
-UNPACKED = {bits: unpacked(bits) for bits in (1, 2, 4)}
+UNPACKED = {bits: _unpacked(bits) for bits in (1, 2, 4)}
 
 
 def least_bytes(mode: str, count: int, stride: int) -> int:

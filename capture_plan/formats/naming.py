@@ -9,7 +9,7 @@ BASIS = ("basis", "base", "neutral", "default", "basic", "rest", "reference")  #
 LISTED = 5  # names in a note
 
 
-def printable(name: object) -> str:
+def one_line(name: object) -> str:
     """A name as one line of text that can be shown."""
     return "".join(c if c.isprintable() else " " for c in str(name))
 

@@ -72,8 +72,8 @@ def find_neutral(
         return named[0], sure_of(named[0], set(said[named[0]]) - common, paths, read_vertices)
     if not named:
         return by_shape(folder, paths, said, common, read_vertices)
-    return of_several(folder, named, [plainness(said[path], common) or (0, 0) for path in named],
-                      compare(named, paths, read_vertices))  # fmt: skip
+    return _of_several(folder, named, [plainness(said[path], common) or (0, 0) for path in named],
+                      _compare(named, paths, read_vertices))  # fmt: skip
 
 
 def sure_of(
@@ -82,7 +82,7 @@ def sure_of(
     """A sentence where the only word for a neutral may be an expression's. RigError where shapes speak against it."""
     if said & set(SURE_WORDS):
         return ""
-    likeness = compare(paths, paths, read_vertices) if len(paths) > 2 else None
+    likeness = _compare(paths, paths, read_vertices) if len(paths) > 2 else None
     best = likeness.clear() if likeness else None
     if best is not None and paths[best] != path:
         raise RigError(
@@ -92,7 +92,7 @@ def sure_of(
     return f"no file is called neutral: {path.name} was taken"
 
 
-def of_several(
+def _of_several(
     folder: Source, named: Sequence[Source], rank: Sequence[tuple[int, int]], likeness: Likeness | None
 ) -> tuple[Source, str]:
     """The neutral among files that are called so, by names and shapes. RigError where these don't tell or disagree."""
@@ -135,7 +135,7 @@ def by_shape(
     RigError where that is no file.
     """
     kind = paths[0].suffix.lower()
-    likeness = compare(paths, paths, read_vertices) if len(paths) > 2 else None
+    likeness = _compare(paths, paths, read_vertices) if len(paths) > 2 else None
     best = likeness.clear() if likeness else None
     advice = (
         f"{folder.name}: none of {len(paths)} {kind[1:].upper()} files is called neutral, base, basis, rest, default, "
@@ -173,7 +173,7 @@ def words(stem: str) -> list[str]:
     return [match[1] if (match := joined.fullmatch(word)) else word for word in found]
 
 
-def compare(
+def _compare(
     candidates: Sequence[Source],
     paths: Sequence[Source],
     read_vertices: Callable[[Source], Float[np.ndarray, "v 3"]],

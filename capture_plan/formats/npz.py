@@ -35,7 +35,7 @@ PART_KEYS = ("part", "parts", "material", "group")
 
 def read_npz(path: Source) -> RawRig:
     """The rig in the archive at `path`; its axes are unknown. RigError when an array is missing or misshapen."""
-    arrays = load(path)
+    arrays = load_npz(path)
     for key, dimensions in NEEDED.items():
         if key not in arrays:
             raise RigError(f"{path.name} has no array '{key}', only {', '.join(arrays) or 'nothing'}: add it")
@@ -70,7 +70,7 @@ def read_npz(path: Source) -> RawRig:
     )
 
 
-def load(path: Source) -> dict[str, np.ndarray]:
+def load_npz(path: Source) -> dict[str, np.ndarray]:
     """Every array of the archive. RigError when it is none, was cut off, or holds pickled objects."""
     check_plain(path)
     try:
@@ -80,12 +80,12 @@ def load(path: Source) -> dict[str, np.ndarray]:
             )
             if total > MOST_BYTES or (total > LARGE_BYTES and total > MOST_RATIO * packed):
                 raise RigError(f"{path.name} would unpack to {total / 1e6:,.0f} MB, which no rig does: save it again")
-            return {e.filename.removesuffix(".npy"): read_array(path, archive, e) for e in archive.infolist()}
+            return {e.filename.removesuffix(".npy"): _read_array(path, archive, e) for e in archive.infolist()}
     except (*DAMAGE, ValueError, OverflowError) as error:
         raise RigError(f"{path.name} is not an NPZ archive, or it was cut off: save it again with np.savez") from error
 
 
-def read_array(path: Source, archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> np.ndarray:
+def _read_array(path: Source, archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> np.ndarray:
     """One array, when it holds as many numbers as it declares."""
     try:
         with archive.open(entry) as file:

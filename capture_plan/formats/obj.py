@@ -16,7 +16,7 @@ from capture_plan.errors import RigError
 from capture_plan.formats.neutral_file import find_neutral
 from capture_plan.formats.raw import RawRig
 from capture_plan.formats.shapes import Faces, rig_of_whole_files
-from capture_plan.input.bounds import MOST_TEXT_BYTES, check_lines, check_sides, content
+from capture_plan.input.bounds import MOST_TEXT_BYTES, check_line_sizes, check_sides, content
 from capture_plan.input.source import Source, is_kind
 
 VERTEX = re.compile(rb"^[ \t]*v[ \t]+([^\n]*)", re.MULTILINE)
@@ -35,13 +35,13 @@ def read_obj_folder(folder: Source) -> RawRig:
             f"{folder.name} holds only a neutral, {neutral_path.name}: "
             "export one OBJ file for each blendshape into the same folder"
         )
-    data = load(neutral_path)
+    data = load_text(neutral_path)
     neutral, faces, face_text = parse_vertices(data, neutral_path), parse_faces(data, neutral_path), join_faces(data)
     if len(faces.sizes) == 0:
         raise RigError(f"{neutral_path.name} has vertices but no faces ('f' lines): export the neutral with its faces")
 
     def shape(path: Source) -> Float[np.ndarray, "v 3"]:
-        data = load(path)
+        data = load_text(path)
         vertices = parse_vertices(data, path)
         if len(vertices) != len(neutral):
             raise RigError(
@@ -68,7 +68,7 @@ def read_obj_folder(folder: Source) -> RawRig:
 
 def read_obj_vertices(path: Source) -> Float[np.ndarray, "v 3"]:
     """Places of all vertices, in the file's order."""
-    return parse_vertices(load(path), path)
+    return parse_vertices(load_text(path), path)
 
 
 def is_obj(path: Source) -> bool:
@@ -81,7 +81,7 @@ def natural(path: Source) -> tuple[list[str | int], str]:
     return [int(piece) if at % 2 else piece for at, piece in enumerate(re.split(r"([0-9]+)", path.stem))], path.suffix
 
 
-def load(path: Source) -> bytes:
+def load_text(path: Source) -> bytes:
     """The file's text with plain line ends and with continued lines joined."""
     try:
         data = content(path, MOST_TEXT_BYTES)
@@ -92,7 +92,7 @@ def load(path: Source) -> bytes:
     if b"\r" in data:
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     data = data.replace(b"\\\n", b" ")
-    check_lines(data, path.name)
+    check_line_sizes(data, path.name)
     return data
 
 

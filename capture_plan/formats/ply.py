@@ -20,7 +20,7 @@ from capture_plan.formats.neutral_file import find_neutral
 from capture_plan.formats.obj import COMMA, check_same_faces, natural
 from capture_plan.formats.raw import RawRig
 from capture_plan.formats.shapes import Faces, rig_of_shapes
-from capture_plan.input.bounds import MOST_FACES, MOST_TEXT_BYTES, check_lines, content
+from capture_plan.input.bounds import MOST_FACES, MOST_TEXT_BYTES, check_line_sizes, content
 from capture_plan.input.source import Source, is_kind
 
 TYPES = {
@@ -53,8 +53,8 @@ class Element:
     properties: tuple[Property, ...]
 
 
-Column = tuple[np.ndarray, np.ndarray]  # lengths of a property in each row (1 unless a list), its numbers in a row
-Table = dict[str, Column]
+_Column = tuple[np.ndarray, np.ndarray]  # lengths of a property in each row (1 unless a list), its numbers in a row
+_Table = dict[str, _Column]
 
 
 def read_ply_folder(folder: Source) -> RawRig:
@@ -97,7 +97,7 @@ def read_faces(path: Source) -> Faces:
     return Faces(corners.astype(np.int32), sizes.astype(np.int32), np.zeros(len(sizes), np.int32), ("mesh",))
 
 
-def read_ply(path: Source) -> dict[str, Table]:
+def read_ply(path: Source) -> dict[str, _Table]:
     """Every element's properties. RigError when the file is none, or was cut off."""
     try:
         data = content(path, MOST_TEXT_BYTES)
@@ -110,9 +110,9 @@ def read_ply(path: Source) -> dict[str, Table]:
         order, elements = parse_header(match[1].decode("ascii", errors="replace"))
         body = data[match.end() :]
         if order is None:
-            check_lines(body, "")
+            check_line_sizes(body, "")
             return read_text(body, elements)
-        return read_binary(body, elements, order)
+        return _read_binary(body, elements, order)
     except RigError as error:
         raise RigError(f"{path.name} {error}") from error
     except (ValueError, KeyError, IndexError, OverflowError) as error:
@@ -146,7 +146,7 @@ def parse_header(text: str) -> tuple[str | None, list[Element]]:
     return order, elements
 
 
-def read_text(body: bytes, elements: list[Element]) -> dict[str, Table]:
+def read_text(body: bytes, elements: list[Element]) -> dict[str, _Table]:
     """Elements of an ASCII file: numbers parted by any white space."""
     if b"," in body and b"." not in body:  # decimal commas
         body = COMMA.sub(b".", body)
@@ -162,11 +162,11 @@ def read_text(body: bytes, elements: list[Element]) -> dict[str, Table]:
             starts = at + np.arange(sizes.size).reshape(sizes.shape)
             at += sizes.size
         else:
-            check_faces(element)
+            _check_faces(element)
             for row in range(element.count):
                 for column, is_list in enumerate(lists):
                     if is_list:
-                        sizes[row, column], at = whole(numbers[at]), at + 1
+                        sizes[row, column], at = _whole(numbers[at]), at + 1
                     starts[row, column] = at
                     at += int(sizes[row, column])
                 if at > len(numbers):
@@ -178,14 +178,14 @@ def read_text(body: bytes, elements: list[Element]) -> dict[str, Table]:
     return tables
 
 
-def check_faces(element: Element) -> None:
+def _check_faces(element: Element) -> None:
     """RigError where there are more lists than are read one by one."""
     if element.count > MOST_FACES:
         told = f"{element.count:,} of {element.name[:40]}, of which at most {MOST_FACES:,} are read"
         raise RigError(f"has {told}: triangulate it, and export it as binary")
 
 
-def whole(number: float) -> int:
+def _whole(number: float) -> int:
     """The length of a list as a whole number."""
     if not 0 <= number < 2**31 or number != int(number):
         raise RigError(CUT)
@@ -207,7 +207,7 @@ def ranges(starts: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     return np.repeat(starts - before, sizes) + np.arange(int(sizes.sum()))
 
 
-def read_binary(body: bytes, elements: list[Element], order: str) -> dict[str, Table]:
+def _read_binary(body: bytes, elements: list[Element], order: str) -> dict[str, _Table]:
     """Elements of a binary file."""
     at, tables = 0, {}
     for element in elements:
@@ -223,7 +223,7 @@ def read_binary(body: bytes, elements: list[Element], order: str) -> dict[str, T
     return tables
 
 
-def even_rows(body: bytes, at: int, element: Element, order: str) -> tuple[Table, int] | None:
+def even_rows(body: bytes, at: int, element: Element, order: str) -> tuple[_Table, int] | None:
     """An element whose lists are all as long as in its first row, and where the next one starts; None for others."""
     fields, sizes, place = [], [], at
     for i, p in enumerate(element.properties):
@@ -249,9 +249,9 @@ def even_rows(body: bytes, at: int, element: Element, order: str) -> tuple[Table
     return table, at + element.count * dtype.itemsize
 
 
-def uneven_rows(body: bytes, at: int, element: Element, order: str) -> tuple[Table, int]:
+def uneven_rows(body: bytes, at: int, element: Element, order: str) -> tuple[_Table, int]:
     """The rows of an element, one list at a time, for triangles mixed with quads."""
-    check_faces(element)
+    _check_faces(element)
     sizes = {p.name: [] for p in element.properties}
     pieces = {p.name: [] for p in element.properties}
     for _ in range(element.count):

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
-from capture_plan.formats.naming import listed, numbered, printable, sentences
+from capture_plan.formats.naming import listed, numbered, one_line, sentences
 from capture_plan.input.bounds import LONGEST_NAME, check_size
 from capture_plan.rig.record import check_blendshapes
 
@@ -74,12 +74,12 @@ def finite(raw: RawRig) -> RawRig:
 def legible(raw: RawRig) -> RawRig:
     """The rig with names and a note that can be shown in one line: without signs that a terminal, a table or a page
     would obey, and no longer than a name is."""
-    names, told = numbered([printable(name)[:LONGEST_NAME] for name in raw.names])
-    parts = tuple(printable(name)[:LONGEST_NAME] for name in raw.part_names)
+    names, told = numbered([one_line(name)[:LONGEST_NAME] for name in raw.names])
+    parts = tuple(one_line(name)[:LONGEST_NAME] for name in raw.part_names)
     strange = [name for name, own in zip(names, raw.names, strict=True) if name != own]
     said = f"names too long or with signs that cannot be shown were changed: {listed(strange)}" if strange else told
     note = sentences(raw.note, said)
-    return replace(raw, name=printable(raw.name), names=names, part_names=parts, note=printable(note))
+    return replace(raw, name=one_line(raw.name), names=names, part_names=parts, note=one_line(note))
 
 
 def fan(corners: Int[np.ndarray, " c"], sizes: Int[np.ndarray, " p"]) -> Int[np.ndarray, "f 3"]:

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
-from capture_plan.formats.naming import listed, printable
+from capture_plan.formats.naming import listed, one_line
 from capture_plan.formats.raw import RawRig, vertex_parts
 
 MOST_BYTES = 2**31  # of all deltas: 2 GB hold 300 blendshapes of 590,000 vertices; a lying file may ask for anything
@@ -42,7 +42,7 @@ class PlacedMesh:
     blendshapes: dict[str, Offsets] = field(default_factory=dict)
 
 
-def place(points: Float[np.ndarray, "v 3"], M: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, "v 3"]:
+def _place(points: Float[np.ndarray, "v 3"], M: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, "v 3"]:
     """Points under the affine map of columns M: M p."""
     return points @ M[:3, :3].T + M[:3, 3]
 
@@ -51,7 +51,7 @@ def place_mesh(mesh: PlacedMesh, M: Float[np.ndarray, "4 4"]) -> PlacedMesh:
     """The mesh under the affine map M; a delta is turned and scaled but not moved, a mirrored triangle turned over."""
     mirrored = np.linalg.det(M[:3, :3]) < 0
     return PlacedMesh(
-        vertices=place(mesh.vertices, M),
+        vertices=_place(mesh.vertices, M),
         triangles=mesh.triangles[:, ::-1] if mirrored else mesh.triangles,
         labels=mesh.labels,
         part_names=mesh.part_names,
@@ -133,9 +133,9 @@ def broken_told(broken: Sequence[str]) -> str:
     return f"broken meshes were left out, clean them and export again: {listed(broken)}" if broken else ""
 
 
-def plain(name: str) -> str:
+def plain_line(name: str) -> str:
     """A name as one line of text that can be shown, without spaces around it."""
-    return printable(name).strip()
+    return one_line(name).strip()
 
 
 def check_corners(corners: Int[np.ndarray, " c"], v: int) -> None:

@@ -17,9 +17,9 @@ from jaxtyping import Float, Int
 
 from capture_plan.errors import RigError
 from capture_plan.formats.naming import numbered
-from capture_plan.formats.obj import is_obj, load, natural, parse_faces, parse_vertices, with_points
+from capture_plan.formats.obj import is_obj, load_text, natural, parse_faces, parse_vertices, with_points
 from capture_plan.formats.raw import RawRig, fan, vertex_parts
-from capture_plan.input.bounds import check_lines, check_size, content
+from capture_plan.input.bounds import check_line_sizes, check_size, content
 from capture_plan.input.source import Source, folder_name, is_kind, walk
 from capture_plan.progress import track
 
@@ -49,7 +49,7 @@ def read_target_folder(folder: Source) -> RawRig:
             f"{folder_name(folder)} holds .target files but not the mesh that they move: "
             "put MakeHuman's base.obj into it"
         )
-    data = load(base)
+    data = load_text(base)
     vertices, faces = parse_vertices(data, base), parse_faces(data, base)
     paths = sorted((path for path in walk(folder) if is_target(path)), key=natural)
     check_size(folder_name(folder), len(paths), len(vertices))
@@ -61,7 +61,7 @@ def read_target_folder(folder: Source) -> RawRig:
         raise RigError(f"{base.name} has vertices but no faces: export the base mesh with its faces")
     deltas = np.zeros((len(paths), len(kept), 3), np.float32)
     for k, path in enumerate(track(paths, "Reading blendshapes")):
-        index, moves = read_target(path, len(vertices))
+        index, moves = _read_target(path, len(vertices))
         whole = np.zeros_like(vertices)
         whole[index] = moves
         deltas[k] = whole[kept]
@@ -85,7 +85,7 @@ def read_target_folder(folder: Source) -> RawRig:
     )
 
 
-def unpacked(path: Source) -> bytes:
+def _unpacked(path: Source) -> bytes:
     """The file's text. RigError when it was compressed and is damaged, or holds more than any target does."""
     if path.suffix.lower() != ".gz":
         return content(path, MOST_BYTES)
@@ -101,10 +101,10 @@ def unpacked(path: Source) -> bytes:
     return data
 
 
-def read_target(path: Source, v: int) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, "n 3"]]:
+def _read_target(path: Source, v: int) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, "n 3"]]:
     """Vertices that move, and how."""
-    text = unpacked(path)
-    check_lines(text, path.name)
+    text = _unpacked(path)
+    check_line_sizes(text, path.name)
     lines = [line for row in text.splitlines() if (line := row.partition(b"#")[0].strip())]
     if not lines:
         return np.zeros(0, np.int64), np.zeros((0, 3))

@@ -35,7 +35,7 @@ from capture_plan.formats.scene import (
     join_meshes,
     moved,
     place_mesh,
-    plain,
+    plain_line,
     whole_or_none,
 )
 from capture_plan.input.bounds import check_plain, check_sides
@@ -54,7 +54,7 @@ def read_usd(path: Source) -> RawRig:
         raise RigError(f"{path.name} cannot be read inside a .zip: unpack it, or give a .usdz")
     try:
         with np.errstate(all="ignore"):
-            return build(path.stem, *run(path, "rig"))
+            return build_rig(path.stem, *run(path, "rig"))
     except RigError as error:
         raise RigError(f"{path.name} {error}".replace(f"{path.name} {path.stem}:", f"{path.name}:")) from error
 
@@ -73,22 +73,22 @@ def run(path: Path, what: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
             environment["TMPDIR"], answer = folder, Path(folder) / "scene.npz"
             command = [sys.executable, "-P", str(PROGRAM), str(path.resolve()), what, str(answer)]
             subprocess.run(command, capture_output=True, timeout=SECONDS, env=environment)
-            return unpack(answer)
+            return unpack_answer(answer)
     except (subprocess.TimeoutExpired, zipfile.BadZipFile, OSError, ValueError, EOFError, KeyError) as error:
         raise RigError("cannot be read: it is damaged, or too large: export the face mesh alone") from error
 
 
-def unpack(source: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+def unpack_answer(source: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """The scene and its arrays in an archive. RigError when it only says what is wrong."""
     with np.load(source, allow_pickle=False) as archive:
         arrays = {name: archive[name] for name in archive.files}
     scene = json.loads(arrays.pop("scene").tobytes())
     if "error" in scene:
-        raise RigError(plain(scene["error"]))
+        raise RigError(plain_line(scene["error"]))
     return scene, arrays
 
 
-def build(name: str, scene: dict[str, Any], arrays: dict[str, np.ndarray]) -> RawRig:
+def build_rig(name: str, scene: dict[str, Any], arrays: dict[str, np.ndarray]) -> RawRig:
     """The rig of a scene."""
     up, facing = FACING.get(scene["up"], (None, None))
     said: list[str] = []
@@ -96,15 +96,15 @@ def build(name: str, scene: dict[str, Any], arrays: dict[str, np.ndarray]) -> Ra
     still = not any(mesh["blendshapes"] for mesh in scene["meshes"])
     meshes, gone, first = [], [], 0
     for mesh in scene["meshes"]:
-        title, read = plain(mesh["name"]), partial(read_mesh, mesh, arrays, first, said)
+        title, read = plain_line(mesh["name"]), partial(_read_mesh, mesh, arrays, first, said)
         found = whole_or_none(title, still or bool(mesh["blendshapes"]), read, broken)
         meshes += [] if found is None else [found]
         gone += [title] if found is None else []
         first += len(arrays[mesh["points"]])
-    weights = left_on({plain(name): w for name, w in scene["weights"].items()})
-    told = sentences(note(scene), *said, weights, broken_told(broken))
+    weights = left_on({plain_line(name): w for name, w in scene["weights"].items()})
+    told = sentences(scene_note(scene), *said, weights, broken_told(broken))
     rig = join_meshes(name, meshes, unit_mm=unit(scene), up=up, facing=facing, note=told)
-    return replace(rig, left_out=(*(plain(name.rpartition(" (")[0]) for name in scene["left_out"]), *gone))
+    return replace(rig, left_out=(*(plain_line(name.rpartition(" (")[0]) for name in scene["left_out"]), *gone))
 
 
 def unit(scene: dict[str, Any]) -> float | None:
@@ -116,15 +116,15 @@ def read_meshes(scene: dict[str, Any], arrays: dict[str, np.ndarray]) -> list[Pl
     """All meshes of a scene, placed. RigError where one is broken."""
     meshes, first = [], 0
     for mesh in scene["meshes"]:
-        meshes.append(read_mesh(mesh, arrays, first, []))
+        meshes.append(_read_mesh(mesh, arrays, first, []))
         first += len(meshes[-1].vertices)
     return meshes
 
 
-def read_mesh(mesh: dict[str, Any], arrays: dict[str, np.ndarray], first: int, said: list[str]) -> PlacedMesh:
+def _read_mesh(mesh: dict[str, Any], arrays: dict[str, np.ndarray], first: int, said: list[str]) -> PlacedMesh:
     """One mesh of a scene, placed; sentences about its blendshapes go to `said`."""
     points, sizes, corners = arrays[mesh["points"]], arrays[mesh["sizes"]][:, 0], arrays[mesh["corners"]][:, 0]
-    title = plain(mesh["name"])
+    title = plain_line(mesh["name"])
     if (sizes < 0).any() or sizes.sum() != len(corners):
         raise RigError(
             f"has a mesh {title} whose faces need {sizes.sum():,} corners of {len(corners):,}: export it again"
@@ -140,12 +140,12 @@ def read_mesh(mesh: dict[str, Any], arrays: dict[str, np.ndarray], first: int, s
         labels=np.repeat(labels[kept], sizes[kept] - 2),
         part_names=part_names,
         first=first,
-        blendshapes=read_blendshapes(mesh, title, arrays, len(points), said),
+        blendshapes=_read_blendshapes(mesh, title, arrays, len(points), said),
     )
     return place_mesh(placed, np.array(mesh["matrix"]))
 
 
-def read_blendshapes(
+def _read_blendshapes(
     mesh: dict[str, Any], title: str, arrays: dict[str, np.ndarray], v: int, said: list[str]
 ) -> dict[str, Offsets]:
     """Blendshapes of a mesh of `v` points; without offsets (normals alone) one moves nothing."""
@@ -155,7 +155,7 @@ def read_blendshapes(
     if shapes and shapes[0]["names"] != len(mesh["blendshapes"]):
         told = f"{shapes[0]['names']} names for {len(mesh['blendshapes'])} blendshapes"
         said.append(f"{title} has {told}, so those of the blendshapes themselves are used")
-    names, told = numbered([plain(shape["name"]) for shape in shapes])
+    names, told = numbered([plain_line(shape["name"]) for shape in shapes])
     said.append(told)
     found: dict[str, Offsets] = {}
     for name, shape in zip(names, shapes, strict=True):
@@ -174,15 +174,15 @@ def face_parts(
     for number, (_, key) in enumerate(mesh["subsets"], start=1):
         faces = arrays[key][:, 0]
         labels[faces[(faces >= 0) & (faces < p)]] = number
-    names = (title, *(f"{title}/{plain(subset)}" for subset, _ in mesh["subsets"]))
+    names = (title, *(f"{title}/{plain_line(subset)}" for subset, _ in mesh["subsets"]))
     used, labels = np.unique(labels, return_inverse=True)
     return labels.reshape(p), tuple(names[number] for number in used)
 
 
-def note(scene: dict[str, Any]) -> str:
+def scene_note(scene: dict[str, Any]) -> str:
     """A sentence about what was left out: in-betweens, and meshes that only stand for others."""
     between = {
-        f"{plain(shape['name'])} at {100 * weight:g} %": None
+        f"{plain_line(shape['name'])} at {100 * weight:g} %": None
         for mesh in scene["meshes"]
         for shape in mesh["blendshapes"]
         for weight in shape["between"]
@@ -191,8 +191,8 @@ def note(scene: dict[str, Any]) -> str:
     if between:
         said.append(f"in-between shapes were left out, so motion is a straight line here: {listed(list(between))}")
     if scene["left_out"]:
-        said.append(f"meshes not for the picture were left out: {listed(map(plain, scene['left_out']))}")
+        said.append(f"meshes not for the picture were left out: {listed(map(plain_line, scene['left_out']))}")
     if scene["kept"]:
-        names = listed(map(plain, scene["kept"]))
+        names = listed(map(plain_line, scene["kept"]))
         said.append(f"meshes not for the picture were kept, since no other mesh has blendshapes: {names}")
     return "; ".join(said)

@@ -42,7 +42,7 @@ class UnusableError(Exception):
     """What is wrong with the file, in one line without its name."""
 
 
-def limit(size: int) -> None:
+def limit_memory(size: int) -> None:
     """Bound this process's memory and time by the bytes of the layers that it opens, where the system can."""
     try:
         import resource  # not on Windows
@@ -138,7 +138,7 @@ def read_stage(path: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """What the scene says, and the arrays that it names."""
     stage = Usd.Stage.Open(path)
     prims = prims_of(stage)
-    scene, arrays = read_scene(stage, *meshes_of(prims))
+    scene, arrays = _read_scene(stage, *meshes_of(prims))
     return scene | {"weights": rest_weights(prims)}, arrays
 
 
@@ -152,7 +152,7 @@ def rest_weights(prims: list[Any]) -> dict[str, float]:
     return found
 
 
-def read_scene(
+def _read_scene(
     stage: Any, meshes: list[Any], left_out: list[str], kept: list[str]
 ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """The scene of these meshes at rest, and its arrays."""
@@ -161,14 +161,14 @@ def read_scene(
     scene = {
         "unit_mm": 1000 * UsdGeom.GetStageMetersPerUnit(stage),
         "up": str(UsdGeom.GetStageUpAxis(stage)),
-        "meshes": [read_mesh(prim, places, arrays) for prim in meshes],
+        "meshes": [_read_mesh(prim, places, arrays) for prim in meshes],
         "left_out": left_out,
         "kept": kept,
     }
     return scene, arrays
 
 
-def read_take(path: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+def _read_take(path: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """What the stage says over time, and the arrays that it names."""
     stage = Usd.Stage.Open(path)
     prims = prims_of(stage)
@@ -216,7 +216,7 @@ def frame_times(stage: Any, attributes: list[Any]) -> tuple[np.ndarray, float]:
     return first + step * np.arange(round((last - first) / step) + 1), rate / step
 
 
-def check_room(size: int) -> None:
+def _check_room(size: int) -> None:
     """UnusableError when so many bytes are more than a take may have."""
     if size > MOST_BYTES:
         raise UnusableError(f"holds {size / 1e9:,.1f} GB of motion, more than {MOST_BYTES / 1e9:.1f} GB: cut the take")
@@ -231,7 +231,7 @@ def read_weights(stage: Any, animations: list[Any], notes: list[str]) -> tuple[d
         name, names = one.GetPrim().GetName(), [str(token) for token in value(one.GetBlendShapesAttr())]
         if len(set(names)) < len(names):
             raise UnusableError(f"has an animation {name} that names a blendshape twice: give each its own name")
-        check_room(8 * len(times) * (len(columns) + len(names)))
+        _check_room(8 * len(times) * (len(columns) + len(names)))
         weights = np.empty((len(times), len(names)))
         for t, time in enumerate(times):
             row = one.GetBlendShapeWeightsAttr().Get(time)
@@ -252,19 +252,19 @@ def read_motion(
     moving = [is_sampled(UsdGeom.Mesh(prim).GetPointsAttr()) for prim in meshes]
     sampled = [UsdGeom.Mesh(prim).GetPointsAttr() for prim, moves in zip(meshes, moving, strict=True) if moves]
     times, fps = frame_times(stage, sampled)
-    scene, arrays = read_scene(stage, meshes, left_out, kept)
+    scene, arrays = _read_scene(stage, meshes, left_out, kept)
     counts = [len(arrays[mesh["points"]]) for mesh in scene["meshes"]]
-    check_room(len(times) * (12 * int(np.dot(counts, moving)) + 128 * len(meshes)))
+    _check_room(len(times) * (12 * int(np.dot(counts, moving)) + 128 * len(meshes)))
     places = UsdGeom.XformCache()
     for number, (prim, mesh, count) in enumerate(zip(meshes, scene["meshes"], counts, strict=True)):
         if moving[number]:
-            check_faces(UsdGeom.Mesh(prim), mesh["name"])
+            _check_faces(UsdGeom.Mesh(prim), mesh["name"])
             mesh["moving"], arrays[f"x{number}"] = f"x{number}", sampled_points(prim, times, count)
         mesh["places"], arrays[f"m{number}"] = f"m{number}", np.empty((len(times), 4, 4))
     for t, time in enumerate(times):
         places.SetTime(time)
         for number, prim in enumerate(meshes):
-            arrays[f"m{number}"][t] = place(prim, places)
+            arrays[f"m{number}"][t] = _place(prim, places)
     return scene | {"fps": fps}, arrays
 
 
@@ -286,7 +286,7 @@ def sampled_points(prim: Any, times: np.ndarray, count: int) -> np.ndarray:
     return points
 
 
-def check_faces(mesh: Any, name: str) -> None:
+def _check_faces(mesh: Any, name: str) -> None:
     """UnusableError when the mesh's faces change over time."""
     for attribute in (mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr()):
         first = attribute.Get(Usd.TimeCode.EarliestTime())
@@ -294,7 +294,7 @@ def check_faces(mesh: Any, name: str) -> None:
             raise UnusableError(f"has a mesh {name} whose faces change: every frame must be of the same mesh")
 
 
-def read_mesh(prim: Any, places: Any, arrays: dict[str, np.ndarray]) -> dict[str, Any]:
+def _read_mesh(prim: Any, places: Any, arrays: dict[str, np.ndarray]) -> dict[str, Any]:
     """One mesh: its arrays and the names under which they were put into `arrays`."""
     mesh = UsdGeom.Mesh(prim)
 
@@ -309,13 +309,13 @@ def read_mesh(prim: Any, places: Any, arrays: dict[str, np.ndarray]) -> dict[str
         "sizes": keep(value(mesh.GetFaceVertexCountsAttr()), "i8", 1),
         "corners": keep(value(mesh.GetFaceVertexIndicesAttr()), "i8", 1),
         "left_handed": value(mesh.GetOrientationAttr()) == "leftHanded",
-        "matrix": place(prim, places).tolist(),
+        "matrix": _place(prim, places).tolist(),
         "subsets": [[s.GetPrim().GetName(), keep(value(s.GetIndicesAttr()), "i8", 1)] for s in subsets],
-        "blendshapes": list(read_blendshapes(prim, keep)),
+        "blendshapes": list(_read_blendshapes(prim, keep)),
     }
 
 
-def read_blendshapes(prim: Any, keep: Any) -> Any:
+def _read_blendshapes(prim: Any, keep: Any) -> Any:
     """Blendshapes bound to a mesh: name, names of their arrays, weights of their in-betweens."""
     binding = UsdSkel.BindingAPI(prim)
     names, targets = value(binding.GetBlendShapesAttr()) or [], binding.GetBlendShapeTargetsRel().GetTargets()
@@ -333,7 +333,7 @@ def read_blendshapes(prim: Any, keep: Any) -> Any:
         }
 
 
-def place(prim: Any, places: Any) -> np.ndarray:
+def _place(prim: Any, places: Any) -> np.ndarray:
     """World matrix (4 4): of a mesh with joints that of its skeleton and its pose when bound, else its own."""
     binding = UsdSkel.BindingAPI(prim)
     skeleton = binding.GetInheritedSkeleton()
@@ -354,8 +354,8 @@ def write_archive(path: str, what: str, target: str) -> None:
     """What this program writes to `target` for the file at `path`, read as a "rig" or as a "take"."""
     arrays: dict[str, np.ndarray] = {}
     try:
-        check_layers(path, limit if __name__ == "__main__" else lambda size: None)
-        scene, arrays = read_take(path) if what == "take" else read_stage(path)
+        check_layers(path, limit_memory if __name__ == "__main__" else lambda size: None)
+        scene, arrays = _read_take(path) if what == "take" else read_stage(path)
     except UnusableError as error:
         scene: dict[str, Any] = {"error": str(error)}
     except (Tf.ErrorException, RuntimeError, ValueError, TypeError, MemoryError) as error:
@@ -364,5 +364,5 @@ def write_archive(path: str, what: str, target: str) -> None:
 
 
 if __name__ == "__main__":
-    limit(os.path.getsize(sys.argv[1]))
+    limit_memory(os.path.getsize(sys.argv[1]))
     write_archive(os.path.realpath(sys.argv[1]), sys.argv[2], sys.argv[3])

@@ -22,7 +22,7 @@ Bind = tuple[int, int, float]  # mesh, morph target, weight
 
 
 @dataclass(frozen=True)
-class Expression:
+class _Expression:
     """A named pose of morph targets."""
 
     name: str
@@ -39,7 +39,7 @@ def facing(gltf: Gltf) -> str:
     return "-z" if extension(gltf, "VRM") is not None and extension(gltf, "VRMC_vrm") is None else "+z"
 
 
-def read_expressions(gltf: Gltf) -> tuple[Expression, ...]:
+def read_expressions(gltf: Gltf) -> tuple[_Expression, ...]:
     """All expressions that move morph targets, in the file's order; none when this is no VRM file."""
     if (vrm := extension(gltf, "VRMC_vrm")) is not None:
         found = list(expressions_1(gltf, vrm.get("expressions", {})))
@@ -49,25 +49,25 @@ def read_expressions(gltf: Gltf) -> tuple[Expression, ...]:
     return tuple(expression for expression in found if expression.binds)
 
 
-def expressions_1(gltf: Gltf, groups: dict[str, Any]) -> Iterator[Expression]:
+def expressions_1(gltf: Gltf, groups: dict[str, Any]) -> Iterator[_Expression]:
     """Expressions of a 1.0 avatar: presets first, then the artist's own."""
     for name, group in [*groups.get("preset", {}).items(), *groups.get("custom", {}).items()]:
         binds = group.get("morphTargetBinds") or []
-        yield Expression(
+        yield _Expression(
             str(name),
             tuple((gltf.entry("nodes", b["node"])["mesh"], int(b["index"]), float(b.get("weight", 1))) for b in binds),
         )
 
 
-def expression_0(group: dict[str, Any]) -> Expression:
+def expression_0(group: dict[str, Any]) -> _Expression:
     """An expression of a 0.x avatar, called by its preset unless that is unknown."""
     preset = group.get("presetName") or "unknown"
     name = group.get("name") if preset.lower() == "unknown" else preset
     binds = group.get("binds") or []
-    return Expression(str(name), tuple((int(b["mesh"]), int(b["index"]), float(b["weight"]) / 100) for b in binds))
+    return _Expression(str(name), tuple((int(b["mesh"]), int(b["index"]), float(b["weight"]) / 100) for b in binds))
 
 
-def given_names(expressions: tuple[Expression, ...]) -> dict[tuple[int, int], str]:
+def given_names(expressions: tuple[_Expression, ...]) -> dict[tuple[int, int], str]:
     """(mesh, target) -> the first expression that poses it fully and no other target of that mesh."""
     names: dict[tuple[int, int], str] = {}
     for expression in expressions:
@@ -78,7 +78,7 @@ def given_names(expressions: tuple[Expression, ...]) -> dict[tuple[int, int], st
     return names
 
 
-def note(expressions: tuple[Expression, ...], blendshape: Callable[[int, int], str | None]) -> str:
+def expression_note(expressions: tuple[_Expression, ...], blendshape: Callable[[int, int], str | None]) -> str:
     """What the expressions pose, in one line; `blendshape` tells what a (mesh, target) is called in the rig."""
     lines = []
     for expression in expressions:

@@ -51,11 +51,11 @@ def weld_seams(raw: RawRig, groups: Int[np.ndarray, " v"]) -> RawRig:
 def seam_twins(raw: RawRig, groups: Int[np.ndarray, " v"]) -> Int[np.ndarray, " v"]:
     """The first vertex of those that each vertex is welded to, itself where there is no other."""
     v = len(raw.neutral)
-    at = candidates(raw.triangles, v)
+    at = _candidates(raw.triangles, v)
     same = np.arange(v)
     if len(at) < 2:
         return same
-    limit = tolerances(raw, groups)
+    limit = _tolerances(raw, groups)
     near = close_pairs(raw.neutral[at], float(limit[at].max()))
     i, j = at[near[:, 0]], at[near[:, 1]]
     kept = (groups[i] == groups[j]) & (np.linalg.norm(raw.neutral[i] - raw.neutral[j], axis=1) <= limit[i])
@@ -66,10 +66,10 @@ def seam_twins(raw: RawRig, groups: Int[np.ndarray, " v"]) -> Int[np.ndarray, " 
     first = np.full(v, v)
     np.minimum.at(first, label, same)
     spot = first[label]
-    return np.where(np.isin(spot, crowded(raw.triangles, spot)), same, spot)
+    return np.where(np.isin(spot, _crowded(raw.triangles, spot)), same, spot)
 
 
-def crowded(triangles: Int[np.ndarray, "f 3"], spot: Int[np.ndarray, " v"]) -> Int[np.ndarray, " s"]:
+def _crowded(triangles: Int[np.ndarray, "f 3"], spot: Int[np.ndarray, " v"]) -> Int[np.ndarray, " s"]:
     """Spots on edges of the border that more than two triangles would share, or two in the same direction."""
     edges = half_edges(triangles)
     _, number, count = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True)
@@ -79,14 +79,14 @@ def crowded(triangles: Int[np.ndarray, "f 3"], spot: Int[np.ndarray, " v"]) -> I
     return np.unique(found[times > 1])
 
 
-def candidates(triangles: Int[np.ndarray, "f 3"], v: int) -> Int[np.ndarray, " b"]:
+def _candidates(triangles: Int[np.ndarray, "f 3"], v: int) -> Int[np.ndarray, " b"]:
     """Vertices on a border of the surface, and those of no triangle, which a split leaves behind too."""
     unused = np.ones(v, dtype=bool)
     unused[triangles] = False
     return np.union1d(boundary_vertices(triangles), np.flatnonzero(unused))
 
 
-def tolerances(raw: RawRig, groups: Int[np.ndarray, " v"]) -> Float[np.ndarray, " v"]:
+def _tolerances(raw: RawRig, groups: Int[np.ndarray, " v"]) -> Float[np.ndarray, " v"]:
     """How far apart twins may lie, for each vertex."""
     number = np.unique(groups, return_inverse=True)[1]
     low, high = np.full((number.max() + 1, 3), np.inf), np.full((number.max() + 1, 3), -np.inf)

@@ -38,10 +38,10 @@ def whole_deltas(
             kept.append(path)
     if len(kept) < ENOUGH * len(paths):
         raise broken[0]
-    return kept, deltas[: len(kept)], told_of(broken)
+    return kept, deltas[: len(kept)], _told_of(broken)
 
 
-def told_of(broken: list[RigError]) -> str:
+def _told_of(broken: list[RigError]) -> str:
     """The sentence about files that were left out; each error begins with the name of its file, and ends in advice."""
     if not broken:
         return ""

@@ -51,7 +51,7 @@ def check_plain(source: Source) -> None:
         raise RigError(f"{source.name} is a device or a pipe, expected a file: copy what it holds into a file")
 
 
-def check_lines(data: bytes | str, what: str, most: int = MOST_LINES) -> None:
+def check_line_sizes(data: bytes | str, what: str, most: int = MOST_LINES) -> None:
     """RigError that begins with `what` where a text has too many lines, or one that is too long."""
     end = "\n" if isinstance(data, str) else b"\n"
     if (count := data.count(end)) > most:  # pyright: ignore[reportArgumentType]

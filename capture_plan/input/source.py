@@ -22,7 +22,7 @@ def folder_name(folder: Source) -> str:
     return Path(folder.name).stem if folder.at == "" else folder.name
 
 
-def beside(path: Source, name: str) -> Source:
+def sibling(path: Source, name: str) -> Source:
     """The file of this name in the folder of `path`, or in one below it."""
     parent = path.parent
     assert isinstance(parent, Source)  # a member of an archive has a parent in it

@@ -205,7 +205,7 @@ def motion_fit(
     return replace(fit, references_mm={name: round(takes.error(np.unique(at)), 5) for name, at in known.items()})
 
 
-def rows_of(task: Task, decided: Decided) -> list[Int[np.ndarray, " r"]]:
+def required_rows(task: Task, decided: Decided) -> list[Int[np.ndarray, " r"]]:
     """The blendshapes that every program is about: all that can be reached, or in later rounds what is crowded."""
     if decided.method != "adaptive":
         return [task.reachable] * len(decided.programs)
@@ -223,13 +223,13 @@ def program_costs(task: Task, decided: Decided) -> list[float]:
     settings: LayoutSettings = replace(task.settings, weights="count") if counts else task.settings
     prices = [
         np.rint(costs(task.sites, settings, rows, program.sites) / RESOLUTION)
-        for program, rows in zip(decided.programs, rows_of(task, decided), strict=True)
+        for program, rows in zip(decided.programs, required_rows(task, decided), strict=True)
     ]
     return [int(price.sum()) * RESOLUTION for price in prices]
 
 
 def _programs(task: Task, decided: Decided) -> tuple[Program, ...]:
-    found = zip(decided.programs, rows_of(task, decided), program_costs(task, decided), strict=True)
+    found = zip(decided.programs, required_rows(task, decided), program_costs(task, decided), strict=True)
     return tuple(
         Program(
             landmarks=int(task.sites.size[program.sites].sum()),

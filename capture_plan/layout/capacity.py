@@ -17,7 +17,7 @@ from capture_plan.layout.sites import Sites
 from capture_plan.layout.spacing import Spacing
 
 
-def fitting(sites: Sites, spacing: Spacing | None, limits: tuple[Limit, ...] = ()) -> Int[np.ndarray, " n"]:
+def fitting_sites(sites: Sites, spacing: Spacing | None, limits: tuple[Limit, ...] = ()) -> Int[np.ndarray, " n"]:
     """Sites that stand at the spacing and over no limit at once, as many landmarks as a greedy choice finds."""
     size, chosen = sites.size.astype(float), NOTHING
     open_ = open_under(limits, chosen, len(size))
@@ -58,4 +58,4 @@ def room(task: Task) -> int:
     """How many landmarks are found to fit at once under all wishes but that for their number."""
     size = task.sites.size
     limits = tuple(limit for limit in task.limits if not np.array_equal(limit.amount, size))
-    return int(size[fitting(task.sites, task.spacing, limits)].sum())
+    return int(size[fitting_sites(task.sites, task.spacing, limits)].sum())

@@ -35,8 +35,8 @@ def wishes(face: Face, settings: LayoutSettings, sites: Sites) -> tuple[Limit, .
         *pins(face, settings, sites),
         *keep_outs(face, settings, sites),
         *caps(face, settings, sites),
-        *views(face, settings, sites),
-        *numbers(settings, sites),
+        *_views(face, settings, sites),
+        *_numbers(settings, sites),
     )
 
 
@@ -91,7 +91,7 @@ def caps(face: Face, settings: LayoutSettings, sites: Sites) -> list[Limit]:
     return limits
 
 
-def numbers(settings: LayoutSettings, sites: Sites) -> list[Limit]:
+def _numbers(settings: LayoutSettings, sites: Sites) -> list[Limit]:
     """Exactly so many landmarks, at most so many."""
     limits = []
     if settings.number:
@@ -101,7 +101,7 @@ def numbers(settings: LayoutSettings, sites: Sites) -> list[Limit]:
     return limits
 
 
-def views(face: Face, settings: LayoutSettings, sites: Sites) -> list[Limit]:
+def _views(face: Face, settings: LayoutSettings, sites: Sites) -> list[Limit]:
     """Only what enough cameras see at once in every expression, and one of them reads, where cameras are known.
 
     Raises:
@@ -142,7 +142,9 @@ def too_small(found: Views, settings: LayoutSettings) -> str:
     )
 
 
-def differences(face: Face, settings: LayoutSettings, sites: Sites, unlike: Sequence[Sequence[int]]) -> list[Limit]:
+def difference_limits(
+    face: Face, settings: LayoutSettings, sites: Sites, unlike: Sequence[Sequence[int]]
+) -> list[Limit]:
     """Of every layout given by its vertices, a fifth of the places or more is left: landmarks stand elsewhere instead.
 
     A place is left when no landmark stands within the spacing of it, or of a marker's width where that is more.

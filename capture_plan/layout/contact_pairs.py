@@ -37,7 +37,7 @@ def met_in(
         kept = np.linalg.norm(neutral[u] - neutral[v], axis=1) >= spacing_mm
         pairs.append(at[np.stack([u[kept], v[kept]], axis=1)])
     u, v = np.concatenate(pairs).T
-    return paired(u, v, len(points))
+    return _paired(u, v, len(points))
 
 
 def torn(
@@ -66,7 +66,7 @@ def torn(
     return at[np.linalg.norm(high[x, y, z] - low[x, y, z], axis=1) >= by]
 
 
-def movements(rig: Rig, poses: Poses, at: Int[np.ndarray, " n"]) -> Iterator[Float[np.ndarray, "n 3"]]:
+def pose_movements(rig: Rig, poses: Poses, at: Int[np.ndarray, " n"]) -> Iterator[Float[np.ndarray, "n 3"]]:
     """How every pose moves the vertices."""
     for pose in poses.values():
         weights = np.array([pose.get(name, 0.0) for name in rig.names])
@@ -78,10 +78,10 @@ def without_pairs_of(met: csr_array, some: Int[np.ndarray, " n"]) -> csr_array:
     """`met` without pairs of which both are among `some`."""
     u, v = met.nonzero()
     kept = ~(np.isin(u, some) & np.isin(v, some))
-    return paired(u[kept], v[kept], len(met.indptr) - 1)
+    return _paired(u[kept], v[kept], len(met.indptr) - 1)
 
 
-def paired(u: Int[np.ndarray, " n"], v: Int[np.ndarray, " n"], count: int) -> csr_array:
+def _paired(u: Int[np.ndarray, " n"], v: Int[np.ndarray, " n"], count: int) -> csr_array:
     """The symmetric table that holds these pairs."""
     table = coo_array((np.ones(2 * len(u)), (np.concatenate([u, v]), np.concatenate([v, u]))), shape=(count, count))
     return csr_array(table.astype(bool).astype(np.float32))

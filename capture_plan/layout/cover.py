@@ -21,7 +21,7 @@ from capture_plan.layout.constraint_rows import Limit
 from capture_plan.layout.costs import RESOLUTION
 from capture_plan.layout.infeasibility import clash_words
 from capture_plan.layout.presolve import essential_rows, undominated
-from capture_plan.layout.program import WORK_LIMIT, Answer, Program, branch, relax
+from capture_plan.layout.program import WORK_LIMIT, IntegerProgram, ProgramAnswer, branch, relax
 from capture_plan.layout.spacing import Spacing
 from capture_plan.solver import UndecidedError
 
@@ -60,7 +60,7 @@ def solve_cover(
     least = np.broadcast_to(demand, len(covers))
     rows, kept = essential(covers, cost, least, close, limits)
     price = np.rint(cost / RESOLUTION).astype(np.int64)
-    whole = Program(covers[rows], price, least[rows], cliques, close, tuple(limits))
+    whole = IntegerProgram(covers[rows], price, least[rows], cliques, close, tuple(limits))
     program = whole.among(kept)
     try:
         answer = best(program)
@@ -103,7 +103,7 @@ def essential(
     return rows[essential_rows(covers[np.ix_(rows, kept)])], kept
 
 
-def best(program: Program) -> Answer | None:
+def best(program: IntegerProgram) -> ProgramAnswer | None:
     """The cheapest choice with its bound, None where there is none.
 
     Raises:
@@ -128,7 +128,9 @@ def best(program: Program) -> Answer | None:
         if found is not None:
             # a choice with any other site costs more than the gap
             elsewhere = found.cost if len(near) == len(order) else in_units(relaxed.bound + gap, program.unit)
-            answer = Answer(near[found.chosen], found.cost, min(found.cost, max(floor, min(found.bound, elsewhere))))
+            answer = ProgramAnswer(
+                near[found.chosen], found.cost, min(found.cost, max(floor, min(found.bound, elsewhere)))
+            )
         assert answer is not None
         wanted = min(float(answer.cost - relaxed.bound), most)
         if answer.bound >= answer.cost or found is None or found.bound < found.cost or wanted <= gap:
@@ -141,7 +143,7 @@ def in_units(cost: float, unit: int) -> int:
     return unit * int(np.ceil(cost / unit - 1e-6))
 
 
-def attempt(program: Program, hint: list[int], *, raises: bool) -> Answer | None:
+def attempt(program: IntegerProgram, hint: list[int], *, raises: bool) -> ProgramAnswer | None:
     """`branch`; where the work runs out and sites are left to try, there is no answer yet."""
     try:
         return branch(program, hint)

@@ -27,7 +27,7 @@ from capture_plan.layout.dot_contact import NO_POSES, Poses
 from capture_plan.layout.face import Face
 from capture_plan.layout.head_markers import choose_head_markers
 from capture_plan.layout.lower_bound import error_bound, target_bound
-from capture_plan.layout.methods import Chosen, choose
+from capture_plan.layout.methods import Chosen, choose_by_method
 from capture_plan.layout.multicover import best_cover
 from capture_plan.layout.problem import NOTHING, Task, task_of
 from capture_plan.layout.record import Bound, ErrorBound, Layout
@@ -92,12 +92,12 @@ def chosen_apart(
     former: Layout | None,
     takes: Takes | None,
 ) -> Chosen:
-    """`choose` among layouts `apart`, of which no two dots meet when the face moves; among all where none keeps all
-    wishes: a plan tells which dots meet (`meeting`), and is better made than refused."""
+    """`choose_by_method` among layouts `apart`, of which no two dots meet when the face moves; among all where none
+    keeps all wishes: a plan tells which dots meet (`meeting`), and is better made than refused."""
     try:
-        return choose(apart, target_mm, former, takes)
+        return choose_by_method(apart, target_mm, former, takes)
     except InfeasibleError:
-        return choose(task, target_mm, former, takes)
+        return choose_by_method(task, target_mm, former, takes)
 
 
 def bound_of(task: Task, method: Method, landmarks: int, former: Layout | None) -> ErrorBound | None:

@@ -200,7 +200,7 @@ class Face:
             found = camera_views(
                 rig.neutral, performed_deltas(rig, self.used), rig.triangles, at, self.cameras, dot_mm=dot_mm
             )
-            self._views[dot_mm] = found.at(nearest_of(rig.neutral, np.flatnonzero(rig.skin), at))
+            self._views[dot_mm] = found.at(_nearest_of(rig.neutral, np.flatnonzero(rig.skin), at))
         return self._views[dot_mm]
 
     @cached_property
@@ -291,11 +291,11 @@ def see_face(
         visibility[at] = global_visibility(rig.neutral, deltas, rig.triangles, at)
     markable = np.flatnonzero(face.markable)
     if len(at):
-        visibility[markable] = visibility[at][nearest_of(rig.neutral, markable, at)]
+        visibility[markable] = visibility[at][_nearest_of(rig.neutral, markable, at)]
     return Face(rig, used, visibility, cameras, painted or {})
 
 
-def nearest_of(
+def _nearest_of(
     points: Float[np.ndarray, "v 3"], vertices: Int[np.ndarray, " n"], among: Int[np.ndarray, " m"]
 ) -> Int[np.ndarray, " n"]:
     """For every vertex the place in `among` of the vertex nearest to it; its own where it is among them."""

@@ -57,12 +57,12 @@ def choose_head_markers(
         np.concatenate([rows, len(sites.reach) + np.arange(len(sectors))]),
         np.arange(len(joined.visibility)),
         face.spacing(joined, settings.spacing_mm),
-        [*(beside(limit, extra) for limit in limits), asked],
+        [*(_beside(limit, extra) for limit in limits), asked],
     )
     return joined.members(cover.chosen[cover.chosen >= s])
 
 
-def beside(limit: Limit, extra: Int[np.ndarray, " h"]) -> Limit:
+def _beside(limit: Limit, extra: Int[np.ndarray, " h"]) -> Limit:
     """A limit with further sites that do not count in it."""
     return Limit(limit.name, np.concatenate([limit.amount, extra]), limit.least, limit.most)
 

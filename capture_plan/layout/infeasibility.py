@@ -7,14 +7,14 @@ clashes, and giving up any one of it would do (deletion filter of Chinneck & Dra
 from scipy.sparse import csr_array
 
 from capture_plan.layout.constraint_rows import Limit
-from capture_plan.layout.program import Program, branch, relax
+from capture_plan.layout.program import IntegerProgram, branch, relax
 from capture_plan.solver import UndecidedError
 
 COVERAGE = "a landmark on every blendshape"
 SPACING = "the spacing"
 
 
-def clash_words(program: Program) -> str:
+def clash_words(program: IntegerProgram) -> str:
     """One sentence that names the wishes of a program without a solution."""
     wishes = smallest_clash(program)
     if wishes == [COVERAGE]:
@@ -22,7 +22,7 @@ def clash_words(program: Program) -> str:
     return f"these cannot be had together: {'; '.join(wishes)}. Give up or loosen one of them"
 
 
-def smallest_clash(program: Program) -> list[str]:
+def smallest_clash(program: IntegerProgram) -> list[str]:
     """Names of wishes no one of which can be left out of the clash, in the order of the program."""
     wishes: list[Limit | str] = [COVERAGE, SPACING, *program.limits]
     for wish in tuple(wishes):
@@ -32,14 +32,14 @@ def smallest_clash(program: Program) -> list[str]:
     return [wish if isinstance(wish, str) else wish.name for wish in wishes]
 
 
-def possible(program: Program, wishes: list[Limit | str]) -> bool:
+def possible(program: IntegerProgram, wishes: list[Limit | str]) -> bool:
     """Whether some choice keeps these wishes of a program; yes where that is undecided."""
     rows = len(program.covers) if COVERAGE in wishes else 0
     s = len(program.cost)
     none = csr_array((0, s), dtype=bool), csr_array((s, s), dtype=bool)
     cliques, close = (program.cliques, program.close) if SPACING in wishes else none
     limits = tuple(wish for wish in wishes if isinstance(wish, Limit))
-    wanted = Program(program.covers[:rows], 0 * program.cost, program.demand[:rows], cliques, close, limits)
+    wanted = IntegerProgram(program.covers[:rows], 0 * program.cost, program.demand[:rows], cliques, close, limits)
     if relax(wanted) is None:
         return False
     try:

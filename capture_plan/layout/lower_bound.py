@@ -97,7 +97,7 @@ def error_bound(
 ) -> ErrorBound:
     """The upper estimate that no layout of at most `budget` landmarks on these sites is below; `former` is a
     certificate of a problem close to this one, from whose shares the search starts."""
-    relaxed = relax(observation, sites, budget, limits)
+    relaxed = relax_budget(observation, sites, budget, limits)
     start = np.ones(len(sites.size)) if former is None else shares_of(sites, former)
     lam = brief(relaxed, best_shares(relaxed, relaxed.scaled(start)))
     at = np.flatnonzero(lam)
@@ -161,7 +161,7 @@ def bound_from(
     limits: tuple[Limit, ...] = (),
 ) -> float:
     """The bound (mm, rounded down) that shares `lam` >= 0 of the sites prove, whoever found them."""
-    relaxed = relax(observation, sites, budget, limits)
+    relaxed = relax_budget(observation, sites, budget, limits)
     return proved(relaxed, *relaxed.value(lam), lam)
 
 
@@ -183,7 +183,7 @@ def fewest_for(
 ) -> int | None:
     """The number below which no layout has an upper estimate of `target_mm` or less, as the shares prove it; None where
     landmarks on all open sites together have more."""
-    relaxed = relax(observation, sites, int(sites.size.sum()), limits)
+    relaxed = relax_budget(observation, sites, int(sites.size.sum()), limits)
     everywhere = observation.covariance(sites.members(np.flatnonzero(relaxed.open_)))
     if observation.error(everywhere) > target_mm:
         return None
@@ -193,7 +193,7 @@ def fewest_for(
     return numbers[min(at, len(numbers) - 1)]
 
 
-def relax(observation: Observation, sites: Sites, budget: int, limits: tuple[Limit, ...]) -> Relaxed:
+def relax_budget(observation: Observation, sites: Sites, budget: int, limits: tuple[Limit, ...]) -> Relaxed:
     """The relaxed problem: keep-outs shut sites out, pins that one site alone can fulfil hold it."""
     size, open_ = sites.size, np.ones(len(sites.size), dtype=bool)
     for limit in limits:

@@ -29,7 +29,7 @@ from capture_plan.shell.takes import Takes
 Chosen = tuple[Method, list[Cover], Int[np.ndarray, " a"]]
 
 
-def choose(task: Task, target_mm: float, former: Layout | None, takes: Takes | None) -> Chosen:
+def choose_by_method(task: Task, target_mm: float, former: Layout | None, takes: Takes | None) -> Chosen:
     """The method that answers, its covers, and the sites chosen as one set.
 
     Raises:

@@ -36,7 +36,7 @@ def sites_for(task: Task, takes: Takes) -> Int[np.ndarray, " n"]:
     open_ = np.isin(np.arange(len(task.sites.size)), task.open_)
     caps, unlike = [limit for limit in task.limits if limit.most], [one for one in task.limits if one.most is None]
     while True:
-        chosen = most_telling(task, takes, place(task, seen, pinned, open_), pinned)
+        chosen = most_telling(task, takes, _place(task, seen, pinned, open_), pinned)
         over = [limit for limit in caps if limit.shortfall(chosen) and limit.amount[chosen].sum() > (limit.most or 0)]
         closed = [beside_idle(task, limit, chosen, pinned) for limit in unlike if limit.shortfall(chosen)]
         if not over and not np.any(closed):
@@ -74,7 +74,7 @@ def beside_idle(
     return touching(task.sites, near) & (limit.amount == 0)
 
 
-def place(
+def _place(
     task: Task, takes: Takes, pinned: Int[np.ndarray, " p"], open_: Bool[np.ndarray, " s"]
 ) -> Int[np.ndarray, " m"]:
     """The optimiser's answer as vertices of the rig, with all pins."""

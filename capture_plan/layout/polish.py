@@ -32,7 +32,7 @@ def polish(search: Search, starts: Sequence[Choice], *, seed: int) -> Choice:
     """A choice that measures sparse, bounded weights better than the best of `starts`, or that one."""
 
     def judged(choice: Choice) -> float:
-        return measured_error(search, choice, seed=seed + ROUNDS)
+        return mixes_error(search, choice, seed=seed + ROUNDS)
 
     rounds = [min(starts, key=judged)]
     for n in range(ROUNDS):
@@ -46,13 +46,13 @@ def members(search: Search, chosen: Choice) -> Int[np.ndarray, " m"]:
     return search.sites.members(np.array(chosen, dtype=int))
 
 
-def measured_error(search: Search, chosen: Choice, *, seed: int) -> float:
+def mixes_error(search: Search, chosen: Choice, *, seed: int) -> float:
     """Mean squared error of the skin over mixes of that seed, square millimetres."""
-    observation, w, estimate = search.observation, *measure(search, chosen, frames=JUDGING, seed=seed)
+    observation, w, estimate = search.observation, *_measure(search, chosen, frames=JUDGING, seed=seed)
     return squared_error(observation, estimate - w)
 
 
-def measure(
+def _measure(
     search: Search, chosen: Choice, *, frames: int, seed: int
 ) -> tuple[Float[np.ndarray, "t k"], Float[np.ndarray, "t k"]]:
     """Mixes, and what the bounded solver makes of their measurement."""
@@ -65,7 +65,7 @@ def measure(
 
 def free_weights(search: Search, chosen: Choice, *, seed: int) -> Bool[np.ndarray, "t k"]:
     """F: which weights of each mix lie inside their bounds, (t k)."""
-    _, estimate = measure(search, chosen, frames=MIXES, seed=seed)
+    _, estimate = _measure(search, chosen, frames=MIXES, seed=seed)
     return (estimate > 0) & (estimate < 1)
 
 

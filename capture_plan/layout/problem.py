@@ -11,8 +11,8 @@ from scipy.sparse import csr_array
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.constraint_rows import Limit, open_under
-from capture_plan.layout.constraints import differences, touching, wishes
-from capture_plan.layout.contact_pairs import met_in, movements, without_pairs_of
+from capture_plan.layout.constraints import difference_limits, touching, wishes
+from capture_plan.layout.contact_pairs import met_in, pose_movements, without_pairs_of
 from capture_plan.layout.dot_contact import Poses
 from capture_plan.layout.exchange import Search
 from capture_plan.layout.face import Face
@@ -75,7 +75,7 @@ class Task:
         if settings.method in NEUTRAL_ONLY or not settings.spacing_mm:
             return self
         rig, at = self.face.rig, self.face.dotted(settings)
-        moved = movements(rig, poses, at)
+        moved = pose_movements(rig, poses, at)
         planned = met_in(rig.neutral, at, moved, dot_mm=settings.dot_mm, spacing_mm=settings.spacing_mm)
         pins = self.face.pinned(settings)
         decided = np.union1d(pins, self.face.mirror[pins]) if settings.symmetric else pins
@@ -110,7 +110,9 @@ def task_of(face: Face, settings: LayoutSettings, unlike: Sequence[Sequence[int]
         InfeasibleError: nothing that is seen moves enough, or a wish names what this face does not have.
     """
     sites = face.sites(settings)
-    task = Task(face, settings, sites, (*wishes(face, settings, sites), *differences(face, settings, sites, unlike)))
+    task = Task(
+        face, settings, sites, (*wishes(face, settings, sites), *difference_limits(face, settings, sites, unlike))
+    )
     if not len(task.reachable):
         raise InfeasibleError(f"no vertex that is seen moves by {settings.epsilon} of any blendshape: lower epsilon")
     return task

@@ -30,7 +30,7 @@ WORK_LIMIT = 2.0  # CP-SAT's deterministic time, about seconds: the same input g
 
 
 @dataclass(frozen=True, eq=False)
-class Program:
+class IntegerProgram:
     """One program; `cliques` (q s) and `close` (s s) are boolean, empty where sites may stand as they like."""
 
     covers: Bool[np.ndarray, "k s"]
@@ -40,13 +40,13 @@ class Program:
     close: csr_array
     limits: tuple[Limit, ...]
 
-    def among(self, sites: Int[np.ndarray, " n"]) -> "Program":
+    def among(self, sites: Int[np.ndarray, " n"]) -> "IntegerProgram":
         """The program with these sites only."""
         limits = tuple(Limit(one.name, one.amount[sites], one.least, one.most) for one in self.limits)
         cliques = csr_array(self.cliques[:, sites])
         cliques = csr_array(cliques[np.diff(cliques.indptr) > 1])
         close = csr_array(self.close[sites][:, sites])
-        return Program(self.covers[:, sites], self.cost[sites], self.demand, cliques, close, limits)
+        return IntegerProgram(self.covers[:, sites], self.cost[sites], self.demand, cliques, close, limits)
 
     @property
     def lone_pairs(self) -> Int[np.ndarray, "n 2"]:
@@ -72,7 +72,7 @@ class Relaxation:
 
 
 @dataclass(frozen=True, eq=False)
-class Answer:
+class ProgramAnswer:
     """Chosen sites in ascending order, their cost, and a lower limit on the cost of any choice."""
 
     chosen: Int[np.ndarray, " n"]
@@ -80,7 +80,7 @@ class Answer:
     bound: int
 
 
-def relax(program: Program) -> Relaxation | None:
+def relax(program: IntegerProgram) -> Relaxation | None:
     """The linear relaxation, None where even that has no solution."""
     s = len(program.cost)
     rows: list = [csr_array(-program.covers.astype(float)), program.cliques.astype(float)]
@@ -103,7 +103,7 @@ def relax(program: Program) -> Relaxation | None:
     )
 
 
-def branch(program: Program, hint: Sequence[int] = ()) -> Answer | None:
+def branch(program: IntegerProgram, hint: Sequence[int] = ()) -> ProgramAnswer | None:
     """The cheapest choice, None where there is none.
 
     Raises:
@@ -132,7 +132,7 @@ def branch(program: Program, hint: Sequence[int] = ()) -> Answer | None:
         return None
     chosen = np.array([s for s, one in enumerate(f) if solver.boolean_value(one)], dtype=int)
     bound = round(np.ceil(solver.best_objective_bound - 1e-6)) * program.unit
-    return Answer(chosen, int(program.cost[chosen].sum()), bound)
+    return ProgramAnswer(chosen, int(program.cost[chosen].sum()), bound)
 
 
 def _row(table: csr_array, q: int) -> list[int]:

@@ -23,10 +23,10 @@ def places_on(
     largest = displacement.max(axis=1, keepdims=True, initial=0)
     share = (displacement / np.where(largest > 0, largest, 1)).max(axis=0, initial=0)
     at = np.flatnonzero(rig.skin)
-    return spread(rig.neutral, at[np.argsort(-share[at], kind="stable")], mirror, GRAIN_MM)
+    return spread_sites(rig.neutral, at[np.argsort(-share[at], kind="stable")], mirror, GRAIN_MM)
 
 
-def spread(
+def spread_sites(
     points: Float[np.ndarray, "v 3"], order: Int[np.ndarray, " n"], mirror: Int[np.ndarray, " v"], radius_mm: float
 ) -> Bool[np.ndarray, " v"]:
     """Of the vertices of `order`, first come first served, those that keep a distance; each with its mirror image."""

@@ -52,12 +52,12 @@ def on_scan(layout: Layout, sequence: Sequence) -> Layout:
     """The layout with vertices and triangles of the take's own mesh, for its files."""
     return replace(
         layout,
-        landmarks=tuple(moved(m, sequence.triangles) for m in layout.landmarks),
-        head=tuple(moved(m, sequence.triangles) for m in layout.head),
+        landmarks=tuple(_moved(m, sequence.triangles) for m in layout.landmarks),
+        head=tuple(_moved(m, sequence.triangles) for m in layout.head),
     )
 
 
-def moved(landmark: Landmark, triangles: Int[np.ndarray, "f 3"]) -> Landmark:
+def _moved(landmark: Landmark, triangles: Int[np.ndarray, "f 3"]) -> Landmark:
     """A landmark at its vertex of the scan, a corner of one of these triangles."""
     at = triangles == landmark.source_vertex
     triangle = int(at.any(axis=1).argmax())

@@ -23,7 +23,7 @@ SLIVER = 0.02  # twice the area over the longest side squared: an equilateral tr
 BORDER = 100.0  # a border plane against a triangle's: outlines are seen first
 ALIKE = 9  # decimals of a cost that count; on a plane all costs are 0 but for rounding
 
-Point = tuple[float, ...]
+_Point = tuple[float, ...]
 
 
 def decimate(
@@ -44,25 +44,25 @@ def decimate(
     """
     if faces_wanted < 1:
         raise RigError(f"{faces_wanted} triangles wanted: give 1 or more")
-    left = Surface(vertices - vertices.mean(axis=0), triangles)
+    left = _Surface(vertices - vertices.mean(axis=0), triangles)
     left.collapse_to(faces_wanted)
     corners = np.array([corner for corner in left.corners if corner], dtype=int).reshape(-1, 3)
     kept, places = np.unique(corners, return_inverse=True)
     return kept, places.reshape(-1, 3).astype(triangles.dtype)
 
 
-class Surface:
+class _Surface:
     """A mesh while it is decimated: `corners` of each triangle (empty when gone), `around` are those at a vertex."""
 
     def __init__(self, x: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]) -> None:
-        self.x: list[Point] = [tuple(point) for point in x.tolist()]
+        self.x: list[_Point] = [tuple(point) for point in x.tolist()]
         self.corners: list[tuple[int, ...]] = [tuple(corner) for corner in triangles.tolist()]
         self.around: list[set[int]] = [set() for _ in self.x]
         for number, corner in enumerate(self.corners):
             for v in corner:
                 self.around[v].add(number)
-        self.normal: list[Point] = [tuple(n) for n in triangle_cross(x, triangles).tolist()]
-        self.quadric: list[Point] = [tuple(q) for q in vertex_quadrics(x, triangles).tolist()]
+        self.normal: list[_Point] = [tuple(n) for n in triangle_cross(x, triangles).tolist()]
+        self.quadric: list[_Point] = [tuple(q) for q in vertex_quadrics(x, triangles).tolist()]
         self.grown = [0] * len(self.x)  # how often a vertex took over a Q: its edges cost something else then
         self.refused: list[set[int]] = [set() for _ in self.x]
         self.faces = len(triangles)
@@ -128,7 +128,7 @@ class Surface:
         """The triangle's corners with v for u."""
         return tuple(v if w == u else w for w in self.corners[number])
 
-    def spanned(self, corners: tuple[int, ...]) -> tuple[Point, float]:
+    def spanned(self, corners: tuple[int, ...]) -> tuple[_Point, float]:
         """(b - a) x (c - a), and the squared length of the longest side."""
         (a, b, c), (d, e, f), (g, h, i) = (self.x[w] for w in corners)
         p, q, r = d - a, e - b, f - c
@@ -176,7 +176,7 @@ Planes = tuple[Int[np.ndarray, "n _"], Float[np.ndarray, "n 4"], Float[np.ndarra
 
 def triangle_planes(x: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]) -> Planes:
     """Corners, planes and areas of all triangles."""
-    normal, length = unit(triangle_cross(x, triangles))
+    normal, length = _unit(triangle_cross(x, triangles))
     return triangles, planes_through(x[triangles[:, 0]], normal), length / 2
 
 
@@ -186,9 +186,9 @@ def border_planes(x: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]
     _, first, count = np.unique(np.sort(pairs, axis=1), axis=0, return_index=True, return_counts=True)
     border = first[count == 1]
     ends, of = pairs[border], border % len(triangles)
-    along, length = unit(x[ends[:, 1]] - x[ends[:, 0]])
-    normal, _ = unit(triangle_cross(x, triangles[of]))
-    standing, _ = unit(np.cross(along, normal))
+    along, length = _unit(x[ends[:, 1]] - x[ends[:, 0]])
+    normal, _ = _unit(triangle_cross(x, triangles[of]))
+    standing, _ = _unit(np.cross(along, normal))
     return ends, planes_through(x[ends[:, 0]], standing), BORDER * length**2
 
 
@@ -197,13 +197,13 @@ def planes_through(x: Float[np.ndarray, "n 3"], normal: Float[np.ndarray, "n 3"]
     return np.column_stack([normal, -np.einsum("nx,nx->n", normal, x)])
 
 
-def unit(a: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]]:
+def _unit(a: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]]:
     """Directions, 0 where there is none, and lengths."""
     length = np.linalg.norm(a, axis=1)
     return a / np.where(length > 0, length, 1)[:, None], length
 
 
-def products(n: Point, m: Point) -> tuple[float, float, float]:
+def products(n: _Point, m: _Point) -> tuple[float, float, float]:
     """n . n, n . m and m . m."""
     (a, b, c), (d, e, f) = n, m
     return a * a + b * b + c * c, a * d + b * e + c * f, d * d + e * e + f * f

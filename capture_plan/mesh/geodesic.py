@@ -15,7 +15,7 @@ from capture_plan.mesh.geometry import half_edges
 BLOCK = 256  # sources whose searches share one small graph
 
 
-def crossings(
+def _crossings(
     vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]
 ) -> tuple[Int[np.ndarray, "e 2"], Float[np.ndarray, " e"]]:
     """Pairs of vertices opposite to each other across an edge, and the length of the straight way over it.
@@ -50,7 +50,7 @@ def crossings(
 def surface_graph(vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]) -> csr_array:
     """Sparse symmetric (v v) matrix of the lengths of edges and crossings, millimetres."""
     sides = half_edges(triangles)
-    across, across_length = crossings(vertices, triangles)
+    across, across_length = _crossings(vertices, triangles)
     side_length = np.linalg.norm(vertices[sides[:, 0]] - vertices[sides[:, 1]], axis=1)
     pairs = np.concatenate([sides, across])
     length = np.maximum(np.concatenate([side_length, across_length]), 1e-9)  # zero would mean no edge

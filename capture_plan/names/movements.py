@@ -22,16 +22,16 @@ from typing import Any, Literal, get_args
 from capture_plan.names.arkit import INTENSITY, UNIT, Side, arkit_name
 from capture_plan.names.tokens import DATA, side_words, split_words
 
-Kind = Literal[
+_Kind = Literal[
     "blink", "eye wide", "eye squint", "gaze up", "gaze down", "gaze left", "gaze right", "gaze in", "gaze out",
     "brow up", "brow down", "jaw open", "jaw side", "jaw forward", "mouth open", "mouth close", "mouth narrow",
     "mouth wide", "smile", "frown", "mouth side", "lip up", "lip down", "lip roll", "lip press", "mouth other",
     "cheek", "nose", "tongue", "emotion", "neutral", "hide or shrink", "head turn", "body", "hair or clothes",
     "teeth", "pupil",
 ]  # fmt: skip
-Phrase = tuple[float, Kind, tuple[str, ...]]  # weight, kind, the things it needs
-Sides = list[tuple[int, Side]]  # where in a name a word for left or right stands
-KINDS: tuple[Kind, ...] = get_args(Kind)
+Phrase = tuple[float, _Kind, tuple[str, ...]]  # weight, kind, the things it needs
+_Sides = list[tuple[int, Side]]  # where in a name a word for left or right stands
+KINDS: tuple[_Kind, ...] = get_args(_Kind)
 SIDEWAYS = ("jaw side", "mouth side", "head turn", "tongue")  # their left is a direction, no half of the face
 OBJECTS = frozenset(
     ("hide or shrink", "hair or clothes", "body", "cheek", "nose", "tongue", "teeth", "pupil")
@@ -55,7 +55,7 @@ class Movement:
     `nearest` are ARKit's blendshapes where the name says more than its kind; `part` is the lip that it says besides.
     """
 
-    kind: Kind
+    kind: _Kind
     side: Side | None = None
     confidence: float = PLAIN
     towards: Side | None = None
@@ -153,7 +153,7 @@ def _said(words: tuple[str, ...]) -> Movement | None:
     if whole := meanings.get("".join(word for word in words if word not in side_words())):
         things = [whole]
     said = {thing for each in things for thing in each or ()}
-    sides: Sides = [
+    sides: _Sides = [
         (at, side) for at, word in enumerate(words) if (side := side_words().get(word)) and word not in meanings
     ]
     if sides:
@@ -181,7 +181,7 @@ def _said(words: tuple[str, ...]) -> Movement | None:
     return replace(_sided(kind, round(sure, 3), sides, words), nearest=_finer(kind, said))
 
 
-def _finer(kind: Kind, said: set[str]) -> str | None:
+def _finer(kind: _Kind, said: set[str]) -> str | None:
     """ARKit's blendshapes of a name that says more than its kind."""
     entries = _table("nearest_of").get(kind, {})
     fits = [needs for needs in entries if said.issuperset(needs.split())]
@@ -203,7 +203,7 @@ def _sound(words: tuple[str, ...]) -> Movement | None:
     return None
 
 
-def _heaviest(said: frozenset[str]) -> tuple[Kind, tuple[str, ...]] | None:
+def _heaviest(said: frozenset[str]) -> tuple[_Kind, tuple[str, ...]] | None:
     """The phrase of which everything is said and that weighs most, and its kind."""
     parts = said & PARTS
     fits: list[Phrase] = [(weight, kind, used) for weight, kind, used in _phrases() if said.issuperset(used)]
@@ -212,7 +212,7 @@ def _heaviest(said: frozenset[str]) -> tuple[Kind, tuple[str, ...]] | None:
     return (heaviest[1], heaviest[2]) if heaviest else None
 
 
-def _sided(kind: Kind, sure: float, sides: Sides, words: tuple[str, ...]) -> Movement:
+def _sided(kind: _Kind, sure: float, sides: _Sides, words: tuple[str, ...]) -> Movement:
     """The movement with its side, or with where it goes to."""
     if kind == "gaze left":
         look = next((at for at, word in enumerate(words) if "look" in (_meanings().get(word) or ())), None)
@@ -325,7 +325,7 @@ def _table(key: str) -> dict[str, Any]:
 
 
 @cache
-def _by_name(key: str) -> dict[str, Kind]:
+def _by_name(key: str) -> dict[str, _Kind]:
     """A table of kinds turned round: the kind of every name in it."""
     return {name: kind for kind, names in reversed(_data()[key].items()) for name in names}
 

@@ -23,7 +23,7 @@ from capture_plan.notebooks_support.figures import (
 from capture_plan.notebooks_support.frame import (
     chosen_rig,
     given_takes,
-    plain,
+    markdown_plain,
     rig_reference,
     stop_link,
     takes_of_the_session,
@@ -51,8 +51,8 @@ from capture_plan.notebooks_support.packing import (
     ablation_table,
     packing_worth_knobs,
     people_knob,
+    saving_words,
     worth_table,
-    worth_words,
 )
 from capture_plan.notebooks_support.paper import downloads, page_gallery, sheet_download, sheet_pages
 from capture_plan.notebooks_support.pictures import blendshape_knob, figure_view, incidence_figure, rigs_beside
@@ -64,7 +64,7 @@ from capture_plan.notebooks_support.shell import (
     marker_counts_knob,
     other_people,
     people_table,
-    said,
+    sentence_list,
     skinning_table,
     views_table,
 )
@@ -106,6 +106,7 @@ __all__ = [
     "layouts_inside_the_next",
     "maps_of_counts",
     "maps_of_methods",
+    "markdown_plain",
     "marker_counts_knob",
     "noise_curves",
     "openness",
@@ -118,11 +119,11 @@ __all__ = [
     "paper_knob",
     "people_knob",
     "people_table",
-    "plain",
     "plan_view",
     "rig_reference",
     "rigs_beside",
-    "said",
+    "saving_words",
+    "sentence_list",
     "session_settings",
     "settings_file",
     "sheet_download",
@@ -140,5 +141,4 @@ __all__ = [
     "working",
     "worst_blendshapes",
     "worth_table",
-    "worth_words",
 ]

@@ -5,7 +5,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from capture_plan.evaluation.baseline_cache import SIXTY_EIGHT, Layouts, blendshape_errors, upper_estimates
-from capture_plan.figures import Figure, blendshape_bars, error_against_budget, error_against_noise
+from capture_plan.figures import Figure, blendshape_bars, draw_error_against_budget, error_against_noise
 from capture_plan.layout.face import Face
 from capture_plan.layout.naming import name_landmarks
 from capture_plan.layout.observation import error_against_budget as errors_by_number
@@ -65,7 +65,7 @@ def budget_curves(
     first = min(min(errors, default=1), len(told))
     curves[OURS] = (list(range(first, len(told) + 1)), told[first - 1 :].tolist())
     levels = upper_estimates(observation, {name: at for name, at in others.items() if name == SIXTY_EIGHT})
-    return error_against_budget(curves, ours=OURS, meaning=upper_at(noise_mm), levels=levels, budget=len(layout))
+    return draw_error_against_budget(curves, ours=OURS, meaning=upper_at(noise_mm), levels=levels, budget=len(layout))
 
 
 def upper_at(noise_mm: float) -> str:

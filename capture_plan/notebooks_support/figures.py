@@ -13,8 +13,9 @@ from capture_plan.layout.record import Layout, Prediction
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.plan.predicted import FRAMES_WITHIN, SOLVE
 from capture_plan.plan.summary import number_words
+from capture_plan.prose import count
 from capture_plan.report.contents import KINDS, compare_row, error_tile, headline, marker_rows, predicted_row, take_tile
-from capture_plan.report.words import count, millimetres, percent
+from capture_plan.report.words import millimetres, percent
 
 
 def audit_view(report: Audit) -> mo.Html:

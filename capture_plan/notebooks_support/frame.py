@@ -50,7 +50,7 @@ def takes_of_the_session(rig: Rig) -> Takes | None:
         return takes_of(rig, sequences) if sequences else None
 
 
-def plain(name: str) -> str:
+def markdown_plain(name: str) -> str:
     """A name as it may stand in Markdown: every sign that could mean something there is written as its number."""
     return "".join(sign if sign.isalnum() or sign == " " else f"&#{ord(sign)};" for sign in name)
 

@@ -6,12 +6,12 @@ from typing import Any
 import marimo as mo
 
 from capture_plan.evaluation.carrigan2020.mu_sweep import AblationRow
-from capture_plan.evaluation.carrigan2020.packing_worth import ALONE, RANDOM, Curve, Errors, error_after
+from capture_plan.evaluation.carrigan2020.packing_worth import ALONE, RANDOM, Curve, ErrorCurves, error_after
 from capture_plan.expressions import PackingSettings
 from capture_plan.notebooks_support.figures import show_table
 from capture_plan.notebooks_support.knobs import knob_group, slider
-from capture_plan.prose import in_series
-from capture_plan.report.words import count, percent
+from capture_plan.prose import count, in_series
+from capture_plan.report.words import percent
 
 OURS = "early"
 AFTER = (5, 10, 15, 20)
@@ -56,7 +56,7 @@ def ablation_table(rows: Sequence[AblationRow]) -> mo.Html:
     )
 
 
-def worth_table(errors: Errors) -> mo.Html:
+def worth_table(errors: ErrorCurves) -> mo.Html:
     """One row for each target and list: the error after the first scans and after all, mm."""
     rows = [(target, name, curve) for target, curves in errors.items() for name, curve in curves.items()]
     return show_table(
@@ -70,12 +70,12 @@ def worth_table(errors: Errors) -> mo.Html:
     )
 
 
-def worth_words(errors: Errors) -> mo.Html:
+def saving_words(errors: ErrorCurves) -> mo.Html:
     """Who is best where, after 5, 10, 15, 20 scans and after all, as the numbers say."""
     return mo.md("\n".join(f"- {sentence}" for sentence in worth_sentences(errors)))
 
 
-def worth_sentences(errors: Errors) -> list[str]:
+def worth_sentences(errors: ErrorCurves) -> list[str]:
     """Which list is best where, one sentence each; lists within a hundredth of the best are named beside it."""
     curves = list(errors.values())
     scans = curves[0][OURS][0][-1]
@@ -134,7 +134,7 @@ def _price(packed: Sequence[Curve], alone: Sequence[Curve]) -> str:
     return f"One at a time, it takes about {scans} scans to be as good as the {packed[0][0][-1]} packed ones."
 
 
-def _best(errors: Errors, n: int | None) -> dict[str, tuple[str, ...]]:
+def _best(errors: ErrorCurves, n: int | None) -> dict[str, tuple[str, ...]]:
     """By target the lists that leave least after n scans; after all of a packed list where n is None."""
     best = {}
     for target, of in errors.items():

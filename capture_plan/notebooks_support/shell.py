@@ -12,7 +12,7 @@ from capture_plan.evaluation.le2013.methods import Scored
 from capture_plan.evaluation.le2013.other_subjects import made_up, people_of
 from capture_plan.figures import Figure, Sitter, error_maps, nested_layouts
 from capture_plan.notebooks_support.figures import show_table
-from capture_plan.notebooks_support.frame import given_takes, is_sample, plain, working
+from capture_plan.notebooks_support.frame import given_takes, is_sample, markdown_plain, working
 from capture_plan.report.words import millimetres
 from capture_plan.rig import Rig
 from capture_plan.sample.motion import made_up_take
@@ -126,10 +126,10 @@ def skinning_table(found: Evaluation) -> mo.Html:
     )
 
 
-def said(found: Evaluation, *parts: Callable[[Evaluation], list[str]]) -> mo.Html:
+def sentence_list(found: Evaluation, *parts: Callable[[Evaluation], list[str]]) -> mo.Html:
     """Sentences about the numbers, as a list."""
     lines = [line for part in parts for line in part(found)]
-    return mo.md("\n".join(f"- {plain(line)}" for line in lines))
+    return mo.md("\n".join(f"- {markdown_plain(line)}" for line in lines))
 
 
 def _layout(found: Evaluation, method: str, markers: int) -> Scored:

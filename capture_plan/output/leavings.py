@@ -146,14 +146,14 @@ def put_back(made: Path, stood: Stood) -> None:
         there, kept = digest_of(place), digest_of(old)
         mine = there is not None and there == moved
         if before is not None and kept == before and there != before:
-            os.replace(old, place if mine or not os.path.lexists(place) else beside(place))
+            os.replace(old, place if mine or not os.path.lexists(place) else _beside(place))
         elif before is None and mine:
             os.unlink(place)
     with suppress(FileNotFoundError):
         os.unlink(made / MOVES)
 
 
-def beside(path: Path) -> Path:
+def _beside(path: Path) -> Path:
     """A free name for what stood at a place before: its own and `~`, else `~2` and so on."""
     names = (path.with_name(f"{path.name}~{n if n > 1 else ''}") for n in count(1))
     return next(each for each in names if not os.path.lexists(each))

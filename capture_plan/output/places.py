@@ -23,7 +23,7 @@ def refuse_place(path: Path, *, inputs: Inputs = (), endings: tuple[str, ...] = 
             is a link, a device or a folder, or lies where nobody may write.
     """
     read = those_there(inputs)
-    if reason := why_not(path, False, read) or why_no_file(path, read, endings, over_plan):
+    if reason := _why_not(path, False, read) or why_no_file(path, read, endings, over_plan):
         raise PlanError(f"{path} {reason}: choose another place with -o")
 
 
@@ -37,7 +37,7 @@ def refuse_folder(folder: Path, names: Iterable[str], *, inputs: Inputs = ()) ->
     """
     read = those_there(inputs)
     for place in (folder, *(folder / name for name in names)):
-        if reason := why_not(place, place == folder or not place.suffix, read):
+        if reason := _why_not(place, place == folder or not place.suffix, read):
             raise PlanError(f"{place} {reason}: choose another place with -o")
         for each in read if place != folder else ():
             above = (*Path(os.path.abspath(each)).parents, *each.resolve().parents)
@@ -50,7 +50,7 @@ def those_there(inputs: Inputs) -> list[Path]:
     return [Path(each) for each in inputs if each is not None and os.path.exists(each)]
 
 
-def why_not(path: Path, folder: bool, inputs: list[Path]) -> str | None:
+def _why_not(path: Path, folder: bool, inputs: list[Path]) -> str | None:
     """The reason not to write to `path`; None where there is none."""
     if path.is_symlink():
         return IS_A_LINK

@@ -68,7 +68,7 @@ def move(made: Path, of: str) -> None:
     names = files_in(new)
     for name in names:
         flush(new / name)
-    kept = {name: keep(made, name) for name in (*names, *gone)}
+    kept = {name: _keep(made, name) for name in (*names, *gone)}
     stood = {
         str(name): (digest_of(made / OLD / name) if stands else None, digest_of(new / name))
         for name, stands in kept.items()
@@ -99,7 +99,7 @@ def files_in(folder: Path) -> list[Path]:
     return [path.relative_to(folder) for path in sorted(folder.rglob("*")) if path.is_file()]
 
 
-def keep(made: Path, name: Path) -> bool:
+def _keep(made: Path, name: Path) -> bool:
     """Keep what stands at a place, in `old/`; False where nothing does."""
     if not (place := made.parent / name).exists():
         return False
@@ -114,7 +114,7 @@ def remember(new: Path, folder: Path, names: list[Path], of: str) -> list[Path]:
     gone = []
     for inside in sorted({name.parent for name in names}):
         refuse_links(folder, inside, [name for name in names if name.parent == inside])
-        before = ours(folder / inside)
+        before = _ours(folder / inside)
         now = {name.name: digest_of(new / name) or "" for name in names if name.parent == inside}
         for name in now:
             if (place := folder / inside / name).exists() and digest_of(place) not in (before.get(name), now[name]):
@@ -131,7 +131,7 @@ def remember(new: Path, folder: Path, names: list[Path], of: str) -> list[Path]:
     return gone
 
 
-def ours(folder: Path) -> dict[str, str]:
+def _ours(folder: Path) -> dict[str, str]:
     """Names of the files that we wrote into a folder, with their digests."""
     try:
         files = json.loads((folder / MEMORY).read_bytes())[WRITTEN]
@@ -167,7 +167,7 @@ def refuse_plan(path: Path) -> None:
     Raises:
         PlanError: there is such a plan.
     """
-    if holds_plan(path) and path.name not in ours(path.parent):
+    if holds_plan(path) and path.name not in _ours(path.parent):
         raise PlanError(f"{path} {HOLDS_A_PLAN}: choose another place with -o")
 
 

@@ -101,15 +101,15 @@ def keeping(path: Path) -> dict[Path, Path]:
     """Where to keep what stands at `path`: under its name and `~`. What was kept there before goes on as `~2`, `~3` and
     so on, the first that is free. Each new place with the old one, in the order to copy; none where it is kept."""
     last = path.with_name(f"{path.name}~")
-    if alike(last, path):
+    if _alike(last, path):
         return {}
     if not os.path.lexists(last):
         return {last: path}
-    further = next(each for n in count(2) if alike(each := Path(f"{last}{n}"), last) or not os.path.lexists(each))
+    further = next(each for n in count(2) if _alike(each := Path(f"{last}{n}"), last) or not os.path.lexists(each))
     return {last: path} if further.exists() else {further: last, last: path}
 
 
-def alike(one: Path, other: Path) -> bool:
+def _alike(one: Path, other: Path) -> bool:
     """Whether two files are there and hold the same."""
     return one.is_file() and other.is_file() and one.read_bytes() == other.read_bytes()
 

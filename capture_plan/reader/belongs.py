@@ -24,7 +24,7 @@ from scipy.spatial import KDTree
 
 from capture_plan.face.flying import flying
 from capture_plan.face.skin import is_ball
-from capture_plan.formats.naming import listed, printable, sentences
+from capture_plan.formats.naming import listed, one_line, sentences
 from capture_plan.formats.raw import RawRig
 from capture_plan.formats.weld import weld_seams
 from capture_plan.mesh import piece_areas, pieces, rigid_fit, triangle_areas
@@ -114,7 +114,7 @@ def spare_bodies(raw: RawRig) -> list[Body]:
     moves = np.linalg.norm(raw.deltas if flies.all() else raw.deltas[~flies], axis=2)
     moves = moves > MOVES * moves.max()
     moving = moves.any(axis=0)
-    every = list(bodies(raw))
+    every = list(loose_bodies(raw))
     faces = find_faces([body for body in every if moving[body.at].any()], moves)
     faces += [piece for face in faces for piece in loose_pieces(face, face.area) if moving[piece.at].any()]
     copies = [copy for body in every for copy in copies_in(body, faces, moving)]
@@ -124,7 +124,7 @@ def spare_bodies(raw: RawRig) -> list[Body]:
     return list(spare.values())
 
 
-def bodies(raw: RawRig) -> Iterator[Body]:
+def loose_bodies(raw: RawRig) -> Iterator[Body]:
     """The meshes of a rig, or its parts where the file does not tell meshes apart."""
     number = raw.parts if raw.meshes is None else raw.meshes
     for one in np.unique(number):
@@ -133,7 +133,7 @@ def bodies(raw: RawRig) -> Iterator[Body]:
             at, inner = np.unique(triangles, return_inverse=True)
             titles = list(dict.fromkeys(raw.part_names[part] for part in np.unique(raw.parts[at])))
             title = titles[0] if len(titles) == 1 else titles[0].rpartition("/")[0] or titles[0]
-            yield Body(printable(title), at, raw.neutral[at], inner.reshape(-1, 3))
+            yield Body(one_line(title), at, raw.neutral[at], inner.reshape(-1, 3))
 
 
 def find_faces(moving: list[Body], moves: Bool[np.ndarray, "k v"]) -> list[Body]:

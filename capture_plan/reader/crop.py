@@ -36,7 +36,7 @@ def crop_to_head(raw: RawRig, facial: Bool[np.ndarray, " k"]) -> RawRig:
     if np.linalg.norm(np.ptp(raw.neutral, axis=0)) <= WHOLE_FIGURE * D:
         return raw
     near = np.linalg.norm(raw.neutral - (low + high) / 2, axis=1) <= REACH * D
-    return keep(raw, near | (m > MOVES * m.max()), "a whole figure")
+    return _keep(raw, near | (m > MOVES * m.max()), "a whole figure")
 
 
 def without_stage(raw: RawRig, facial: Bool[np.ndarray, " k"]) -> RawRig:
@@ -46,10 +46,10 @@ def without_stage(raw: RawRig, facial: Bool[np.ndarray, " k"]) -> RawRig:
     near = np.linalg.norm(raw.neutral - (low + high) / 2, axis=1) <= WHOLE_FIGURE * np.linalg.norm(high - low)
     piece = pieces(raw.triangles, len(raw.neutral))
     kept = (np.bincount(piece, near | moves) > 0)[piece]
-    return raw if kept[raw.triangles].all() else keep(raw, kept, "a stage")
+    return raw if kept[raw.triangles].all() else _keep(raw, kept, "a stage")
 
 
-def keep(raw: RawRig, near: Bool[np.ndarray, " v"], what: str) -> RawRig:
+def _keep(raw: RawRig, near: Bool[np.ndarray, " v"], what: str) -> RawRig:
     """The triangles that have one of these vertices, and no other vertices; `what` the rest makes of the file."""
     triangles = raw.triangles[near[raw.triangles].any(axis=1)]
     if len(triangles) == 0:

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_plan.errors import RigError
-from capture_plan.formats.obj import is_obj, load, parse_vertices
+from capture_plan.formats.obj import is_obj, load_text, parse_vertices
 from capture_plan.formats.raw import FARTHEST
 from capture_plan.reader.read import read_raw
 from capture_plan.rig.record import Rig
@@ -22,7 +22,7 @@ def read_neutral(path: Path, rig: Rig) -> Float[np.ndarray, "v 3"]:
     if not os.path.exists(path):
         raise RigError(f"{path} does not exist: give an OBJ file of the actor's neutral, or a rig")
     if is_obj(path):
-        vertices = parse_vertices(load(path), path)
+        vertices = parse_vertices(load_text(path), path)
         numbers = np.arange(len(vertices))
     else:
         raw = read_raw(path)

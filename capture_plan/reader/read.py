@@ -38,7 +38,7 @@ from capture_plan.mesh import pieces
 from capture_plan.names.name_map import read_name_map
 from capture_plan.reader.belongs import what_belongs
 from capture_plan.reader.crop import crop_to_head
-from capture_plan.reader.read_cache import remembered
+from capture_plan.reader.read_cache import remembered_rig
 from capture_plan.reader.twins import one_of_each
 from capture_plan.reader.upright import lifted, nearest_axes, off_axes_degrees, straightened
 from capture_plan.rig.record import Rig
@@ -75,15 +75,15 @@ def read_rig(
     """
     check_given(unit_mm, up, facing)
     path = Path(path)
-    rig = remembered(
+    rig = remembered_rig(
         lambda: rig_from_raw(read_raw(path), unit_mm=unit_mm, up=up, facing=facing, skin=skin),
         path,
         (unit_mm, up, facing, skin),
     )
-    return replace(rig, meanings=own_names(names, rig)) if names else rig
+    return replace(rig, meanings=_own_names(names, rig)) if names else rig
 
 
-def own_names(path: str, rig: Rig) -> tuple[tuple[str, str], ...]:
+def _own_names(path: str, rig: Rig) -> tuple[tuple[str, str], ...]:
     """What the user's name map says of the rig's blendshapes. RigError when it speaks of none of them."""
     meant = read_name_map(path).names
     known = tuple((name, meant[name]) for name in rig.names if name in meant)
@@ -199,7 +199,7 @@ def read_raw(path: Path) -> RawRig:
 def read_source(source: Source) -> RawRig:
     """The rig in a folder or file, on the disk or in an archive."""
     if source.is_dir():
-        return read_folder(source)
+        return _read_folder(source)
     kind = source.suffix.lower()
     if kind in (".obj", ".ply", ".csv"):
         raise RigError(
@@ -211,7 +211,7 @@ def read_source(source: Source) -> RawRig:
     return READERS[kind](source)
 
 
-def read_folder(folder: Source) -> RawRig:
+def _read_folder(folder: Source) -> RawRig:
     """The rig in a folder. RigError that says where the rig may be when none of its files are of a kind read here."""
     inside = sorted(folder.iterdir(), key=lambda source: source.name)
     if holds_targets(folder):

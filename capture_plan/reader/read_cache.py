@@ -26,7 +26,7 @@ PARTS = (".obj", ".ply", ".csv", ".target")
 ROOMS = ("mesh", "visibility", "rig")
 
 
-def remembered(read: Callable[[], Rig], path: Path, given: tuple[float | str | None, ...]) -> Rig:
+def remembered_rig(read: Callable[[], Rig], path: Path, given: tuple[float | str | None, ...]) -> Rig:
     """`read()`, or the rig that the same files gave before."""
     skin = given[-1]
     try:

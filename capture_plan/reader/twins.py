@@ -27,11 +27,11 @@ from capture_plan.reader.belongs import (
     MOVES,
     Body,
     Copy,
-    bodies,
     find_faces,
     goes_with,
     leave_out,
     lies_on,
+    loose_bodies,
     loose_pieces,
     repeats,
 )
@@ -87,30 +87,30 @@ def moving_vertices(raw: RawRig) -> Bool[np.ndarray, "k v"]:
 
 def moving_copies(raw: RawRig, moves: Bool[np.ndarray, "k v"]) -> list[Body]:
     """Copies of a face that move, and what goes with them."""
-    every = list(bodies(raw))
+    every = list(loose_bodies(raw))
     moving = [body for body in every if moves[:, body.at].any()]
     faces = find_faces(moving, moves)
     if not faces:
         return []
     area = max(face.area for face in faces)
     loose = [piece for body in moving for piece in loose_pieces(body, area) if moves[:, piece.at].any()]
-    heads = ranked([body for body in (*moving, *loose) if not is_ball(body.points)], faces, moves)
+    heads = _ranked([body for body in (*moving, *loose) if not is_ball(body.points)], faces, moves)
     copies: list[Copy] = []
     for i, body in enumerate(heads):
         gone = [copy.body for copy in copies]
-        mains = [one for one in heads[:i] if is_face(one, faces) and not overlaps(one, (*gone, body))]
+        mains = [one for one in heads[:i] if is_face(one, faces) and not _overlaps(one, (*gone, body))]
         mains = [one for one in mains if not is_plate(one)]
-        if not overlaps(body, gone):
+        if not _overlaps(body, gone):
             mesh = any(body is one for one in moving)
             copies += list(copy_of(body, mains, moves, raw.deltas, mesh=mesh))[:1]
-    rest = [body for body in every if not overlaps(body, [one for copy in copies for one in (copy.body, copy.face)])]
+    rest = [body for body in every if not _overlaps(body, [one for copy in copies for one in (copy.body, copy.face)])]
     found = {id(copy.body): copy.body for copy in copies}
     for copy in copies:
         found |= {id(body): body for body in (*goes_with(copy, rest, every), *of_its_level(copy, rest, every))}
     return list(found.values())
 
 
-def overlaps(body: Body, others: Iterable[Body]) -> bool:
+def _overlaps(body: Body, others: Iterable[Body]) -> bool:
     """Whether a body shares vertices with one of the others, as a piece does with its mesh."""
     return any(np.isin(body.at, other.at).any() for other in others)
 
@@ -126,7 +126,7 @@ def is_plate(body: Body) -> bool:
     return bool(spread[0] < FLAT * spread[-1])
 
 
-def ranked(found: list[Body], faces: list[Body], moves: Bool[np.ndarray, "k v"]) -> list[Body]:
+def _ranked(found: list[Body], faces: list[Body], moves: Bool[np.ndarray, "k v"]) -> list[Body]:
     """The bodies in the order in which they may be the main face."""
     counts = [int(moves[:, body.at].any(axis=1).sum()) for body in found]
     most, finest = max(counts, default=0), max(map(density, faces))

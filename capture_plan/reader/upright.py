@@ -37,14 +37,14 @@ TILTED_DEGREES = 5.0  # more than an artist leaves by chance, less than a head t
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Pose:
+class _Pose:
     """Rotation from the file's axes to ours, rows left, up and facing, and whether its pitch is sure."""
 
     R: Float[np.ndarray, "3 3"]
     sure: bool
 
 
-def upright(raw: RawRig) -> Pose:
+def upright(raw: RawRig) -> _Pose:
     """How a head lies in its file."""
     turn = _onto_x(np.array(find_mirror_plane(_near_face(head_shape(raw))).normal))
     votes = votes_of(rotated(raw, turn), 0)
@@ -57,7 +57,7 @@ def upright(raw: RawRig) -> Pose:
         rows = np.array([[s, 0, 0], [0, c, t], [0, -s * t, s * c]])
         found.append((round(float(np.hypot(along, across) + s * L[0]), 9), rows))
     _, rows = max(found, key=lambda one: one[0])
-    return Pose(rows @ turn, pitch_is_sure(votes, rows))
+    return _Pose(rows @ turn, pitch_is_sure(votes, rows))
 
 
 def pitch_is_sure(votes: list[Vote], R: Float[np.ndarray, "3 3"]) -> bool:

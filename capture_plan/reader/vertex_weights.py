@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_plan.errors import RigError
-from capture_plan.formats.npz import load
+from capture_plan.formats.npz import load_npz
 from capture_plan.input.bounds import MOST_TEXT_BYTES, content
 from capture_plan.rig.record import Rig
 
@@ -44,7 +44,7 @@ def read_vertex_weights(path: Path, rig: Rig) -> Float[np.ndarray, " v"]:
 def _numbers(path: Path) -> np.ndarray:
     suffix, data = path.suffix.lower(), content(path, MOST_TEXT_BYTES)
     if suffix == ".npz":
-        found = load(path)["weights"]
+        found = load_npz(path)["weights"]
     elif suffix == ".npy":
         found = np.load(io.BytesIO(data), allow_pickle=False)
     else:

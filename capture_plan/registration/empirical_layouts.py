@@ -21,7 +21,7 @@ from capture_plan.rig import Rig
 from capture_plan.sample import sample_rig
 
 
-class Point(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class _Point(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A named place on a face: a vertex of the sample head, and the words that define it. Sides are the subject's."""
 
     name: str
@@ -35,7 +35,7 @@ class EmpiricalLayout(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     title: str
     source: str
     note: str
-    points: tuple[Point, ...]
+    points: tuple[_Point, ...]
 
     @property
     def vertices(self) -> Int[np.ndarray, " m"]:

@@ -49,7 +49,7 @@ def fit(
 ) -> Float[np.ndarray, "n 3"]:
     """The start laid onto the surface q with normals m; only its `inner` vertices attract."""
     tree = KDTree(np.hstack([q, NORMAL_WEIGHT * m]))
-    LL = stiffness(triangles, len(start))
+    LL = graph_stiffness(triangles, len(start))
     p = start
     for b in STIFFNESS:
         n = vertex_normals(p, triangles)
@@ -64,7 +64,7 @@ def fit(
     return p
 
 
-def stiffness(triangles: Int[np.ndarray, "f 3"], n: int) -> csc_array:
+def graph_stiffness(triangles: Int[np.ndarray, "f 3"], n: int) -> csc_array:
     """LᵀL of L x = x - mean of the neighbours of x."""
     sides = half_edges(triangles)
     sides = np.concatenate([sides, sides[:, ::-1]])

@@ -22,9 +22,10 @@ from capture_plan.plan.predicted import (
 )
 from capture_plan.plan.record import Plan
 from capture_plan.plan.summary import fit_words, unidentified_words
+from capture_plan.prose import count
 from capture_plan.report.proofs import minimum_proof, packing_proof, proofs
 from capture_plan.report.shots import session_intro
-from capture_plan.report.words import count, millimetres, percent
+from capture_plan.report.words import millimetres, percent
 from capture_plan.sheets import Look, region_looks
 from capture_plan.sheets.style import outline
 
@@ -72,14 +73,14 @@ def contents(plan: Plan, shot_list: Session) -> dict[str, Any]:
         "frames_within": FRAMES_WITHIN,
         "predicted_intro": f"Error of the skin (root mean square) of {SOLVE}, by a seeded simulation of each "
         f"performance that says how well it knows the error. {' '.join(beyond_words(layout.predictions))}".strip(),
-        "compare": compare(plan),
+        "compare": compared_layouts(plan),
         "take": " ".join(fit_words(layout.motion)) if layout.motion else "",
         "proofs": proofs(plan),
         "rig_facts": rig_facts(plan),
         "apart": apart_lines(plan.audit.apart),
         "left_out": [finding for finding in findings(plan) if finding["left_out"]],
         "findings": [finding for finding in findings(plan) if not finding["left_out"]],
-        "settings": settings(plan),
+        "settings": _settings(plan),
         "versions": ", ".join(f"{name} {number}" for name, number in plan.versions.items()),
         "fingerprint": plan.rig.fingerprint,
     }
@@ -165,11 +166,11 @@ def marker_facts(landmark: Landmark, seers: str) -> list[tuple[str, str]]:
         ("Vertex", f"{landmark.source_vertex:,}"),
     ]
     if landmark.views:
-        facts.append(("Cameras", ", ".join(view_words(view) for view in landmark.views)))
+        facts.append(("Cameras", ", ".join(_view_words(view) for view in landmark.views)))
     return [*facts, ("Why", why)] if why else facts
 
 
-def view_words(view: View) -> str:
+def _view_words(view: View) -> str:
     """'upper 7.2 px', and where a camera loses the marker, that it does."""
     if view.pixels == 0:
         return f"{view.camera} never"
@@ -207,7 +208,7 @@ def chart(plan: Plan) -> dict[str, Any]:
     return {"bars": bars, "line": 100 * ENOUGH, "enough": percent(ENOUGH), "alt": f"Covered after each: {said}"}
 
 
-def compare(plan: Plan) -> list[dict[str, Any]]:
+def compared_layouts(plan: Plan) -> list[dict[str, Any]]:
     """This plan's layout above the others of the same face; bars share one scale that ends at the largest error."""
     fit, own = plan.layout.motion, f"This plan ({plan.layout.method})"
     worths = {own: plan.layout.worth} | plan.layout.references
@@ -270,7 +271,7 @@ def findings(plan: Plan) -> list[dict[str, Any]]:
     ]
 
 
-def settings(plan: Plan) -> list[tuple[str, str]]:
+def _settings(plan: Plan) -> list[tuple[str, str]]:
     """What was decided for this plan, in words."""
     landmarks, expressions = plan.settings.landmarks, plan.settings.expressions
     switch = {True: "yes", False: "no"}

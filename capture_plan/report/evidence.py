@@ -31,10 +31,10 @@ def evidence(plan: Plan, inputs: Rig | PlanInputs) -> dict[str, Any]:
     except CapturePlanError as error:
         return {"missing": str(error)}
     face = Face(json.loads(plan_bytes(plan)), arrays)
-    return {"used": face.used, **places(plan, face), **sites(face), **skin_shared(Scans(face))}
+    return {"used": face.used, **_places(plan, face), **sites(face), **skin_shared(Scans(face))}
 
 
-def places(plan: Plan, face: Face) -> dict[str, Any]:
+def _places(plan: Plan, face: Face) -> dict[str, Any]:
     """Where each marker's vertex lies, and what moves it."""
     at = {m.name: m.vertex for m in plan.layout.markers if 0 <= m.vertex < len(face.x)}
     return {

@@ -43,7 +43,7 @@ UNSAFE = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026", "\u2028": "\\u2028", "
 
 
 @runtime_checkable
-class Picture(Protocol):
+class _Picture(Protocol):
     """What the page needs of a Pillow image."""
 
     @property
@@ -112,7 +112,7 @@ def card(expression: Expression, pictures: ExpressionPictures, item: Item) -> di
     }
 
 
-def plate(view: str, picture: Picture) -> dict[str, Any]:
+def plate(view: str, picture: _Picture) -> dict[str, Any]:
     """What the page shows of one picture of the markers."""
     caption = VIEWS.get(view, view)
     return {**embedded(picture, f"Markers: {caption}"), "caption": caption}
@@ -194,7 +194,7 @@ def openness(rig: Rig) -> Float[np.ndarray, " v"]:
     return share
 
 
-def embedded(picture: Picture, alt: str) -> dict[str, Any]:
+def embedded(picture: _Picture, alt: str) -> dict[str, Any]:
     """A picture as a data URL with its size and what it shows."""
     buffer = io.BytesIO()
     picture.save(buffer, "WEBP", quality=WEBP_QUALITY, method=4)

@@ -2,7 +2,7 @@
 
 from capture_plan.plan.record import Plan
 from capture_plan.plan.summary import fine_words
-from capture_plan.report.words import count
+from capture_plan.prose import count
 
 ORDERED = {
     "early": "In no other order, but for what an edit locks, do the first of these expressions cover more.",

@@ -1,11 +1,6 @@
 """Numbers as people read them, each with its unit."""
 
 
-def count(n: int, what: str) -> str:
-    """A number with its noun: '1 marker', '1,200 markers'."""
-    return f"{n:,} {what}" if n == 1 else f"{n:,} {what}s"
-
-
 def percent(share: float) -> str:
     """A share from 0 to 1 in whole per cent."""
     return f"{100 * share:.0f} %"

@@ -13,8 +13,8 @@ PartKind = Literal[
     "glasses", "clear", "lash", "eye line", "brow", "hair", "teeth", "tongue", "gums", "inside", "iris", "eye",
     "clothes", "skin", "body", "other",
 ]  # fmt: skip
-KINDS = get_args(PartKind)
-WORDS: tuple[tuple[PartKind, str], ...] = (
+PART_KINDS = get_args(PartKind)
+PART_WORDS: tuple[tuple[PartKind, str], ...] = (
     ("glasses", r"glass|goggle|eyewear"),
     # shells and fluids over an eye, and the corner of an eye
     (
@@ -41,7 +41,7 @@ WORDS: tuple[tuple[PartKind, str], ...] = (
     ("skin", r"skin|face|head|neck|(?<!g)ear|scalp|lip|eye.?lid"),
     ("body", r"body"),
 )
-NOT_SKIN: frozenset[PartKind] = frozenset(KINDS) - {"skin", "body", "other"}
+NOT_SKIN: frozenset[PartKind] = frozenset(PART_KINDS) - {"skin", "body", "other"}
 WORN: frozenset[PartKind] = frozenset(
     {"glasses", "clear", "lash", "hair", "clothes"}
 )  # on skin, and does not hide it from make-up
@@ -51,7 +51,7 @@ DRAWN: frozenset[PartKind] = frozenset({"brow", "eye line"})  # on skin
 @cache
 def part_kind(name: str) -> PartKind:
     """What a part of this name is; 'other' where the name says nothing."""
-    for kind, words in WORDS:
+    for kind, words in PART_WORDS:
         if re.search(words, name, re.IGNORECASE):
             return kind
     return "other"

@@ -15,7 +15,7 @@ from capture_plan.names.recognise import recognise
 from capture_plan.rig.understood import Understood
 
 NAMING = ("ARKit", "FACS")  # standards whose names say exactly one movement
-Found = Literal["given", "format", "detected"]
+HowFound = Literal["given", "format", "detected"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +43,9 @@ class Rig:
     unit_mm: float = 1.0
     up: str = "+y"
     facing: str = "+z"
-    unit_found: Found = "given"
-    up_found: Found = "given"
-    facing_found: Found = "given"
+    unit_found: HowFound = "given"
+    up_found: HowFound = "given"
+    facing_found: HowFound = "given"
     note: str = ""
     meanings: tuple[tuple[str, str], ...] = ()
     turn: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)

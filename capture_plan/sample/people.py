@@ -29,13 +29,15 @@ def made_up_person(rig: Rig, rng: np.random.Generator, name: str) -> Rig:
     amplitudes = rng.normal(0, AMPLITUDE_MM, (BUMPS, 3))
     scale = 1 + SCALE_SD * rng.standard_normal(3)
     strength = np.exp(STRENGTH_SD * rng.standard_normal(len(rig.names)))
-    shape, jacobian = bent(x, scale, np.vstack([centres, centres * flip]), np.vstack([amplitudes, amplitudes * flip]))
+    shape, jacobian = reshaped(
+        x, scale, np.vstack([centres, centres * flip]), np.vstack([amplitudes, amplitudes * flip])
+    )
     # d' = g J d
     deltas = np.einsum("k,vxy,kvy->kvx", strength, jacobian, rig.deltas, optimize=True).astype(np.float32)
     return replace(rig, name=name, neutral=shape, deltas=deltas)
 
 
-def bent(
+def reshaped(
     x: Float[np.ndarray, "v 3"],
     scale: Float[np.ndarray, " 3"],
     centres: Float[np.ndarray, "b 3"],

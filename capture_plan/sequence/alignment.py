@@ -17,7 +17,15 @@ from capture_plan.face.frame import find_frame
 from capture_plan.formats.raw import UNITS_MM, RawRig
 from capture_plan.reader.neutral import read_neutral
 from capture_plan.rig.record import Rig
-from capture_plan.sequence.frame_tests import MOST_FAULTY, NO_FIT_MM, Fault, face_at, first_face, mesh_of, sound_frames
+from capture_plan.sequence.frame_tests import (
+    MOST_FAULTY,
+    NO_FIT_MM,
+    FrameFault,
+    face_at,
+    first_face,
+    sound_frames,
+    take_mesh,
+)
 from capture_plan.sequence.head_stabilisation import HeldFrames, hold, still_vertices, stillness
 from capture_plan.sequence.meshes import MeshTake
 from capture_plan.sequence.record import Sequence
@@ -53,7 +61,7 @@ def lay_onto(
         placed = rig.neutral
     elif shape is None:
         notes.append("the first frame stands for the neutral: give the actor's neutral where it is none")
-    mesh = mesh_of(placed, rig.triangles, rig.deltas, still)
+    mesh = take_mesh(placed, rig.triangles, rig.deltas, still)
     frames, told = sound_frames(path.name, frames, mesh, unit, f"the rig {rig.name}")
     notes += told
     held = HeldFrames(frames, placed, still, unit)
@@ -66,11 +74,11 @@ def first_on_rig(
 ) -> Float[np.ndarray, "v 3"]:
     """The first frame that lies on the rig in the unit of most frames, in the take's unit; if none does, the first."""
     first = first_face(path.name, frames)
-    some = [x for t in evenly(len(frames), UNIT_SAMPLE) if not isinstance(x := face_at(frames, t), Fault)]
+    some = [x for t in evenly(len(frames), UNIT_SAMPLE) if not isinstance(x := face_at(frames, t), FrameFault)]
     usual = unit_mm or float(np.median([find_scale(path, x, rig, still) for x in some or [first]]))
     for t in range(1 + int(MOST_FAULTY * len(frames))):
         start = face_at(frames, t)
-        if isinstance(start, Fault):
+        if isinstance(start, FrameFault):
             continue
         unit = unit_mm or find_scale(path, start, rig, still)
         near = distance(hold(start * unit, rig.neutral, still), rig, still) <= NO_FIT_MM
@@ -130,7 +138,7 @@ def orient_take(
     size = float(np.ptp(start, axis=0).max())
     rough = 250 / size if size > 0 else 1.0  # a head is about that tall: enough to tell still from moving
     frames, told = sound_frames(
-        path.name, take.frames, mesh_of(start * rough, take.triangles), rough, "the mesh of the first frame"
+        path.name, take.frames, take_mesh(start * rough, take.triangles), rough, "the mesh of the first frame"
     )
     notes += told
     still = still_vertices(frames, start * rough, rough)

@@ -17,7 +17,7 @@ from capture_plan.curves.weights import WeightTable
 from capture_plan.errors import RigError
 from capture_plan.formats import vrm
 from capture_plan.formats.gltf import DAMAGE, target_names, titles
-from capture_plan.formats.gltf_file import Gltf, load
+from capture_plan.formats.gltf_file import Gltf, load_gltf
 from capture_plan.formats.gltf_scene import scene_nodes
 
 MOST_FRAMES = 1_000_000  # 4.6 hours at 60 frames a second
@@ -39,7 +39,7 @@ def read_animation(path: Path) -> WeightTable:
     """The weights of the first animation that has any. RigError where there is none."""
     try:
         with np.errstate(all="ignore"):
-            return animation(load(path))
+            return animation(load_gltf(path))
     except RigError:
         raise
     except DAMAGE as error:
@@ -63,7 +63,7 @@ def animation(gltf: Gltf) -> WeightTable:
             moved = any(one["target"]["path"] != "weights" for one in take["channels"])
             notes = [f"of {len(takes)} animations the first with weights is read"] if others else []
             notes += ["the movement of its nodes (head, eyes, jaw bones) is left out"] if moved else []
-            return table(channels, notes)
+            return _table(channels, notes)
     raise RigError("has no animation of blendshape weights: export the take with its shape keys")
 
 
@@ -83,7 +83,7 @@ def channel(gltf: Gltf, sampler: dict, names: tuple[str, ...]) -> Channel:
     return Channel(names, times, values.reshape(i, k), how == "STEP", None)
 
 
-def table(channels: list[Channel], notes: list[str]) -> WeightTable:
+def _table(channels: list[Channel], notes: list[str]) -> WeightTable:
     """All channels at the frames of the one with the most keys."""
     main = max(channels, key=lambda one: len(one.times))
     step = usual_step(main.times)

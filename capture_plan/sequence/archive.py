@@ -47,7 +47,7 @@ def read_archive(path: Path, counts: Collection[int] = ()) -> MeshTake | WeightT
     try:
         with zipfile.ZipFile(path) as archive:
             sizes = {name: declared(archive, name) for name in archive.namelist() if name.endswith(".npy")}
-            check_size(sum(sizes.values()))
+            _check_size(sum(sizes.values()))
             for name in sizes:
                 with archive.open(name) as file:
                     arrays[name.removesuffix(".npy")] = np.lib.format.read_array(file, allow_pickle=False)
@@ -57,14 +57,14 @@ def read_archive(path: Path, counts: Collection[int] = ()) -> MeshTake | WeightT
         ) from error
     if "weights" in arrays:
         return from_arrays(arrays)
-    table = by_name(arrays)
+    table = _by_name(arrays)
     return from_arrays(table) if table else stored(arrays, counts)
 
 
 def read_array(path: Path, counts: Collection[int] = ()) -> MeshTake:
     """The meshes in one NPY array, read where they are asked for; `counts` may be the vertices. RigError without."""
     check_plain(path)
-    check_size(path.stat().st_size)
+    _check_size(path.stat().st_size)
     try:
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Reading `.npy`")  # headers of Python 2 are as good
@@ -86,14 +86,14 @@ def no_frames(array: np.ndarray, counts: Collection[int]) -> str:
     return f"{found}{mesh}: weights without names cannot be told apart, save NPZ with weights (t, k) and names"
 
 
-def check_size(count: int) -> None:
+def _check_size(count: int) -> None:
     """RigError where arrays of so many bytes are too large."""
     if count > MOST_BYTES:
         told = f"{count / 1e9:.1f} GB of arrays, more than {MOST_BYTES / 1e9:.1f} GB"
         raise RigError(f"holds {told}: save the frames as float32, or cut the take into parts")
 
 
-def by_name(arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray] | None:
+def _by_name(arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray] | None:
     """The arrays with one table `weights` (t, c) of those that stand, (t) each, under names of a face; None where these
     are few or meshes are held."""
     if any(arrays[name].ndim > 1 for name in FRAME_NAMES if name in arrays):
@@ -119,7 +119,7 @@ def stored(arrays: Mapping[str, np.ndarray], counts: Collection[int] = ()) -> Me
     turned = {name: as_frames(x, {*counts, *mesh_counts(arrays)}) for name, x in arrays.items() if name in FRAME_NAMES
               and not (x.ndim == 2 and x.shape[1] == 3)}  # fmt: skip
     arrays = {**arrays, **{name: frames for name, (frames, _) in turned.items()}}
-    name = frames_in(arrays)
+    name = _frames_in(arrays)
     if name is None:
         found = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())[:160] or "nothing"
         raise RigError(f"has {found}, expected one 'frames' (t, v, 3), or 'weights' (t, k) and 'names'")
@@ -131,7 +131,7 @@ def stored(arrays: Mapping[str, np.ndarray], counts: Collection[int] = ()) -> Me
         StoredFrames(frames),
         triangles=triangles_in(arrays, frames.shape[1]),
         neutral=None if neutral is None else neutral.astype(np.float64),
-        fps=rate_of(arrays) or timing_in(arrays, len(frames)).fps,
+        fps=rate_of(arrays) or _timing_in(arrays, len(frames)).fps,
         unit_mm=UNITS_MM.get(str(arrays.get("units", "")).strip("[]'\" ").partition(" ")[0].lower()),
         notes=turned[name][1] if name in turned else (),
     )
@@ -149,7 +149,7 @@ def triangles_in(arrays: Mapping[str, np.ndarray], v: int) -> Int[np.ndarray, "f
     return faces.astype(np.int32)
 
 
-def frames_in(arrays: Mapping[str, np.ndarray]) -> str | None:
+def _frames_in(arrays: Mapping[str, np.ndarray]) -> str | None:
     """The name of the array of frames: a usual one, else the only one of that shape."""
     likely = [name for name, array in arrays.items() if is_frames(array)]
     usual = [name for name in FRAME_NAMES if name in likely]
@@ -172,14 +172,14 @@ def from_arrays(arrays: Mapping[str, np.ndarray]) -> WeightTable:
     check_names(map(str, names), "")
     x = weights.astype(np.float64)
     x[~np.isfinite(x)] = np.nan
-    timing = in_time(timing_in(arrays, len(x)), rate_of(arrays))
+    timing = in_time(_timing_in(arrays, len(x)), rate_of(arrays))
     order = np.arange(len(x)) if timing.order is None else timing.order
     lost, told = lost_in(arrays, len(x))
     rows = Rows(tuple(str(name) for name in names), x[order], lost[order], {})
     return table_of(rows, timing.fps, (), (*told, *timing.notes))
 
 
-def timing_in(arrays: Mapping[str, np.ndarray], frames: int) -> Timing:
+def _timing_in(arrays: Mapping[str, np.ndarray], frames: int) -> Timing:
     """The timing that an array of times tells, one for each frame."""
     clocks = [timing_of(cells, unit_of(name)) for name, cells in beside(arrays, frames, "code", "time")]
     return next(iter((*(one for one in clocks if one.fps), *clocks)), Timing(None))

@@ -48,7 +48,7 @@ class Mesh:
     still: Float[np.ndarray, " v"] | None
 
 
-def mesh_of(
+def take_mesh(
     neutral: Float[np.ndarray, "v 3"],
     triangles: Int[np.ndarray, "f 3"],
     deltas: Float[np.ndarray, "k v 3"] | None = None,
@@ -70,7 +70,7 @@ def mesh_of(
 
 
 @dataclass(frozen=True)
-class Fault:
+class FrameFault:
     """What is wrong with a frame: one of `LOST`, `OFF`, `WILD`, `UNREADABLE`, and the words for it."""
 
     kind: str
@@ -82,13 +82,13 @@ def has_face(x: Float[np.ndarray, "v 3"]) -> bool:
     return bool((np.abs(x) < FARTHEST).all() and (x != x[:1]).any())
 
 
-def face_at(frames: Frames, t: int) -> Float[np.ndarray, "v 3"] | Fault:
+def face_at(frames: Frames, t: int) -> Float[np.ndarray, "v 3"] | FrameFault:
     """Frame t, in the file's unit; a fault where it cannot be read or has no face."""
     try:
         x = frames.block(t, t + 1)[0]
     except RigError as error:
-        return Fault(UNREADABLE, str(error))
-    return x if has_face(x) else Fault(LOST)
+        return FrameFault(UNREADABLE, str(error))
+    return x if has_face(x) else FrameFault(LOST)
 
 
 def first_face(name: str, frames: Frames) -> Float[np.ndarray, "v 3"]:
@@ -96,7 +96,7 @@ def first_face(name: str, frames: Frames) -> Float[np.ndarray, "v 3"]:
     unreadable: list[str] = []
     for t in range(len(frames)):
         x = face_at(frames, t)
-        if not isinstance(x, Fault):
+        if not isinstance(x, FrameFault):
             return x
         unreadable += [x.told] if x.kind == UNREADABLE else []
         if len(unreadable) > MOST_FAULTY * len(frames):
@@ -109,7 +109,7 @@ def sound_frames(name: str, frames: Frames, mesh: Mesh, unit_mm: float, on: str)
 
     RigError where none shows it, or too many do not.
     """
-    faults: dict[int, Fault] = {}
+    faults: dict[int, FrameFault] = {}
     sample = samples(mesh)
     for t in track(range(len(frames)), "Testing each frame"):
         if (fault := fault_of(frames, t, mesh, unit_mm, sample)) is not None:
@@ -117,7 +117,7 @@ def sound_frames(name: str, frames: Frames, mesh: Mesh, unit_mm: float, on: str)
     if not faults:
         return frames, ()
     kept = np.array([t for t in range(len(frames)) if t not in faults], dtype=np.int64)
-    notes = tuple(sentences(faults, len(frames), on))
+    notes = tuple(_sentences(faults, len(frames), on))
     bad = sum(fault.kind != LOST for fault in faults.values())
     if bad > MOST_FAULTY * len(frames):
         told = "; ".join(notes).replace(": left out", "")
@@ -146,29 +146,29 @@ def fault_of(
     mesh: Mesh,
     unit_mm: float,
     sample: tuple[Int[np.ndarray, " s"], Int[np.ndarray, " n"]],
-) -> Fault | None:
+) -> FrameFault | None:
     """What is wrong with frame t; None where it shows the mesh."""
     x = face_at(frames, t)
-    if isinstance(x, Fault):
+    if isinstance(x, FrameFault):
         return x
     x, (sized, fitted) = x * unit_mm, sample
     lengths = np.linalg.norm(x - x[mesh.neighbour], axis=1)
     size = float(np.median(lengths[sized] / mesh.lengths[sized])) if len(sized) else 1.0
     if not 1 / SIZE < size < SIZE:
-        return Fault(OFF)
+        return FrameFault(OFF)
     if (over := lengths - mesh.most).max() > 0:
         return wild(frames, x, mesh, over)
-    if mesh.still is not None and misplaced(x[fitted], mesh.neutral[fitted], mesh.still[fitted]) > NO_FIT_MM:
-        return Fault(OFF)
+    if mesh.still is not None and _misplaced(x[fitted], mesh.neutral[fitted], mesh.still[fitted]) > NO_FIT_MM:
+        return FrameFault(OFF)
     return None
 
 
-def misplaced(x: Float[np.ndarray, "n 3"], v0: Float[np.ndarray, "n 3"], a: Float[np.ndarray, " n"]) -> float:
+def _misplaced(x: Float[np.ndarray, "n 3"], v0: Float[np.ndarray, "n 3"], a: Float[np.ndarray, " n"]) -> float:
     """Mean distance a of a frame from the neutral after a rigid fit, weighed by a."""
     return float(a @ np.linalg.norm(hold(x, v0, a) - v0, axis=1) / a.sum())
 
 
-def wild(frames: Frames, x: Float[np.ndarray, "v 3"], mesh: Mesh, over: Float[np.ndarray, " v"]) -> Fault:
+def wild(frames: Frames, x: Float[np.ndarray, "v 3"], mesh: Mesh, over: Float[np.ndarray, " v"]) -> FrameFault:
     """The words for the vertex that lies furthest from its place, of those too far from their neighbours."""
     far = np.flatnonzero(over > 0)
     ends = np.unique(np.concatenate([far, mesh.neighbour[far]]))
@@ -177,10 +177,10 @@ def wild(frames: Frames, x: Float[np.ndarray, "v 3"], mesh: Mesh, over: Float[np
     v = int(ends[apart.argmax()])
     number = int(frames.chosen[v]) if isinstance(frames, ChosenFrames) else v
     more = f" and {len(far) - 1:,} more" if len(far) > 2 else ""
-    return Fault(WILD, f"vertex {number:,}{more} in frame {{t}}, {apart.max():,.0f} mm off")
+    return FrameFault(WILD, f"vertex {number:,}{more} in frame {{t}}, {apart.max():,.0f} mm off")
 
 
-def sentences(faults: dict[int, Fault], count: int, on: str) -> list[str]:
+def _sentences(faults: dict[int, FrameFault], count: int, on: str) -> list[str]:
     """What has to be said of frames that fail, by what is wrong."""
     by_kind: dict[str, Bool[np.ndarray, " t"]] = {}
     for t, fault in faults.items():

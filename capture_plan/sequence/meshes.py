@@ -15,7 +15,7 @@ from jaxtyping import Float, Int
 
 from capture_plan.curves.frames import FileFrames, Frames, evenly
 from capture_plan.errors import RigError
-from capture_plan.formats.obj import load, natural, parse_faces, parse_vertices
+from capture_plan.formats.obj import load_text, natural, parse_faces, parse_vertices
 from capture_plan.formats.ply import read_faces, read_vertices
 from capture_plan.formats.raw import FARTHEST, fan
 
@@ -100,15 +100,15 @@ def first_and_count(paths: Sequence[Path], read: Callable[[Path], Float[np.ndarr
 
 def obj_vertices(path: Path) -> Float[np.ndarray, "v 3"]:
     """Vertices of an OBJ file in its own order."""
-    return finite(parse_vertices(load(path), path), path)
+    return _finite(parse_vertices(load_text(path), path), path)
 
 
 def ply_vertices(path: Path) -> Float[np.ndarray, "v 3"]:
     """Vertices of a PLY file in its own order."""
-    return finite(read_vertices(path), path)
+    return _finite(read_vertices(path), path)
 
 
-def finite(vertices: Float[np.ndarray, "v 3"], path: Path) -> Float[np.ndarray, "v 3"]:
+def _finite(vertices: Float[np.ndarray, "v 3"], path: Path) -> Float[np.ndarray, "v 3"]:
     """The vertices of a frame. RigError where one is nowhere."""
     if not (np.abs(vertices) < FARTHEST).all():
         raise RigError(
@@ -119,5 +119,5 @@ def finite(vertices: Float[np.ndarray, "v 3"], path: Path) -> Float[np.ndarray, 
 
 def triangles_of(path: Path) -> Int[np.ndarray, "f 3"]:
     """Triangles of an OBJ or PLY file, none where it is a cloud of points."""
-    faces = read_faces(path) if path.suffix.lower() == ".ply" else parse_faces(load(path), path)
+    faces = read_faces(path) if path.suffix.lower() == ".ply" else parse_faces(load_text(path), path)
     return fan(faces.corners, faces.sizes) if len(faces.sizes) else np.zeros((0, 3), dtype=np.int32)

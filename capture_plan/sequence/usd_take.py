@@ -21,7 +21,7 @@ from capture_plan.curves.weights import WeightTable
 from capture_plan.errors import RigError
 from capture_plan.formats import usd
 from capture_plan.formats.raw import FARTHEST
-from capture_plan.formats.scene import plain
+from capture_plan.formats.scene import plain_line
 from capture_plan.sequence.meshes import MeshTake
 
 
@@ -56,14 +56,16 @@ class StageFrames:
 def read_usd_take(path: Path) -> MeshTake | WeightTable:
     """The take in the file at `path`. RigError where nothing in it moves, or when usd-core is missing."""
     with np.errstate(all="ignore"):
-        return build(*usd.run(path, "take"))
+        return build_take(*usd.run(path, "take"))
 
 
-def build(scene: dict[str, Any], arrays: dict[str, np.ndarray]) -> MeshTake | WeightTable:
+def build_take(scene: dict[str, Any], arrays: dict[str, np.ndarray]) -> MeshTake | WeightTable:
     """The take of a scene."""
     if "names" in scene:
-        columns = tuple(plain(name) for name in scene["names"])
-        return WeightTable(columns, arrays["weights"], scene["fps"], (), tuple(plain(note) for note in scene["notes"]))
+        columns = tuple(plain_line(name) for name in scene["names"])
+        return WeightTable(
+            columns, arrays["weights"], scene["fps"], (), tuple(plain_line(note) for note in scene["notes"])
+        )
     meshes = usd.read_meshes(scene, arrays)
     triangles = np.concatenate([mesh.triangles + mesh.first for mesh in meshes])
     if len(triangles) == 0:
@@ -73,6 +75,6 @@ def build(scene: dict[str, Any], arrays: dict[str, np.ndarray]) -> MeshTake | We
     if not all((np.abs(x) < FARTHEST).all() for one in placed for x in (one.places, one.points)):
         raise RigError("moves a mesh to where no number is: export it again")
     up, facing = usd.FACING.get(scene["up"], (None, None))
-    notes = (note,) if (note := usd.note(scene)) else ()
+    notes = (note,) if (note := usd.scene_note(scene)) else ()
     frames = StageFrames(tuple(placed))
     return MeshTake(frames, triangles.astype(np.int32), None, scene["fps"], usd.unit(scene), up, facing, notes)

@@ -43,7 +43,7 @@ def read_zip(path: Path, readers: Readers) -> WeightTable:
 def tables_in(path: Path, readers: Readers) -> tuple[dict[str, WeightTable], dict[str, str], int]:
     """Tables of weights by their names in the archive, what is said of files that hold none, how many files it has."""
     with open_zip(path) as root, TemporaryDirectory() as folder:
-        names = [name for name in root.root.namelist() if not name.endswith("/") and not is_hidden(name)]
+        names = [name for name in root.root.namelist() if not name.endswith("/") and not _is_hidden(name)]
         kinds = {name: PurePosixPath(name).suffix.lower() for name in names}
         found: dict[str, WeightTable] = {}
         faults: dict[str, str] = {}
@@ -64,6 +64,6 @@ def tables_in(path: Path, readers: Readers) -> tuple[dict[str, WeightTable], dic
         return found, faults, len(names)
 
 
-def is_hidden(name: str) -> bool:
+def _is_hidden(name: str) -> bool:
     """Whether a file is one that systems leave in archives."""
     return any(step.startswith((".", "__MACOSX")) for step in name.split("/"))

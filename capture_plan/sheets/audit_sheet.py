@@ -16,11 +16,11 @@ from capture_plan.errors import RigError
 from capture_plan.face.facts import ReadingFacts
 from capture_plan.face.words import NAMED, NOT_FOUND, SPOKEN, Answer, answers, doubts, left_out_words, signs_words
 from capture_plan.rig import Rig
-from capture_plan.sheets.page import MARGIN_MM, PAPERS, POINT_MM, Booklet, Paper
+from capture_plan.sheets.page import MARGIN_MM, PAPERS, POINT_MM, Booklet, PaperSize
 from capture_plan.sheets.style import FAINT, INK, SOFT, WASH
-from capture_plan.sheets.understood import CLAY, PLAIN_SKIN, REST, Understood, draw_understood, understood
+from capture_plan.sheets.understood import CLAY, PLAIN_SKIN, REST, UnderstoodHead, draw_understood, understood
 
-A4_ACROSS = Paper("a4", PAPERS["a4"].height, PAPERS["a4"].width)
+A4_ACROSS = PaperSize("a4", PAPERS["a4"].height, PAPERS["a4"].width)
 KINDS = (".png", ".pdf", ".html", ".htm")
 DPI = 160  # of the PNG; the head itself is drawn finer, for the PDF
 HEAD_DPI = 220
@@ -86,7 +86,7 @@ def _draw_sides(book: Booklet) -> None:
     book.text(half + (half - MARGIN_MM) / 2, SIDES_Y, "SEEN FROM THE SUBJECT'S LEFT", 12, bold=True, align="centre")
 
 
-def _draw_swatches(book: Booklet, shown: Understood) -> None:
+def _draw_swatches(book: Booklet, shown: UnderstoodHead) -> None:
     """What the colours of the head mean."""
     skin = [_hex(PLAIN_SKIN)] if shown.regions is None else [_hex(CLAY)]
     x, y = MARGIN_MM, TEXT_Y - 6.0

@@ -13,8 +13,8 @@ from capture_plan.expressions.active_sets import vertex_kinds
 from capture_plan.expressions.record import Expression
 from capture_plan.face.anchors import Anchors
 from capture_plan.rig import Rig
-from capture_plan.sheets.head import Head, Posed, pose, spread
-from capture_plan.sheets.view import FRONT, LEFT, Frame, Picture, View, picture
+from capture_plan.sheets.head import Head, Posed, pose, spread_over
+from capture_plan.sheets.view import FRONT, LEFT, Picture, PictureFrame, Viewpoint, picture
 
 SIDED = 0.6  # eight tenths of the squared movement on one side
 HEAT_STOPS = (0.0, 0.25, 0.5, 0.75, 1.0)
@@ -40,7 +40,7 @@ class Shot:
     side: str | None
 
 
-def portrait(rig: Rig, anchors: Anchors, view: View, aspect: float) -> Frame:
+def portrait(rig: Rig, anchors: Anchors, view: Viewpoint, aspect: float) -> PictureFrame:
     """Head and some neck in a frame of width = `aspect` x height, ears included, seen from the front or the side."""
     head, u = view.project(rig.neutral[rig.skin]), anchors.pupils
     chin, eyes = float(anchors.chin[1]), float(anchors.eye_left[1])
@@ -52,7 +52,7 @@ def portrait(rig: Rig, anchors: Anchors, view: View, aspect: float) -> Frame:
     spare = height - (top - bottom)
     bottom, top = bottom - 0.25 * spare, top + 0.75 * spare
     middle, width = (left + right) / 2, aspect * height
-    return Frame(middle - width / 2, middle + width / 2, bottom, top, 0.42 * u)
+    return PictureFrame(middle - width / 2, middle + width / 2, bottom, top, 0.42 * u)
 
 
 def movement(rig: Rig, expression: Expression) -> tuple[Float[np.ndarray, "v 3"], Float[np.ndarray, " v"]]:
@@ -65,7 +65,7 @@ def movement(rig: Rig, expression: Expression) -> tuple[Float[np.ndarray, "v 3"]
     return posed, np.linalg.norm(posed - rig.neutral, axis=1)
 
 
-def side_of(rig: Rig, anchors: Anchors, moved: Float[np.ndarray, " v"]) -> str | None:
+def moved_side(rig: Rig, anchors: Anchors, moved: Float[np.ndarray, " v"]) -> str | None:
     """'left' or 'right' where nearly all movement of the skin is on that side of the actor."""
     squared = np.where(rig.skin, moved, 0) ** 2
     share = float(squared @ np.sign(rig.neutral[:, 0] - anchors.midline)) / max(float(squared.sum()), 1e-12)
@@ -102,7 +102,7 @@ def shoot(head: Head, anchors: Anchors, expression: Expression, *, mu: float, si
     heated = _coloured(head, posed, heat_colours(moved / scale))
     told = _coloured(head, posed, np.array(KIND_COLOURS)[kinds])
 
-    def seen(shown: Posed, view: View, size: tuple[int, int]) -> Picture:
+    def seen(shown: Posed, view: Viewpoint, size: tuple[int, int]) -> Picture:
         return picture(shown, view, portrait(rig, anchors, view, size[0] / size[1]), size_px=size)
 
     return Shot(
@@ -112,14 +112,14 @@ def shoot(head: Head, anchors: Anchors, expression: Expression, *, mu: float, si
         seen(heated, FRONT, sizes.narrow),
         seen(told, FRONT, sizes.narrow),
         scale,
-        side_of(rig, anchors, moved),
+        moved_side(rig, anchors, moved),
     )
 
 
 def _coloured(head: Head, posed: Posed, colours: Float[np.ndarray, "v 3"]) -> Posed:
     """The same head with these display colours, 0 to 1, in place of those of its materials."""
     pieces = tuple(
-        replace(shown, colours=np.stack([spread(piece, channel) for channel in colours.T], axis=1) ** 2.2)
+        replace(shown, colours=np.stack([spread_over(piece, channel) for channel in colours.T], axis=1) ** 2.2)
         for piece, shown in zip(head.pieces, posed.pieces, strict=True)
     )
     return Posed(posed.vertices, posed.normals, pieces)

@@ -18,7 +18,7 @@ FIELDS = ("Production", "Actor", "Date")
 HeadLine = tuple[str] | tuple[str, str]  # under a title
 
 
-class Source(NamedTuple):
+class SheetSource(NamedTuple):
     """What the pages were drawn from, for the foot of each: 'plan 0123456789abcdef' of a rig, for one."""
 
     rig: str
@@ -46,7 +46,7 @@ def head_line(book: Booklet, title: str, words: HeadLine, *, fields: bool = True
     book.line((MARGIN_MM, 23.6), (right, 23.6), width=0.5, colour=INK)
 
 
-def foot_line(book: Booklet, source: Source) -> None:
+def foot_line(book: Booklet, source: SheetSource) -> None:
     """Rig, plan and page number."""
     y, right = book.paper.height - 6.5, book.paper.width - MARGIN_MM
     book.line((MARGIN_MM, y - 3.6), (right, y - 3.6), width=0.15, colour=FAINT)

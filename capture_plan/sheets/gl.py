@@ -28,7 +28,7 @@ class RenderError(CapturePlanError):
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class LitSurface:
     """Triangles in camera space, millimetres, with display colours and opacity from 0 to 1, interpolated between."""
 
     vertices: Float[np.ndarray, "v 3"]
@@ -37,7 +37,7 @@ class Surface:
 
 
 def draw(
-    surfaces: tuple[Surface, ...],
+    surfaces: tuple[LitSurface, ...],
     *,
     centre: tuple[float, float],
     size_mm: tuple[float, float],
@@ -69,7 +69,7 @@ def _z_of_depth(depth: Float[np.ndarray, "p q"], near: float, far: float, camera
     return np.where(seen, camera_z - (s * (far - near) + far + near) / 2, -np.inf)
 
 
-def _scene(pyrender: ModuleType, surfaces: tuple[Surface, ...]) -> Any:
+def _scene(pyrender: ModuleType, surfaces: tuple[LitSurface, ...]) -> Any:
     """One mesh of all surfaces: pyrender draws the parts of a mesh in their order, but meshes in any.
 
     What is seen through comes last; of the others the nearest triangles come first, so that what they hide is never

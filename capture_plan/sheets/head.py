@@ -65,7 +65,7 @@ class Split(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class _Piece:
     """One material's share of the head: which vertices of the rig it uses and how they are split."""
 
     material: Material
@@ -81,7 +81,7 @@ class Head:
     """A rig made ready for drawing; `opaque` are the triangles that cast shade."""
 
     rig: Rig
-    pieces: tuple[Piece, ...]
+    pieces: tuple[_Piece, ...]
     opaque: Int[np.ndarray, "f 3"]
 
 
@@ -128,7 +128,7 @@ def pose(head: Head, vertices: Float[np.ndarray, "v 3"]) -> Posed:
     return Posed(vertices, normals, tuple(_shown(piece, vertices, openness) for piece in head.pieces))
 
 
-def split(triangles: Int[np.ndarray, "f 3"], v: int) -> Split:
+def split_triangles(triangles: Int[np.ndarray, "f 3"], v: int) -> Split:
     """Edges, whose middles become vertices v, v + 1, ..., and the triangles between old and new vertices."""
     sides = np.sort(half_edges(triangles), axis=1)
     edges, middle = np.unique(sides, axis=0, return_inverse=True)
@@ -152,13 +152,13 @@ def curved_middles(
     return middle + PULL / 2 * lift
 
 
-def _piece(rig: Rig, material: Material, triangles: Int[np.ndarray, "f 3"]) -> Piece:
+def _piece(rig: Rig, material: Material, triangles: Int[np.ndarray, "f 3"]) -> _Piece:
     vertices, local = np.unique(triangles, return_inverse=True)
     local = local.reshape(-1, 3)
     first, v, splits = local, len(vertices), []
     wanted = 3 if material.splits is None else material.splits
     while len(splits) < wanted and len(local) * 4 <= SHOWN_TRIANGLES:
-        splits.append(split(local, v))
+        splits.append(split_triangles(local, v))
         v, local = v + len(splits[-1].edges), splits[-1].triangles
     colours = np.tile(material.colour, (v, 1))
     if material is SKIN:
@@ -169,7 +169,7 @@ def _piece(rig: Rig, material: Material, triangles: Int[np.ndarray, "f 3"]) -> P
     elif material is EYE:
         _paint_irises(colours, rig.neutral[vertices], first, tuple(splits))
     opacity = _lash_opacity(rig, vertices) if material is LASH else np.ones(v)
-    return Piece(material, vertices, first, tuple(splits), colours, opacity)
+    return _Piece(material, vertices, first, tuple(splits), colours, opacity)
 
 
 def _lash_opacity(rig: Rig, vertices: Int[np.ndarray, " v"]) -> Float[np.ndarray, " v"]:
@@ -207,7 +207,7 @@ def _refine(
     return vertices, triangles
 
 
-def _shown(piece: Piece, vertices: Float[np.ndarray, "v 3"], openness: Float[np.ndarray, " v"]) -> Shown:
+def _shown(piece: _Piece, vertices: Float[np.ndarray, "v 3"], openness: Float[np.ndarray, " v"]) -> Shown:
     shown, triangles = _refine(vertices[piece.vertices], piece.triangles, piece.splits)
     return Shown(
         piece.material,
@@ -216,11 +216,11 @@ def _shown(piece: Piece, vertices: Float[np.ndarray, "v 3"], openness: Float[np.
         triangles,
         piece.colours,
         piece.opacity,
-        spread(piece, openness),
+        spread_over(piece, openness),
     )
 
 
-def spread(piece: Piece, values: Float[np.ndarray, " v"]) -> Float[np.ndarray, " u"]:
+def spread_over(piece: _Piece, values: Float[np.ndarray, " v"]) -> Float[np.ndarray, " u"]:
     """Values at the rig's vertices, averaged to the vertices shown."""
     values = values[piece.vertices]
     for edges, _ in piece.splits:

@@ -34,7 +34,7 @@ def font_path(file: str) -> str:
     return str(files("capture_plan.sheets").joinpath("fonts", file))
 
 
-def runs(text: str) -> list[tuple[str, str]]:
+def font_runs(text: str) -> list[tuple[str, str]]:
     """(face, letters) from left to right; letters that no face has are in the house's own."""
     if text.isascii():
         return [(SANS, text)] if text else []
@@ -47,7 +47,7 @@ def face_with(letter: str) -> str | None:
     return next((face for face in FONTS if ord(letter) in _letters(face)), None)
 
 
-def printable(text: str) -> str:
+def with_known_glyphs(text: str) -> str:
     """One line of letters that some face has; what none has is told by its meaning or its script."""
     if text.isascii() and text.isprintable():
         return text
@@ -76,10 +76,10 @@ class Labels:
     def __call__(self, text: str) -> str:
         """`text` with every name of the rig, and whatever else no face has, written so that it can be printed."""
         if _is_printable(text):
-            return printable(text)
+            return with_known_glyphs(text)
         for name, label in self._labels.items():
             text = text.replace(name, label)
-        return printable(text)
+        return with_known_glyphs(text)
 
 
 def script_of(text: str) -> str:

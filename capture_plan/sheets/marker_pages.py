@@ -20,10 +20,10 @@ from capture_plan.rig import Rig
 from capture_plan.sheets.furniture import HeadLine, check_bar, head_line, legend, sides
 from capture_plan.sheets.head import Head, pose
 from capture_plan.sheets.marker_table import Column, draw_table, rows_per_page
-from capture_plan.sheets.markers import HEADER_MM, Face, draw_markers, place
+from capture_plan.sheets.markers import HEADER_MM, MarkedFace, draw_markers, place
 from capture_plan.sheets.page import MARGIN_MM, Booklet
 from capture_plan.sheets.style import SOFT, region_looks
-from capture_plan.sheets.view import FRONT, LEFT, MIRROR, RIGHT, View
+from capture_plan.sheets.view import FRONT, LEFT, MIRROR, RIGHT, Viewpoint
 
 TITLES = {
     FRONT: "MARKERS · FRONT",
@@ -34,10 +34,10 @@ TITLES = {
 SLUGS = {FRONT: "markers-front", LEFT: "markers-left", RIGHT: "markers-right", MIRROR: "markers-mirror"}
 
 
-def face_of(rig: Rig, head: Head, layout: Layout) -> Face:
+def marked_face(rig: Rig, head: Head, layout: Layout) -> MarkedFace:
     """What the pages of markers draw; `head` is of the same rig."""
     looks = region_looks(layout.markers)
-    return Face(pose(head, rig.neutral), rig.skin, layout.markers, looks, face_regions(rig).anchors)
+    return MarkedFace(pose(head, rig.neutral), rig.skin, layout.markers, looks, face_regions(rig).anchors)
 
 
 def nearest_words(layout: Layout, rig: Rig) -> str:
@@ -72,7 +72,7 @@ class MarkerPages:
     """Draws the pages into a book; `add_page` begins one. `worth` are at most two lines under each title."""
 
     book: Booklet
-    face: Face
+    face: MarkedFace
     worth: HeadLine
     last: Column
     dpi: int
@@ -99,7 +99,7 @@ class MarkerPages:
             draw_table(self.book, some, landmarks, self.face.looks, self.anchors, self.worth, self.last)
             self._unseen([m.name for m in some if m.name not in self.shown])
 
-    def _view(self, view: View, add_page: Callable[[str], None]) -> None:
+    def _view(self, view: Viewpoint, add_page: Callable[[str], None]) -> None:
         book, face = self.book, self.face
         placed = place(face, view, book, dpi=self.dpi)
         add_page(SLUGS[view])

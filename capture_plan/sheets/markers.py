@@ -21,7 +21,7 @@ from capture_plan.sheets.head import Posed
 from capture_plan.sheets.leaders import assign_anchors
 from capture_plan.sheets.page import MARGIN_MM, Align, Booklet
 from capture_plan.sheets.style import INK, SOFT, Look, Number
-from capture_plan.sheets.view import Frame, Picture, View, picture, pixels
+from capture_plan.sheets.view import Picture, PictureFrame, Viewpoint, picture, pixels
 
 SCALES = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 8.0, 10.0, 20.0)  # head millimetres per page millimetre
 HEADER_MM, FOOTER_MM = 31.0, 34.0
@@ -86,7 +86,7 @@ NUMBERS = LabelStyle(1, 5.2, 0, 1.9, 4.0)  # of so many markers that their names
 
 
 @dataclass(frozen=True, eq=False)
-class Face:
+class MarkedFace:
     """What every marker sheet draws: the neutral in its pose, its landmarks, and the parts that stay clear."""
 
     posed: Posed
@@ -125,13 +125,13 @@ class Placed:
     rooms: Float[np.ndarray, "n 3"]
 
 
-def seen(face: Face, view: View, shown: Picture) -> Bool[np.ndarray, " n"]:
+def seen(face: MarkedFace, view: Viewpoint, shown: Picture) -> Bool[np.ndarray, " n"]:
     """Which landmarks face the viewer with nothing in front of them."""
     return unhidden(face.positions, face.normals, view, shown)
 
 
 def unhidden(
-    positions: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], view: View, shown: Picture
+    positions: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], view: Viewpoint, shown: Picture
 ) -> Bool[np.ndarray, " n"]:
     """Which points of the skin face the viewer of a picture with nothing in front of them."""
     places = view.project(positions)
@@ -145,7 +145,7 @@ def unhidden(
     return inside & facing & (places[:, 2] > beside[row, column] - SEEN_MM)
 
 
-def place(face: Face, view: View, book: Booklet, *, dpi: Number) -> Placed:
+def place(face: MarkedFace, view: Viewpoint, book: Booklet, *, dpi: Number) -> Placed:
     """The largest scale at which the head and its labels fit on the page, and every label's place."""
     area = Area(MARGIN_MM, HEADER_MM, book.paper.width - 2 * MARGIN_MM, book.paper.height - HEADER_MM - FOOTER_MM)
     named, bare = product(SCALES, (TWO_LINES, ONE_LINE)), product(SCALES, (NUMBERS,))
@@ -196,7 +196,7 @@ def _readable(
     return bool((rooms[:, 2] >= SQUEEZE * labels).all() and (length < LONGEST_LEADER * area.width).all())
 
 
-def _frame(face: Face, view: View, width: Number, height: Number, column: Number) -> Frame | None:
+def _frame(face: MarkedFace, view: Viewpoint, width: Number, height: Number, column: Number) -> PictureFrame | None:
     """The part of view space a picture of this size shows, or nothing where the face does not fit."""
     head = view.project(face.posed.vertices[face.skin])
     marks = view.project(face.positions)
@@ -226,10 +226,12 @@ def _frame(face: Face, view: View, width: Number, height: Number, column: Number
         blank_left = column if left - column < start else 0.0
     if need_left - start < BESIDE_MM + blank_left or start + width - need_right < BESIDE_MM + blank_right:
         return None
-    return Frame(start, start + width, bottom, top, FADE_MM, blank_left, blank_right, FADE_MM if cut else 0.0)
+    return PictureFrame(start, start + width, bottom, top, FADE_MM, blank_left, blank_right, FADE_MM if cut else 0.0)
 
 
-def _on_page(places: Float[np.ndarray, "n 3"], frame: Frame, scale: Number, area: Area) -> Float[np.ndarray, "n 2"]:
+def _on_page(
+    places: Float[np.ndarray, "n 3"], frame: PictureFrame, scale: Number, area: Area
+) -> Float[np.ndarray, "n 2"]:
     x = area.x + (places[:, 0] - frame.left) / scale
     y = area.y + (frame.top - places[:, 1]) / scale
     return np.stack([x, y], axis=1)
@@ -255,7 +257,9 @@ def _free_rooms(probe: Picture, scale: float, area: Area, column: float, pitch: 
     return np.array(rooms).reshape(-1, 3)
 
 
-def _clear(face: Face, view: View, frame: Frame, scale: Number, area: Area) -> Float[np.ndarray, "d 4"]:
+def _clear(
+    face: MarkedFace, view: Viewpoint, frame: PictureFrame, scale: Number, area: Area
+) -> Float[np.ndarray, "d 4"]:
     """Ellipses on the page around the openings of the eyes and of the mouth."""
     a = face.anchors
     eye, mouth = 0.24 * a.pupils / scale, float(np.linalg.norm(a.corner_left - a.corner_right)) / 2 / scale

@@ -15,7 +15,7 @@ from jaxtyping import Float, UInt8
 from PIL import Image
 
 from capture_plan.errors import PlanError
-from capture_plan.sheets.lettering import FONTS, SANS, Labels, font_path, runs
+from capture_plan.sheets.lettering import FONTS, SANS, Labels, font_path, font_runs
 from capture_plan.sheets.style import INK, Look, Number, outline, rgb
 
 Align = Literal["left", "centre", "right"]
@@ -27,16 +27,16 @@ DRAFT_INK, DRAFT_OPACITY = "#b3261e", 0.2  # what lies below is still read
 MARGIN_MM = 8.0  # what common printers leave white, and a little
 
 
-class Paper(NamedTuple):
+class PaperSize(NamedTuple):
     name: str
     width: Number
     height: Number
 
 
-PAPERS = {"a4": Paper("a4", 210.0, 297.0), "letter": Paper("letter", 215.9, 279.4)}
+PAPERS = {"a4": PaperSize("a4", 210.0, 297.0), "letter": PaperSize("letter", 215.9, 279.4)}
 
 
-def paper(name: str) -> Paper:
+def paper(name: str) -> PaperSize:
     """The paper of this name, 'a4' or 'letter'."""
     if name not in PAPERS:
         raise PlanError(f"paper '{name}' is not known: choose one of {', '.join(PAPERS)}")
@@ -50,7 +50,7 @@ class Booklet:
     `draft` is why nobody should work by these pages; it lies across each of them, nothing where it is empty.
     """
 
-    def __init__(self, sheet: Paper, title: str, names: Sequence[str] = (), *, draft: str = "") -> None:
+    def __init__(self, sheet: PaperSize, title: str, names: Sequence[str] = (), *, draft: str = "") -> None:
         self.paper = sheet
         self.titles: list[str] = []
         self._draft, self._stamped = draft, 0
@@ -87,7 +87,7 @@ class Booklet:
         self.text(MARGIN_MM, 6.8, why, 7.4, bold=True, colour=DRAFT_INK, fit=wide)
 
     def width(self, text: str, size: Number, *, bold: bool = False) -> Number:
-        return sum(self._run_width(*run, size, bold) for run in runs(self._printable(text)))
+        return sum(self._run_width(*run, size, bold) for run in font_runs(self._printable(text)))
 
     def text(
         self,
@@ -108,7 +108,7 @@ class Booklet:
         width = self.width(text, size, bold=bold)
         self._pdf.set_text_color(*rgb(colour))
         x -= {"left": 0, "centre": width / 2, "right": width}[align]
-        for face, letters in runs(text):
+        for face, letters in font_runs(text):
             advance = self._run_width(face, letters, size, bold)
             self._pdf.text(x, y, letters)
             x += advance

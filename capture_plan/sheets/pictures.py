@@ -11,9 +11,9 @@ from capture_plan.progress import track
 from capture_plan.rig import Rig
 from capture_plan.sheets.expression_page import Sizes, portrait, shoot
 from capture_plan.sheets.head import make_head, pose
-from capture_plan.sheets.markers import Face, seen
+from capture_plan.sheets.markers import MarkedFace, seen
 from capture_plan.sheets.style import outline, region_looks
-from capture_plan.sheets.view import FRONT, LEFT, RIGHT, Picture, View, picture
+from capture_plan.sheets.view import FRONT, LEFT, RIGHT, Picture, Viewpoint, picture
 
 ASPECT = 0.76  # width over height
 MARKER = 0.009  # radius of a marker over the picture's height
@@ -44,7 +44,7 @@ def expression_pictures(plan: Plan, rig: Rig, *, height_px: int) -> dict[str, Ex
 def marker_pictures(plan: Plan, rig: Rig, *, height_px: int) -> dict[str, Image.Image]:
     """The neutral with its markers: `front`, `left` (the subject's left three-quarter) and `right`."""
     anchors, landmarks = face_regions(rig).anchors, plan.layout.markers
-    face = Face(pose(make_head(rig), rig.neutral), rig.skin, landmarks, region_looks(landmarks), anchors)
+    face = MarkedFace(pose(make_head(rig), rig.neutral), rig.skin, landmarks, region_looks(landmarks), anchors)
     size = (round(ASPECT * height_px), height_px)
     return {
         name: _with_markers(face, view, picture(face.posed, view, portrait(rig, anchors, view, ASPECT), size_px=size))
@@ -52,7 +52,7 @@ def marker_pictures(plan: Plan, rig: Rig, *, height_px: int) -> dict[str, Image.
     }
 
 
-def _with_markers(face: Face, view: View, shown: Picture) -> Image.Image:
+def _with_markers(face: MarkedFace, view: Viewpoint, shown: Picture) -> Image.Image:
     """The picture with the markers that are seen in it."""
     height, width = shown.z.shape
     solid = picture(face.solid, view, shown.frame, size_px=(width, height))

@@ -22,9 +22,9 @@ from capture_plan.sheets.furniture import legend
 from capture_plan.sheets.head import Posed, make_head, pose
 from capture_plan.sheets.leaders import assign_anchors
 from capture_plan.sheets.markers import unhidden
-from capture_plan.sheets.page import MARGIN_MM, Booklet, Paper
+from capture_plan.sheets.page import MARGIN_MM, Booklet, PaperSize
 from capture_plan.sheets.style import INK, SOFT, Look, looks_of
-from capture_plan.sheets.view import FRONT, LEFT, RIGHT, View, picture, pixels
+from capture_plan.sheets.view import FRONT, LEFT, RIGHT, Viewpoint, picture, pixels
 
 VIEWS = (RIGHT, FRONT, LEFT)  # as one walks round the face, from its right to its left
 HEAD_MM = (84.0, 112.0)  # of paper for each head, width and height
@@ -36,7 +36,7 @@ DOT_MM = 0.95
 NO_PART_STAYS_CLEAR = np.empty((0, 4))  # points lie on lids and lips themselves
 
 
-class Dots(NamedTuple):
+class _Dots(NamedTuple):
     """A layout on a face, ready to draw; `looks` by region, `region` of every point."""
 
     names: tuple[str, ...]
@@ -58,12 +58,14 @@ def placement_picture(
         raise PlanError(f"{title}: {len(names)} names for {len(vertices)} points: give every point one name")
     posed, regions = pose(make_head(rig), rig.neutral), face_regions(rig)
     dots = _dots(posed, regions, names, vertices)
-    book = Booklet(Paper("placement", 1000.0, 200.0), title)
+    book = Booklet(PaperSize("placement", 1000.0, 200.0), title)
     column = (
         min(max((book.width(name, NAME_PT, bold=True) for name in names), default=0.0), LONGEST_NAME_MM) + BETWEEN_MM
     )
     panel = HEAD_MM[0] + 2 * column
-    book = Booklet(Paper("placement", len(VIEWS) * panel + 2 * MARGIN_MM, HEADER_MM + HEAD_MM[1] + FOOTER_MM), title)
+    book = Booklet(
+        PaperSize("placement", len(VIEWS) * panel + 2 * MARGIN_MM, HEADER_MM + HEAD_MM[1] + FOOTER_MM), title
+    )
     book.add_page(title)
     book.text(MARGIN_MM, 11, title, 15, bold=True)
     book.paragraph(MARGIN_MM, 13.2, subtitle, 8.2, width=book.paper.width - 2 * MARGIN_MM, lines=2, colour=SOFT)
@@ -75,13 +77,13 @@ def placement_picture(
     return image
 
 
-def _dots(posed: Posed, regions: FaceRegions, names: tuple[str, ...], vertices: Int[np.ndarray, " n"]) -> Dots:
+def _dots(posed: Posed, regions: FaceRegions, names: tuple[str, ...], vertices: Int[np.ndarray, " n"]) -> _Dots:
     of_point = tuple(regions.region(vertex) for vertex in vertices.tolist())
-    return Dots(names, posed.vertices[vertices], posed.normals[vertices], of_point, looks_of(of_point))
+    return _Dots(names, posed.vertices[vertices], posed.normals[vertices], of_point, looks_of(of_point))
 
 
 def _draw_views(
-    book: Booklet, rig: Rig, posed: Posed, regions: FaceRegions, dots: Dots, column: float, dpi: int
+    book: Booklet, rig: Rig, posed: Posed, regions: FaceRegions, dots: _Dots, column: float, dpi: int
 ) -> Bool[np.ndarray, " n"]:
     """The three heads side by side; which points are seen in any."""
     aspect, size = HEAD_MM[0] / HEAD_MM[1], pixels(*HEAD_MM, dpi)
@@ -114,7 +116,7 @@ def named_in(
 
 def _draw_names(
     book: Booklet,
-    dots: Dots,
+    dots: _Dots,
     points: Float[np.ndarray, "n 2"],
     named: Int[np.ndarray, " m"],
     left: float,
@@ -137,7 +139,7 @@ def _draw_names(
         )
 
 
-def _draw_foot(book: Booklet, dots: Dots, seen: Bool[np.ndarray, " n"]) -> None:
+def _draw_foot(book: Booklet, dots: _Dots, seen: Bool[np.ndarray, " n"]) -> None:
     """What the shapes mean, and the names of what no view shows."""
     y = book.paper.height - FOOTER_MM + 5
     counts = {region: dots.region.count(region) for region in dots.looks}
@@ -146,5 +148,5 @@ def _draw_foot(book: Booklet, dots: Dots, seen: Bool[np.ndarray, " n"]) -> None:
         book.text(MARGIN_MM, y + 5.6, f"seen in none of the views: {hidden}", 7, colour=SOFT)
 
 
-def _said(view: View) -> str:
+def _said(view: Viewpoint) -> str:
     return {RIGHT: "from the subject's right", FRONT: "front", LEFT: "from the subject's left"}[view]

@@ -44,7 +44,7 @@ def draw_shot_list(
     """A page of the table; below the last item what is planned apart (its heading, names and what to do), and which
     dots come `near` each other."""
     spare = spare_words(of)
-    head_line(book, "SHOT LIST", (summary(of), spare) if spare else (summary(of),))
+    head_line(book, "SHOT LIST", (_summary(of), spare) if spare else (_summary(of),))
     left, right = MARGIN_MM, book.paper.width - MARGIN_MM
     y = TOP_MM - 4
     heads = {"slate": "slate", "name": "name", "words": "what the actor is told", "hard": "difficulty"}
@@ -71,7 +71,7 @@ def draw_shot_list(
         book.text(left, foot + (6.4 if apart else 3.2), near, 6.6, bold=True, fit=right - left)
 
 
-def summary(of: Session) -> str:
+def _summary(of: Session) -> str:
     """'18 expressions and 7 other slates in 25 minutes'."""
     shown = sum(item.kind == "expression" and item.fits for item in of.items)
     others = sum(item.kind not in ("expression", "pause") for item in of.items)

@@ -23,7 +23,7 @@ OVERVIEW_COLUMNS = (4, 5)  # five where that saves a page
 THUMBNAIL_PX = 360
 
 
-def number(index: int) -> str:
+def shot_number(index: int) -> str:
     """E01, E02, ...: the name on the slate, from 0."""
     return f"E{index + 1:02}"
 
@@ -53,8 +53,8 @@ def draw_expression(book: Booklet, shot: Shot, item: Item, index: int, total: in
     """The page of one expression, but for its foot; `item` is its line of the shot list."""
     e = shot.expression
     left, right = MARGIN_MM, book.paper.width - MARGIN_MM
-    book.text(left, 19, number(index), 34, bold=True)
-    wide = book.width(number(index), 34, bold=True)
+    book.text(left, 19, shot_number(index), 34, bold=True)
+    wide = book.width(shot_number(index), 34, bold=True)
     book.text(left + wide + 2.5, 19, f"of {total}", 12, colour=SOFT)
     book.text(left + wide + 2.5, 13.2, f"slate {item.slate}", 8, colour=SOFT)
     _fields(book, right)
@@ -215,7 +215,7 @@ def _thumbnail(book: Booklet, shot: Shot, index: int, x: Number, y: Number, w: N
     size = (THUMBNAIL_PX, round(THUMBNAIL_PX * rows / columns))
     small = np.asarray(Image.fromarray(shot.front.rgb).resize(size, Image.Resampling.BOX))
     book.image(small, x + (w - picture_w) / 2, y + 0.5, picture_w, picture_w * rows / columns)
-    book.text(x + 1.5, y + 5, number(index), 13, bold=True)
+    book.text(x + 1.5, y + 5, shot_number(index), 13, bold=True)
     book.box(x + w - 6, y + 1.6, 4.2, 4.2, fill="#ffffff", width=0.3)
     book.text(x + w - 1.5, y + h - text_h + 0.5, f"{e.covered:.0%}", 7.5, bold=True, align="right", colour=ACCENT)
     if shot.side:

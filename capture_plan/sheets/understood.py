@@ -17,14 +17,14 @@ from capture_plan.anatomy.regions import NO_REGION, FaceRegions, face_regions
 from capture_plan.face.axes import axes_matrix
 from capture_plan.face.facts import ReadingFacts
 from capture_plan.rig import Rig
-from capture_plan.sheets.head import SKIN, Posed, make_head, pose, spread
+from capture_plan.sheets.head import SKIN, Posed, make_head, pose, spread_over
 from capture_plan.sheets.leaders import assign_anchors
 from capture_plan.sheets.markers import unhidden
 from capture_plan.sheets.page import Booklet
 from capture_plan.sheets.style import LOOKS, SOFT, Look, Number, rgb
-from capture_plan.sheets.view import FRONT, Frame, Picture, View, picture, pixels
+from capture_plan.sheets.view import FRONT, Picture, PictureFrame, Viewpoint, picture, pixels
 
-SIDE = View("Side", 90.0)
+SIDE = Viewpoint("Side", 90.0)
 VIEWS = (FRONT, SIDE)
 EXPECTED = {
     FRONT: "FRONT: the face should look at you, upright",
@@ -56,7 +56,7 @@ class Label(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Understood:
+class UnderstoodHead:
     """A rig and how it was understood, ready to draw; without regions where eyes or mouth are not certain."""
 
     rig: Rig
@@ -65,17 +65,17 @@ class Understood:
     regions: FaceRegions | None
 
 
-def understood(rig: Rig, read: ReadingFacts) -> Understood:
+def understood(rig: Rig, read: ReadingFacts) -> UnderstoodHead:
     """Colour the head by its regions, or by what is skin where they are not known."""
     head, regions = make_head(rig), face_regions(rig) if read.regions_known else None
     posed, colours = pose(head, rig.neutral), skin_colours(rig, regions)
     pieces = tuple(
-        replace(shown, colours=np.stack([spread(piece, channel) for channel in colours.T], axis=1) ** 2.2)
+        replace(shown, colours=np.stack([spread_over(piece, channel) for channel in colours.T], axis=1) ** 2.2)
         if piece.material is SKIN
         else shown
         for piece, shown in zip(head.pieces, posed.pieces, strict=True)
     )
-    return Understood(rig, read, Posed(posed.vertices, posed.normals, pieces), regions)
+    return UnderstoodHead(rig, read, Posed(posed.vertices, posed.normals, pieces), regions)
 
 
 def skin_colours(rig: Rig, regions: FaceRegions | None) -> Float[np.ndarray, "v 3"]:
@@ -97,37 +97,39 @@ def soft_colour(region: str) -> Float[np.ndarray, " 3"]:
 
 
 def draw_understood(
-    book: Booklet, shown: Understood, x: Number, y: Number, w: Number, h: Number, *, dpi: Number
+    book: Booklet, shown: UnderstoodHead, x: Number, y: Number, w: Number, h: Number, *, dpi: Number
 ) -> None:
     """Both views side by side, of one scale, in a box of the page."""
     each = w / len(VIEWS)
     boxes = [(x + i * each + COLUMN_MM, y, each - 2 * COLUMN_MM, h) for i in range(len(VIEWS))]
-    frames = frames_of(shown, boxes[0][2] / boxes[0][3])
+    frames = head_frames(shown, boxes[0][2] / boxes[0][3])
     for view, frame, box in zip(VIEWS, frames, boxes, strict=True):
         _draw_view(book, shown, view, frame, box, dpi)
 
 
-def frames_of(shown: Understood, aspect: float) -> tuple[Frame, ...]:
+def head_frames(shown: UnderstoodHead, aspect: float) -> tuple[PictureFrame, ...]:
     """What each view shows of the head: skin and points with a little around them, all at one scale."""
     rig = shown.rig
-    places = np.concatenate([rig.neutral[rig.skin], *([label.at[None] for label in points_of(shown, FRONT)])])
+    places = np.concatenate([rig.neutral[rig.skin], *([label.at[None] for label in _points_of(shown, FRONT)])])
     boxes = [(p.min(axis=0) - ROUND_MM, p.max(axis=0) + ROUND_MM) for p in (view.project(places) for view in VIEWS)]
     height = max(float(max(high[1] - low[1], (high[0] - low[0]) / aspect)) for low, high in boxes)
     seen = zip(VIEWS, boxes, strict=True)
     return tuple(_frame(view.project(rig.neutral), low + high, aspect * height, height) for view, (low, high) in seen)
 
 
-def _frame(places: Float[np.ndarray, "v 3"], ends: Float[np.ndarray, " 3"], width: float, height: float) -> Frame:
+def _frame(
+    places: Float[np.ndarray, "v 3"], ends: Float[np.ndarray, " 3"], width: float, height: float
+) -> PictureFrame:
     """A frame around the middle between two ends; it fades where the rig goes on beyond it, as a body does."""
     left, bottom = float(ends[0] - width) / 2, float(ends[1] - height) / 2
     x, y = places[:, 0], places[:, 1]
     beyond = [bool(one.any()) for one in (x < left, x > left + width, y < bottom, y > bottom + height)]
     fade, fade_top = (FADE * height if goes_on else 0.0 for goes_on in (any(beyond[:3]), beyond[3]))
     on_left, on_right = (BLANK_MM if goes_on else 0.0 for goes_on in beyond[:2])
-    return Frame(left, left + width, bottom, bottom + height, fade, on_left, on_right, fade_top)
+    return PictureFrame(left, left + width, bottom, bottom + height, fade, on_left, on_right, fade_top)
 
 
-def points_of(shown: Understood, view: View) -> list[Label]:
+def _points_of(shown: UnderstoodHead, view: Viewpoint) -> list[Label]:
     """Eyes, mouth, nose, chin and ears where they were found; from the side the subject's left ones alone."""
     read, labels = shown.read, []
     for name, pair in (("eye", read.eyes), ("ear", read.ears)):
@@ -141,12 +143,17 @@ def points_of(shown: Understood, view: View) -> list[Label]:
 
 
 def _draw_view(
-    book: Booklet, shown: Understood, view: View, frame: Frame, box: tuple[Number, Number, Number, Number], dpi: Number
+    book: Booklet,
+    shown: UnderstoodHead,
+    view: Viewpoint,
+    frame: PictureFrame,
+    box: tuple[Number, Number, Number, Number],
+    dpi: Number,
 ) -> None:
     x, y, w, h = box
     drawn = picture(shown.posed, view, frame, size_px=pixels(w, h, dpi))
     book.image(drawn.rgb, x, y, w, h)
-    labels = points_of(shown, view) + _regions_in(shown, view)
+    labels = _points_of(shown, view) + _regions_in(shown, view)
     places = _on_page(drawn, view, labels, box)
     _draw_labels(book, labels, places, box)
     for label, (column, row) in zip(labels, places.tolist(), strict=True):
@@ -158,14 +165,14 @@ def _draw_view(
 
 
 def _on_page(
-    drawn: Picture, view: View, labels: list[Label], box: tuple[Number, Number, Number, Number]
+    drawn: Picture, view: Viewpoint, labels: list[Label], box: tuple[Number, Number, Number, Number]
 ) -> Float[np.ndarray, "n 2"]:
     at = np.array([label.at for label in labels]).reshape(-1, 3)
     scale = box[2] / drawn.z.shape[1]
     return drawn.pixel(view.project(at)) * scale + np.array(box[:2])
 
 
-def _regions_in(shown: Understood, view: View) -> list[Label]:
+def _regions_in(shown: UnderstoodHead, view: Viewpoint) -> list[Label]:
     """Names of the regions that this view shows better than the other, on the subject's left half."""
     if shown.regions is None:
         return []
@@ -181,9 +188,9 @@ def _regions_in(shown: Understood, view: View) -> list[Label]:
     return labels
 
 
-def _seen(shown: Understood, view: View) -> np.ndarray:
+def _seen(shown: UnderstoodHead, view: Viewpoint) -> np.ndarray:
     """Which vertices a view shows."""
-    frame = frames_of(shown, 1.0)[VIEWS.index(view)]
+    frame = head_frames(shown, 1.0)[VIEWS.index(view)]
     probe = picture(shown.posed, view, frame, size_px=(PROBE_PX, PROBE_PX))
     return unhidden(shown.posed.vertices, shown.posed.normals, view, probe)
 
@@ -231,7 +238,7 @@ def _draw_bar(book: Booklet, right: Number, y: Number, page_per_mm: float, mm: f
     book.text((left + right) / 2, y - 1.3, f"{mm:,g} mm", 7.4, bold=True, align="centre")
 
 
-def _draw_axes(book: Booklet, read: ReadingFacts, view: View, x: Number, y: Number) -> None:
+def _draw_axes(book: Booklet, read: ReadingFacts, view: Viewpoint, x: Number, y: Number) -> None:
     """The axes of the file as they were understood; the one towards the viewer is a dot in a ring."""
     up, facing = read.axes.up, read.axes.facing
     names = (file_axis(axes_matrix(up, facing)[0]), up, facing)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from capture_plan.sheets.gl import Surface, draw
+from capture_plan.sheets.gl import LitSurface, draw
 from capture_plan.sheets.head import Posed, Shown
 from capture_plan.sheets.light import lit
 from capture_plan.sheets.style import Number
@@ -22,7 +22,7 @@ SIDE_FADE = 1.6  # the back of a head is rounder than a neck and wants a longer 
 
 
 @dataclass(frozen=True)
-class View:
+class Viewpoint:
     """Seen from `azimuth` degrees towards the subject's own left, 0 from the front."""
 
     name: str
@@ -41,13 +41,13 @@ class View:
         return seen * np.array([-1, 1, 1]) if self.mirrored else seen
 
 
-FRONT = View("Front", 0.0)
-LEFT = View("Left three-quarter", 42.0)
-RIGHT = View("Right three-quarter", -42.0)
-MIRROR = View("In the mirror", 0.0, mirrored=True)
+FRONT = Viewpoint("Front", 0.0)
+LEFT = Viewpoint("Left three-quarter", 42.0)
+RIGHT = Viewpoint("Right three-quarter", -42.0)
+MIRROR = Viewpoint("In the mirror", 0.0, mirrored=True)
 
 
-class Frame(NamedTuple):
+class PictureFrame(NamedTuple):
     """The part of view space that a picture shows, millimetres.
 
     Along its lower and upper border it fades to white over `fade` and `fade_top`. It is blank along its left and right
@@ -77,7 +77,7 @@ class Picture(NamedTuple):
 
     rgb: UInt8[np.ndarray, "p q 3"]
     z: Float[np.ndarray, "p q"]
-    frame: Frame
+    frame: PictureFrame
 
     def pixel(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 2"]:
         """Column and row, in pixels from the top left corner, of points in view space."""
@@ -92,7 +92,7 @@ def pixels(width_mm: Number, height_mm: Number, dpi: Number) -> tuple[int, int]:
     return round(width_mm * dpi / MM_PER_INCH), round(height_mm * dpi / MM_PER_INCH)
 
 
-def picture(posed: Posed, view: View, frame: Frame, *, size_px: tuple[int, int]) -> Picture:
+def picture(posed: Posed, view: Viewpoint, frame: PictureFrame, *, size_px: tuple[int, int]) -> Picture:
     """Draw a head into `size_px` (width, height) pixels."""
     middle = (frame.left + frame.right) / 2 * (-1 if view.mirrored else 1)
     surfaces = tuple(_lit(piece, view.rotation) for piece in posed.pieces)
@@ -103,13 +103,13 @@ def picture(posed: Posed, view: View, frame: Frame, *, size_px: tuple[int, int])
     return Picture(_over_white(rgba, frame), z, frame)
 
 
-def _lit(piece: Shown, rotation: Float[np.ndarray, "3 3"]) -> Surface:
+def _lit(piece: Shown, rotation: Float[np.ndarray, "3 3"]) -> LitSurface:
     normals, material = piece.normals @ rotation.T, piece.material
     rgb = lit(normals, piece.openness, piece.colours, gloss=material.gloss, sharp=material.sharp)
-    return Surface(piece.vertices @ rotation.T, piece.triangles, np.c_[rgb, piece.opacity])
+    return LitSurface(piece.vertices @ rotation.T, piece.triangles, np.c_[rgb, piece.opacity])
 
 
-def _over_white(rgba: UInt8[np.ndarray, "p q 4"], frame: Frame) -> UInt8[np.ndarray, "p q 3"]:
+def _over_white(rgba: UInt8[np.ndarray, "p q 4"], frame: PictureFrame) -> UInt8[np.ndarray, "p q 3"]:
     """Where the neck or the back of the head fades, along a smooth step, it gives way to the paper."""
     rgb = np.ascontiguousarray(rgba[..., :3])
     rows, columns = rgb.shape[:2]

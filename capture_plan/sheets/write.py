@@ -22,13 +22,13 @@ from capture_plan.plan.summary import expression_words
 from capture_plan.progress import track
 from capture_plan.rig import Rig
 from capture_plan.sheets.expression_page import Sizes, shoot
-from capture_plan.sheets.furniture import HeadLine, Source, foot_line
+from capture_plan.sheets.furniture import HeadLine, SheetSource, foot_line
 from capture_plan.sheets.head import Head, make_head
-from capture_plan.sheets.marker_pages import MarkerPages, face_of, nearest_words, rig_words, take_words
+from capture_plan.sheets.marker_pages import MarkerPages, marked_face, nearest_words, rig_words, take_words
 from capture_plan.sheets.marker_table import READS, VERTEX
 from capture_plan.sheets.page import Booklet, paper
 from capture_plan.sheets.shot_list import draw_shot_list, paged
-from capture_plan.sheets.shots import draw_expression, draw_overview, number, overview_grid, plates
+from capture_plan.sheets.shots import draw_expression, draw_overview, overview_grid, plates, shot_number
 from capture_plan.sheets.view import pixels
 
 Sheet = Literal["a4", "letter"]  # the names in `page.PAPERS`
@@ -80,11 +80,11 @@ def draw_sheets(plan: Plan, rig: Rig, *, sheet: str, dpi: int) -> Booklet:
     book = Booklet(paper(sheet), f"{rig.name}: markers and expressions", rig.names, draft="; ".join(plan.draft))
     head, fit = make_head(rig), plan.layout.motion
     words = (rig_words(plan.layout, rig), take_words(fit)) if fit else (rig_words(plan.layout, rig),)
-    markers = MarkerPages(book, face_of(rig, head, plan.layout), words, READS, dpi)
+    markers = MarkerPages(book, marked_face(rig, head, plan.layout), words, READS, dpi)
     lists, (rows, columns) = paged(book, plan.session), overview_grid(book, len(plan.packing.expressions))
     overviews = -(-len(plan.packing.expressions) // (rows * columns))
     pages = markers.count + len(lists) + overviews + len(plan.packing.expressions)
-    source = Source(rig.name, f"plan {fingerprint(plan)}", pages)
+    source = SheetSource(rig.name, f"plan {fingerprint(plan)}", pages)
 
     def add_page(title: str) -> None:
         book.add_page(title)
@@ -113,7 +113,7 @@ def draw_expressions(
         add_page("expressions" if i == 0 else f"expressions-{i + 1}")
         first = draw_overview(book, shots, first, len(shots), packed_words(plan))
     for i, shot in enumerate(shots):
-        add_page(f"{number(i)}")
+        add_page(f"{shot_number(i)}")
         draw_expression(book, shot, line_of[shot.expression.name], i, len(shots))
 
 
@@ -122,8 +122,8 @@ def draw_marker_sheets(layout: Layout, rig: Rig, *, sheet: str, dpi: int) -> Boo
     book = Booklet(paper(sheet), f"{rig.name}: markers for a take", rig.names)
     fit, count = layout.motion, f"{len(layout.markers)} markers for the take {rig.name}{nearest_words(layout, rig)}"
     words: HeadLine = (count, take_words(fit)) if fit else (count,)
-    markers = MarkerPages(book, face_of(rig, make_head(rig), layout), words, VERTEX, dpi)
-    source = Source(rig.name, f"markers {fingerprint(layout)}", markers.count)
+    markers = MarkerPages(book, marked_face(rig, make_head(rig), layout), words, VERTEX, dpi)
+    source = SheetSource(rig.name, f"markers {fingerprint(layout)}", markers.count)
 
     def add_page(title: str) -> None:
         book.add_page(title)

@@ -2,7 +2,7 @@
 
 from capture_plan.shell.boundary import Boundary, find_boundary
 from capture_plan.shell.model import Shell
-from capture_plan.shell.motion import Motion, motion_from_rig, motion_of, together, with_mirror_image
+from capture_plan.shell.motion import Motion, motion_from_rig, motion_of, stack_sessions, with_mirror_image
 from capture_plan.shell.optimise import MarkerProblem, Result, nested, optimise
 
 __all__ = [
@@ -16,6 +16,6 @@ __all__ = [
     "motion_of",
     "nested",
     "optimise",
-    "together",
+    "stack_sessions",
     "with_mirror_image",
 ]

@@ -40,9 +40,9 @@ def find_boundary(
 ) -> Boundary:
     """Fixed points along the line where the motion ends; none where everything moves."""
     moving = reach >= still_mm
-    line = ~moving & (beside(triangles, moving) | np.isin(np.arange(len(moving)), boundary_vertices(triangles)))
+    line = ~moving & (neighbours_of(triangles, moving) | np.isin(np.arange(len(moving)), boundary_vertices(triangles)))
     fixed = np.zeros(len(moving), dtype=bool)
-    fixed[spread(vertices, np.flatnonzero(line), apart_mm)] = True
+    fixed[_spread(vertices, np.flatnonzero(line), apart_mm)] = True
     return Boundary(fixed, moving & ~end_of_mesh(vertices, triangles))
 
 
@@ -57,7 +57,7 @@ def end_of_mesh(vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "
     return ends
 
 
-def beside(triangles: Int[np.ndarray, "f 3"], some: Bool[np.ndarray, " v"]) -> Bool[np.ndarray, " v"]:
+def neighbours_of(triangles: Int[np.ndarray, "f 3"], some: Bool[np.ndarray, " v"]) -> Bool[np.ndarray, " v"]:
     """Vertices on an edge with one of some."""
     a, b = edges(triangles).T
     near = np.zeros(len(some), dtype=bool)
@@ -66,7 +66,7 @@ def beside(triangles: Int[np.ndarray, "f 3"], some: Bool[np.ndarray, " v"]) -> B
     return near
 
 
-def spread(vertices: Float[np.ndarray, "v 3"], at: Int[np.ndarray, " n"], apart_mm: float) -> Int[np.ndarray, " _"]:
+def _spread(vertices: Float[np.ndarray, "v 3"], at: Int[np.ndarray, " n"], apart_mm: float) -> Int[np.ndarray, " _"]:
     """As many of the vertices `at` as come in turn, each `apart_mm` from all before; no other one fits in."""
     if not len(at):
         return at

@@ -100,7 +100,7 @@ def motion_from_rig(weights: Float[np.ndarray, "t k"], deltas: Float[np.ndarray,
     return Motion(rows.reshape(rows.shape[0], 3 * k), np.ones(deltas.shape[1]), in_threes=True)
 
 
-def together(sessions: Sequence[Motion]) -> Motion:
+def stack_sessions(sessions: Sequence[Motion]) -> Motion:
     """Sessions of one face, each with the same say; the first one's weights hold."""
     sizes = {len(one.rows) for one in sessions}
     if len(sizes) != 1:
@@ -117,4 +117,4 @@ def with_mirror_image(motion: Motion, mirror: Int[np.ndarray, " v"]) -> Motion:
     if not motion.in_threes:
         raise RigError("a compressed motion has no x, y, z to mirror: mirror first, then compress")
     turned = motion.rows[mirror] * np.tile([-1.0, 1.0, 1.0], motion.rows.shape[1] // 3)
-    return together([motion, replace(motion, rows=turned)])
+    return stack_sessions([motion, replace(motion, rows=turned)])

@@ -21,7 +21,7 @@ CRUMB = 0.01  # of the largest piece: a smaller one is a fold or noise, and asks
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class MovingPart:
     """`at` are the rig's vertices of the part, ascending; the rest is numbered within them."""
 
     at: Int[np.ndarray, " v"]
@@ -30,7 +30,7 @@ class Part:
     moving: Bool[np.ndarray, " v"]
 
 
-def part_of(rig: Rig, furthest: Float[np.ndarray, " n"], name: str) -> Part:
+def part_of(rig: Rig, furthest: Float[np.ndarray, " n"], name: str) -> MovingPart:
     """The part that takes of this `name` move, from r.
 
     Raises:
@@ -42,7 +42,7 @@ def part_of(rig: Rig, furthest: Float[np.ndarray, " n"], name: str) -> Part:
     at, inside = np.unique(triangles, return_inverse=True)
     within = inside.reshape(-1, 3)
     rim = find_boundary(rig.neutral[at], within, furthest[at])
-    return Part(at, within, rim.fixed, rim.moving)
+    return MovingPart(at, within, rim.fixed, rim.moving)
 
 
 def moved_triangles(rig: Rig, furthest: Float[np.ndarray, " n"]) -> Int[np.ndarray, "f 3"]:

@@ -21,8 +21,8 @@ from scipy.sparse import csr_array
 
 from capture_plan.shell.elimination_order import order_of, summary_of
 from capture_plan.shell.motion import TAIL_MM
-from capture_plan.shell.search import Search
-from capture_plan.shell.sites import Sites
+from capture_plan.shell.search import MarkerSearch
+from capture_plan.shell.sites import MarkerSites
 from capture_plan.shell.subjects import Subject
 
 
@@ -62,9 +62,11 @@ class MarkerProblem:
     mirror: Int[np.ndarray, " v"] | None = None
     tail_mm: float = TAIL_MM
 
-    def search(self) -> Search:
+    def search(self) -> MarkerSearch:
         """A layout of the pinned markers alone, to be grown."""
-        return Search(self.subjects, Sites(self.candidates, self.spacing, self.mirror), self.pinned, self.tail_mm)
+        return MarkerSearch(
+            self.subjects, MarkerSites(self.candidates, self.spacing, self.mirror), self.pinned, self.tail_mm
+        )
 
 
 def optimise(problem: MarkerProblem, count: int, *, joint: bool = False) -> Result:
@@ -99,7 +101,7 @@ def nested(problem: MarkerProblem, counts: Sequence[int]) -> tuple[Result, ...]:
     return tuple(results)
 
 
-def _result(search: Search) -> Result:
+def _result(search: MarkerSearch) -> Result:
     """The layout as it stands, its errors on all that was given."""
     markers, total = search.state.markers, sum(motion.weights.sum() for _, motion in search.given)
     H = np.array(markers, dtype=int)

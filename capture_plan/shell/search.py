@@ -17,7 +17,7 @@ import numpy as np
 from capture_plan.errors import InfeasibleError
 from capture_plan.progress import track
 from capture_plan.shell.pair_exchange import near_pairs, neighbourhoods
-from capture_plan.shell.sites import Best, Sites, least
+from capture_plan.shell.sites import Best, MarkerSites, least
 from capture_plan.shell.subjects import Subject, Subjects
 
 GAIN = 1e-10  # share of the error: a smaller gain is rounding
@@ -27,10 +27,10 @@ LOST = 0.01  # share of the error that the rows left out may make up
 FINER = 0.1  # share of the error that the next rows leave out: sqrt(1 + 0.1^2) is 0.5 % more than 1
 
 
-class Search:
+class MarkerSearch:
     """A layout while it grows and settles; the first `pinned` markers stay where they are."""
 
-    def __init__(self, subjects: Sequence[Subject], sites: Sites, kept: Sequence[int], tail_mm: float) -> None:
+    def __init__(self, subjects: Sequence[Subject], sites: MarkerSites, kept: Sequence[int], tail_mm: float) -> None:
         self.given, self.sites = subjects, sites
         self.pinned, self.swaps = len(kept), 0
         self.greedy_mm = np.inf

@@ -16,7 +16,7 @@ Best = tuple[float, tuple[int, ...]]  # the error that a site would leave, and i
 
 
 @dataclass(frozen=True, eq=False)
-class Sites:
+class MarkerSites:
     """Candidates, `spacing` between markers and the `mirror` image of each vertex, where there are such wishes."""
 
     candidates: Bool[np.ndarray, " v"]

@@ -1,6 +1,6 @@
 """What the takes of one person do to a face: the thin shell of the skin that they move, and its motion.
 
-Data     x_v the person's neutral; X[t, v] the frames of one or several sessions, millimetres; the `Part` that moves
+Data     x_v the person's neutral; X[t, v] the frames of one or several sessions, millimetres; a `MovingPart`
 Error    RMSE = sqrt(mean over the frames and the part's vertices of |X_tv - (W X_tH)_v|^2), each session with its
          share whatever its length
 A marker on a held point or beyond the rim bends nothing: the rim is still without it.
@@ -18,12 +18,12 @@ from capture_plan.rig import Rig
 from capture_plan.sequence import Sequence
 from capture_plan.sequence.record import UNUSED
 from capture_plan.shell.model import Shell, held_shell
-from capture_plan.shell.motion import Motion, together
-from capture_plan.shell.moving_region import Part, part_of
+from capture_plan.shell.motion import Motion, stack_sessions
+from capture_plan.shell.moving_region import MovingPart, part_of
 from capture_plan.shell.take_basis import Recording, record
 
 
-class Sizes(Struct, frozen=True):
+class ShellSizes(Struct, frozen=True):
     """A mesh and a take: N vertices, T triangles, F frames."""
 
     vertices: int
@@ -66,9 +66,9 @@ class Take:
         return mirror_map(self.shell.vertices)
 
     @property
-    def sizes(self) -> Sizes:
+    def sizes(self) -> ShellSizes:
         """What compression is counted from."""
-        return Sizes(len(self.at), len(self.shell.triangles), self.frames)
+        return ShellSizes(len(self.at), len(self.shell.triangles), self.frames)
 
     def over(self, frames: Int[np.ndarray, " t"]) -> Motion:
         """The motion of some frames, numbered through the sessions."""
@@ -108,7 +108,7 @@ def face_take(rig: Rig, sequence: Sequence) -> Take:
     return take_on(rig, part, recordings, np.ones(len(rig.neutral)))
 
 
-def take_on(rig: Rig, part: Part, recordings: tuple[Recording, ...], s: Float[np.ndarray, " n"]) -> Take:
+def take_on(rig: Rig, part: MovingPart, recordings: tuple[Recording, ...], s: Float[np.ndarray, " n"]) -> Take:
     """The sessions of one person on a part, where errors count by s at the rig's vertices."""
     shell = held_shell(recordings[0].sequence.neutral[part.at].astype(float), part.triangles, part.fixed)
     motion = motion_over(recordings, part.at, np.arange(sum(len(one) for one in recordings)))
@@ -132,6 +132,8 @@ def motion_over(recordings: tuple[Recording, ...], at: Int[np.ndarray, " v"], fr
         if len(own):
             parts.append(one.over(own, np.searchsorted(one.at, at)))
             shares.append(one.share)
-    # `together` gives each the same say
+    # `stack_sessions` gives each the same say
     say = np.sqrt(np.array(shares) / np.mean(shares))
-    return together([replace(motion, rows=motion.rows * g) for motion, g in zip(parts, say.tolist(), strict=True)])
+    return stack_sessions(
+        [replace(motion, rows=motion.rows * g) for motion, g in zip(parts, say.tolist(), strict=True)]
+    )

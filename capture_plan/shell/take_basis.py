@@ -89,13 +89,13 @@ def leading_shapes(sequence: Sequence, at: Int[np.ndarray, " n"], share: float) 
         power += float(np.square(X).sum())
         # X = [C 0; 0 I] [S; X], turned to the leading shapes
         both = np.vstack([S, X])
-        U = leading(both @ both.T, EXACT_MM**2 * len(X) * len(at))[:, :MOST_SHAPES]
+        U = _leading(both @ both.T, EXACT_MM**2 * len(X) * len(at))[:, :MOST_SHAPES]
         C, S = np.vstack([C @ U[: len(S)], U[len(S) :]]), U.T @ both
     lost_mm = np.sqrt(max(power - float(np.square(S).sum()), 0.0) / (len(C) * len(at)))
     return Recording(sequence, at, C, S.reshape(len(S), -1, 3), share, float(lost_mm))
 
 
-def leading(gram: Float[np.ndarray, "r r"], spare: float) -> Float[np.ndarray, "r n"]:
+def _leading(gram: Float[np.ndarray, "r r"], spare: float) -> Float[np.ndarray, "r n"]:
     """The fewest eigenvectors that leave out no more than a power, the strongest first; one at least."""
     power, U = eigh(gram)
     left_out = np.cumsum(np.maximum(power, 0)) <= spare + ROUNDING * power.sum()
@@ -107,6 +107,6 @@ def in_fewer_frames(motion: Motion, tail_mm: float) -> Motion:
     """The fewest mixes of frames that leave out at most `tail_mm` of RMSE; the rows stay x, y, z."""
     Y = (motion.rows * np.sqrt(motion.weights[:, None])).reshape(len(motion.rows), -1, 3)
     P = Y.transpose(1, 0, 2).reshape(Y.shape[1], -1)
-    U = leading(P @ P.T, tail_mm**2 * motion.weights.sum())
+    U = _leading(P @ P.T, tail_mm**2 * motion.weights.sum())
     rows = np.einsum("vtx,tr->vrx", motion.rows.reshape(Y.shape), U, optimize=True)
     return Motion(rows.reshape(len(rows), -1), motion.weights, in_threes=True)

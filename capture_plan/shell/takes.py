@@ -74,7 +74,7 @@ class Takes:
 
     def mirrored(self, mirror: Int[np.ndarray, " n"]) -> "Takes":
         """Every frame and its mirror image, on the skin that either moves; `mirror` is of the rig's vertices."""
-        twin = shared_part(self.first.rig, [one.recordings for one in self.subjects], self.s, mirror)
+        twin = _shared_part(self.first.rig, [one.recordings for one in self.subjects], self.s, mirror)
         both = [
             replace(one, motion=with_mirror_image(in_fewer_frames(one.motion, SEARCH_MM), one.mirror))
             for one in twin.subjects
@@ -113,10 +113,10 @@ def takes_of(
     s = np.broadcast_to(np.asarray(s, dtype=float), len(rig.neutral))
     if np.ptp(s[rig.skin]):
         decided.append("errors count by the weights given for each vertex")
-    return replace(shared_part(rig, subjects, s, None), notes=(*told, *decided))
+    return replace(_shared_part(rig, subjects, s, None), notes=(*told, *decided))
 
 
-def shared_part(
+def _shared_part(
     rig: Rig,
     subjects: Several[tuple[Recording, ...]],
     s: Float[np.ndarray, " n"],

@@ -20,7 +20,7 @@ from capture_plan.shell.state import State
 
 
 @dataclass(frozen=True, eq=False)
-class Loss:
+class _Loss:
     """What goes with a marker; ww = w'S w."""
 
     q: float
@@ -32,11 +32,11 @@ class Loss:
     ww: float
 
 
-def loss(state: State, j: int) -> Loss:
+def loss(state: State, j: int) -> _Loss:
     """What goes with marker number j, which is not the last of a floating piece."""
     q, w, t = float(state.B[j, j]), state.W[:, j].copy(), state.T[:, j].copy()
     c, sw = state.B[j, : len(state.markers)] / q, state.s * w
-    return Loss(q, c, w, t, c @ state.motion.rows[state.markers], sw @ state.R, float(sw @ w))
+    return _Loss(q, c, w, t, c @ state.motion.rows[state.markers], sw @ state.R, float(sw @ w))
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,7 @@ def swap(state: State, j: int, v: int) -> None:
     state.stand([*state.markers[:j], int(v), *state.markers[j + 1 :]], state.KC)
 
 
-def _dropped(x: Loss) -> Change:
+def _dropped(x: _Loss) -> Change:
     return Change(1 / x.q, x.w, x.t, x.rho, -x.c)
 
 

@@ -136,7 +136,7 @@ def best_weights(
     gamma: float,
 ) -> Float[np.ndarray, "j k"]:
     """min sum_t a_t |W X_t - Y_t|^2 + gamma |W - W*|^2, 0 <= W <= 1, for every scan by itself."""
-    a = spread(surface, surface.shares)
+    a = _spread(surface, surface.shares)
     # H w = b without bounds; with H = C' C it is |C w - C'^-1 b|^2 that is bounded
     H, b = (X * a) @ X.T + gamma * np.eye(len(X)), (X * a) @ Y.T + gamma * asked.T
     C = np.linalg.cholesky(H).T
@@ -181,7 +181,7 @@ def means_on(surface: Surface, whole: Surface, means: Float[np.ndarray, "c 3"]) 
     return means[kept]
 
 
-def spread(surface: Surface, a: Float[np.ndarray, " t"]) -> Float[np.ndarray, " n"]:
+def _spread(surface: Surface, a: Float[np.ndarray, " t"]) -> Float[np.ndarray, " n"]:
     """A value of each cell for all its numbers."""
     return np.repeat(a, surface.cell_sizes)
 

@@ -29,7 +29,7 @@ from capture_plan.transfer.targets import Target
 Pose = Mapping[str, float]
 
 
-class Score(Struct, frozen=True, kw_only=True):
+class RebuildScore(Struct, frozen=True, kw_only=True):
     """Errors of the rig after `count` scans, on the skin, millimetres; `worst` has the largest error `max_mm`."""
 
     target: str
@@ -74,12 +74,12 @@ class Bench:
             e[shown] = self._errors[key]
         return e
 
-    def score(self, order: str, expressions: Sequence[Pose]) -> Score:
+    def score(self, order: str, expressions: Sequence[Pose]) -> RebuildScore:
         """The scores of all of `expressions` together."""
         e = self.errors(expressions).reshape(len(self.rig.names), -1)
         G = e @ e.T / (e.shape[1] / 3)
         rms = np.sqrt(np.diag(G))
-        return Score(
+        return RebuildScore(
             target=self.target.name,
             order=order,
             count=len(expressions),
@@ -105,14 +105,14 @@ def score_packing(
     expressions: Sequence[Pose],
     *,
     counts: Iterable[int] = (0, 5, 10, 15, 20),
-) -> tuple[Score, ...]:
+) -> tuple[RebuildScore, ...]:
     """What the first `counts` of these expressions are worth, and all of them."""
     return score_orders(rig, [Target("target", target_neutral, target_deltas)], {"given": expressions}, counts=counts)
 
 
 def score_orders(
     rig: Rig, targets: Sequence[Target], orders: Mapping[str, Sequence[Pose]], *, counts: Iterable[int]
-) -> tuple[Score, ...]:
+) -> tuple[RebuildScore, ...]:
     """One row for each target, order and count, and for the whole of each order: ready for a table or a figure."""
     counts, rows = sorted(set(counts)), []
     for target in track(targets, "Rebuilding rigs from scans"):

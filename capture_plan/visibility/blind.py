@@ -30,11 +30,11 @@ def why(camera: Camera, skin: Float[np.ndarray, "v 3"]) -> str:
     radius = float(np.linalg.norm(skin - middle, axis=1).mean())
     way = camera.position - middle
     away = float(np.linalg.norm(way))
-    place = f"it stands at {words(camera.position)} mm"
+    place = f"it stands at {_words(camera.position)} mm"
     for unit, mm in OTHER_UNITS.items():
         moved = replace(camera, position=camera.position * mm)
         if looks_at(moved, skin, middle, radius) and not looks_at(camera, skin, middle, radius):
-            return f"{place}, which would fit in {unit}: write {words(moved.position)} ({FRAME})"
+            return f"{place}, which would fit in {unit}: write {_words(moved.position)} ({FRAME})"
     if away < radius:
         return f"{place}, inside the head, {away:.0f} mm from the middle of the face: write its place in {FRAME}"
     if way[2] < 0:
@@ -50,6 +50,6 @@ def looks_at(camera: Camera, skin: Float[np.ndarray, "v 3"], middle: Float[np.nd
     return bool(way[2] > 0 and np.linalg.norm(way) > radius and camera.in_image(skin).mean() > IN_IMAGE)
 
 
-def words(position: Float[np.ndarray, "3"]) -> str:
+def _words(position: Float[np.ndarray, "3"]) -> str:
     """A place in words: '(0, 690, 400)'."""
     return f"({', '.join(f'{x:.4g}' for x in position)})"

@@ -79,12 +79,12 @@ def camera_from(table: dict[str, Any], where: str) -> Camera:
         raise RigError(
             f"{where}: convention is '{table['convention']}', only 'opencv' is read: convert the camera first"
         )
-    width, height = (whole(table, key, where) for key in ("width", "height"))
+    width, height = (whole_pixels(table, key, where) for key in ("width", "height"))
     fx, fy = (float(numbers(table, key, where)) for key in ("fx", "fy"))
     cx = float(numbers(table, "cx", where)) if "cx" in table else (width - 1) / 2
     cy = float(numbers(table, "cy", where)) if "cy" in table else (height - 1) / 2
     lens = numbers(table, "dist", where, (4,), (5,)) if "dist" in table else np.zeros(5)
-    position, rotation = pose(table, where)
+    position, rotation = _pose(table, where)
     return Camera(
         name=str(table.get("name", where.rpartition(", ")[2])),
         position=position,
@@ -95,7 +95,7 @@ def camera_from(table: dict[str, Any], where: str) -> Camera:
     )
 
 
-def pose(table: dict[str, Any], where: str) -> tuple[np.ndarray, np.ndarray]:
+def _pose(table: dict[str, Any], where: str) -> tuple[np.ndarray, np.ndarray]:
     """Position in millimetres and world-to-camera rotation."""
     given = {key for key in ("R", "rvec", "t", "position", "look_at") if key in table}
     if given == {"position", "look_at"}:
@@ -131,7 +131,7 @@ def numbers(table: dict[str, Any], key: str, where: str, *shapes: tuple[int, ...
     return array
 
 
-def whole(table: dict[str, Any], key: str, where: str) -> int:
+def whole_pixels(table: dict[str, Any], key: str, where: str) -> int:
     """table[key] as a whole number of pixels above 0."""
     number = float(numbers(table, key, where))
     if number < 1 or number != round(number):

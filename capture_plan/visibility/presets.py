@@ -30,7 +30,7 @@ from capture_plan.errors import RigError
 from capture_plan.input.documents import read_toml
 from capture_plan.visibility.calibration import is_calibration, read_calibration
 from capture_plan.visibility.camera import Camera, look_at
-from capture_plan.visibility.camera_file import cameras_of, numbers, whole
+from capture_plan.visibility.camera_file import cameras_of, numbers, whole_pixels
 
 PRESETS = ("frontal", "head-mounted-pair")
 BOOM, BASELINE = 1.5, 0.6  # of W
@@ -41,7 +41,7 @@ KEYS = ("boom_mm", "rise_mm", "baseline_mm", "side_by_side", "field_degrees", "w
 def cameras_for(spec: str, neutral: Float[np.ndarray, "v 3"], skin: Bool[np.ndarray, " v"]) -> tuple[Camera, ...]:
     """The cameras of a preset, placed in front of this face, or of a camera file: whichever `spec` names."""
     if spec in PRESETS:
-        return placed(spec, neutral[skin])
+        return _placed(spec, neutral[skin])
     path = Path(spec)
     if not os.path.isfile(path):
         raise RigError(f"cameras: '{spec}' is neither a file nor one of {', '.join(PRESETS)}")
@@ -55,7 +55,7 @@ def cameras_for(spec: str, neutral: Float[np.ndarray, "v 3"], skin: Bool[np.ndar
     return head_mounted(content["head_mounted"], f"{path}, head_mounted", neutral[skin])
 
 
-def placed(preset: str, face: Float[np.ndarray, "v 3"]) -> tuple[Camera, ...]:
+def _placed(preset: str, face: Float[np.ndarray, "v 3"]) -> tuple[Camera, ...]:
     """The cameras of a preset in front of these vertices of the face."""
     if preset == "head-mounted-pair":
         return head_mounted({}, preset, face)
@@ -78,7 +78,7 @@ def head_mounted(table: Any, where: str, face: Float[np.ndarray, "v 3"]) -> tupl
             f"{where}: boom_mm must be above 0, baseline_mm 0 or more, field_degrees between 0 and 180, "
             "side_by_side true or false"
         )
-    size_px = whole(known, "width", where), whole(known, "height", where)
+    size_px = whole_pixels(known, "width", where), whole_pixels(known, "height", where)
     lens, apart = philtrum + np.array([0, rise, boom]), np.array([0, baseline, 0])
     places = {"boom top": lens, "boom bottom": lens - apart}
     if baseline == 0:

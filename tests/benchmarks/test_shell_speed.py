@@ -17,8 +17,8 @@ from capture_plan.evaluation.le2013.published_algorithm import optimise_as_publi
 from capture_plan.shell import Shell, motion_of, optimise
 from capture_plan.shell.boundary import find_boundary
 from capture_plan.shell.motion import TAIL_MM
-from capture_plan.shell.search import Search
-from capture_plan.shell.sites import Sites
+from capture_plan.shell.search import MarkerSearch
+from capture_plan.shell.sites import MarkerSites
 from tests.solids import sphere
 
 COUNT = 80
@@ -49,7 +49,7 @@ def layout(vertices, triangles, X, count=COUNT):
 def greedy_seconds(shell, motion, boundary, count=COUNT):
     """Processor seconds of the greedy layout alone, factorisation and compression included."""
     start = time.process_time()
-    Search([(replace(shell), replace(motion))], Sites(boundary.moving), (), TAIL_MM).grow(count)
+    MarkerSearch([(replace(shell), replace(motion))], MarkerSites(boundary.moving), (), TAIL_MM).grow(count)
     return time.process_time() - start
 
 

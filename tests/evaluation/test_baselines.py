@@ -13,7 +13,7 @@ from capture_plan.errors import InfeasibleError
 from capture_plan.evaluation.baselines import BASELINES, GROUND, OMEGA, choose_baseline, nearest_to_centres
 from capture_plan.layout.farthest import Candidates
 from capture_plan.layout.pivoted_qr import Pivots
-from capture_plan.registration.nonrigid_icp import stiffness
+from capture_plan.registration.nonrigid_icp import graph_stiffness
 
 SIDE = 9
 RNG = np.random.default_rng(11)
@@ -95,7 +95,7 @@ def test_qr_answers_to_every_mix_with_as_few_landmarks_as_there_can_be():
 def test_the_next_least_squares_mesh_landmark_is_where_a_solve_from_scratch_is_most_wrong():
     chosen = choose_baseline("SCO04 (surface error)", SHEET, 7, 0)
     v = len(SHEET.neutral)
-    A = (stiffness(SHEET.skin_triangles, v) + GROUND * eye_array(v)).toarray()
+    A = (graph_stiffness(SHEET.skin_triangles, v) + GROUND * eye_array(v)).toarray()
     X = SHEET.rows_at(np.arange(v))
     for m in range(1, 7):
         held, free = chosen[:m], np.setdiff1d(np.arange(v), chosen[:m])
@@ -117,7 +117,7 @@ def test_the_next_qr_pivot_is_the_largest_once_the_first_ones_rows_are_projected
 def test_the_next_landmark_of_a_soft_mesh_is_where_the_normal_equations_are_most_wrong():
     chosen = choose_baseline("LS-meshes (neutral)", SHEET, 7, 0)
     v = len(SHEET.neutral)
-    A = (stiffness(SHEET.skin_triangles, v) + GROUND * eye_array(v)).toarray()
+    A = (graph_stiffness(SHEET.skin_triangles, v) + GROUND * eye_array(v)).toarray()
     X = SHEET.neutral - SHEET.neutral.mean(axis=0)
     for m in range(7):
         W = np.zeros((v, v))

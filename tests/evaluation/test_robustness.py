@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from capture_plan.curves.random_mixes import random_mixes
-from capture_plan.evaluation.monte_carlo import misplaced, neighbours, solved, swapped, trials
+from capture_plan.evaluation.monte_carlo import misplaced_responses, neighbours, solved, swapped, trials
 from capture_plan.evaluation.robustness import (
     DOT_MM,
     GROWTH,
@@ -200,7 +200,9 @@ def test_swapped_markers_bring_their_places_with_them(plane, observation):
 def test_dots_scatter_by_the_root_mean_square_that_is_said(plane, charts):
     """Deltas that are the places themselves give the places back."""
     neutral = plane[0]
-    rows = misplaced(Observation(neutral[None], np.ones(V, bool), 0.2), charts[2:3], 2.0, np.random.default_rng(0))
+    rows = misplaced_responses(
+        Observation(neutral[None], np.ones(V, bool), 0.2), charts[2:3], 2.0, np.random.default_rng(0)
+    )
     off = np.linalg.norm(rows[:, :, 0] - neutral[VERTICES[2]], axis=1)
     assert np.sqrt(np.mean(off**2)) == pytest.approx(2.0, rel=0.1)
 

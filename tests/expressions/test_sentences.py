@@ -10,7 +10,7 @@ from capture_plan.expressions.compatibility import base_name
 from capture_plan.expressions.groups import grouped, said_as_one
 from capture_plan.expressions.movement import Movement, _one_place, movements
 from capture_plan.expressions.pack import pack
-from capture_plan.expressions.sentences import from_rest, mistakes, phrases, sentence, spoken, told
+from capture_plan.expressions.sentences import from_rest, mistakes, movements_in_words, phrases, sentence, spoken
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.sample import sample_rig
 
@@ -177,7 +177,7 @@ def test_a_warning_never_forbids_what_the_expression_asks_for():
 @pytest.mark.parametrize("name", RIG.names)
 def test_every_movement_has_one_warning_at_most_and_is_told_once(name):
     assert len(mistakes(RIG, (name,))) <= 1
-    assert len(told(RIG, (name,))) == 1
+    assert len(movements_in_words(RIG, (name,))) == 1
 
 
 def test_both_lips_rolled_in_are_one_movement_and_others_are_not():

@@ -91,7 +91,7 @@ def test_the_curve_over_epsilon_names_what_is_uncovered_and_what_is_not_proven()
 
 def test_every_axis_of_an_error_has_its_unit():
     curves = {"a": ([4, 8], [2.0, 1.0]), "ours": ([4, 8], [1.0, 0.5])}
-    budget = figures.error_against_budget(curves, ours="ours", meaning="error, mm", levels={"68": 0.6}, budget=8)
+    budget = figures.draw_error_against_budget(curves, ours="ours", meaning="error, mm", levels={"68": 0.6}, budget=8)
     noise = figures.error_against_noise(curves, ours="ours", meaning="error, mm")
     bars = figures.blendshape_bars(("x", "y"), {"ours": np.array([0.1, 0.3])}, meaning="error, mm")
     for figure in (budget, noise, bars):

@@ -56,7 +56,7 @@ def read_here(path):
     """As `read_usd`, in this process, since a process for each of these whole files takes long."""
     answer = path.with_suffix(".answer.npz")
     usd_scene.write_archive(str(path.parent.resolve() / path.name), "rig", str(answer))
-    return usd.build(path.stem, *usd.unpack(answer))
+    return usd.build_rig(path.stem, *usd.unpack_answer(answer))
 
 
 def save(stage, path):
@@ -308,7 +308,7 @@ def test_a_program_that_dies_or_hangs_is_one_line(tmp_path, monkeypatch):
 
 
 def test_memory_is_bounded(tmp_path):
-    code = "import runpy, sys; p = runpy.run_path(sys.argv[1]); p['limit'](0); bytearray(p['MEMORY_BYTES'])"
+    code = "import runpy, sys; p = runpy.run_path(sys.argv[1]); p['limit_memory'](0); bytearray(p['MEMORY_BYTES'])"
     done = subprocess.run([sys.executable, "-c", code, str(usd.PROGRAM)], capture_output=True, text=True)
     assert "MemoryError" in done.stderr
 
@@ -317,7 +317,7 @@ DAMAGE = """
 import random, runpy, sys
 from pathlib import Path
 program = runpy.run_path(sys.argv[4])
-program["limit"](len(Path(sys.argv[1]).read_bytes()))
+program["limit_memory"](len(Path(sys.argv[1]).read_bytes()))
 data, path, start = Path(sys.argv[1]).read_bytes(), Path(sys.argv[2]), int(sys.argv[3])
 for i in range(start, 2 * 60):
     print(i, flush=True)

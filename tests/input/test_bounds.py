@@ -40,13 +40,13 @@ def test_lines_and_values_without_end_are_refused_at_once():
     start = time.process_time()
     for text in (b"1 " * 20_000_000, b"\n" * 20_000_000, "1 " * 20_000_000):
         with pytest.raises(RigError, match=r"^a\.obj has "):
-            bounds.check_lines(text, "a.obj")
+            bounds.check_line_sizes(text, "a.obj")
     with pytest.raises(RigError, match="20,000,000 values"):
         bounds.check_values(b"," * 20_000_000)
     with pytest.raises(RigError, match="4,001 columns"):
         bounds.check_cells(1, 4_001)
     assert time.process_time() - start < 2
-    bounds.check_lines((b"1 " * (bounds.LONGEST_LINE // 2 - 1) + b"\n") * 3, "a.obj")
+    bounds.check_line_sizes((b"1 " * (bounds.LONGEST_LINE // 2 - 1) + b"\n") * 3, "a.obj")
 
 
 def test_a_polygon_of_more_corners_than_anybody_makes_is_refused(tmp_path):

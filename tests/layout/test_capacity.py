@@ -5,7 +5,7 @@ import pytest
 from scipy.sparse import csr_array
 
 from capture_plan.errors import InfeasibleError
-from capture_plan.layout.capacity import fitting
+from capture_plan.layout.capacity import fitting_sites
 from capture_plan.layout.constraint_rows import Limit
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.dot_contact import NO_POSES
@@ -28,7 +28,7 @@ def grid(n, spacing_mm):
 @pytest.mark.parametrize("n", [5, 8, 11])
 def test_as_many_as_fit_on_a_grid_stand_at_the_spacing(n):
     sites, spacing, apart = grid(n, 2.0)
-    chosen = fitting(sites, spacing)
+    chosen = fitting_sites(sites, spacing)
     among = apart[np.ix_(chosen, chosen)]
     assert among[among > 0].min() >= 2.0
     assert len(chosen) == ((n + 1) // 2) ** 2  # neighbours, also across corners, are too close
@@ -42,13 +42,13 @@ def test_a_site_is_too_close_to_itself_also_where_no_distance_of_it_is_stored():
 def test_without_a_spacing_all_fit_and_caps_are_kept():
     sites, _, _ = grid(4, 2.0)
     cap = Limit("at most 3 on a side", (np.arange(16) < 8).astype(int), most=3)
-    assert len(fitting(sites, None)) == 16
-    assert len(fitting(sites, None, (cap,))) == 11
+    assert len(fitting_sites(sites, None)) == 16
+    assert len(fitting_sites(sites, None, (cap,))) == 11
 
 
 def test_a_budget_beyond_the_room_is_refused_with_how_many_fit(face):
     task = task_of(face, LayoutSettings(method="budget", budget=5000)).apart_in(NO_POSES)
-    room = int(task.sites.size[fitting(task.sites, task.spacing, task.limits)].sum())
+    room = int(task.sites.size[fitting_sites(task.sites, task.spacing, task.limits)].sum())
     for method in ("budget", "motion"):
         with pytest.raises(InfeasibleError, match=f"no room was found for 5,000 landmarks on this face: {room} fit"):
             design_layout(face, LayoutSettings(method=method, budget=5000))

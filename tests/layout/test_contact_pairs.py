@@ -7,7 +7,7 @@ import pytest
 from msgspec.structs import replace
 
 from capture_plan.anatomy.performed_deltas import performed_deltas
-from capture_plan.layout.contact_pairs import met_in, movements, without_pairs_of
+from capture_plan.layout.contact_pairs import met_in, pose_movements, without_pairs_of
 from capture_plan.layout.design import chosen_apart, design_layout
 from capture_plan.layout.dot_contact import GAP_MM, meetings
 from capture_plan.layout.face import Face
@@ -24,7 +24,7 @@ WIDE = LayoutSettings(method="budget", budget=24, dot_mm=7.0, spacing_mm=9.0)
 @pytest.fixture(scope="module")
 def near(face):
     at, wide = np.flatnonzero(face.markable), {"dot_mm": WIDE.dot_mm, "spacing_mm": WIDE.spacing_mm}
-    planned = met_in(face.rig.neutral, at, movements(face.rig, POSES, at), **wide)
+    planned = met_in(face.rig.neutral, at, pose_movements(face.rig, POSES, at), **wide)
     assert planned.nnz
     return (planned + face.met(WIDE)).astype(bool).astype(np.float32)
 
@@ -43,7 +43,7 @@ def test_pairs_that_meet_are_those_that_every_pose_shows_one_by_one(face, near):
     some = np.random.default_rng(0).permutation(np.flatnonzero(face.markable))[:250]
     x = face.rig.neutral[some]
     expected = np.zeros((len(some), len(some)), dtype=bool)
-    for moved in (*performed_deltas(face.rig, face.used)[:, some], *movements(face.rig, POSES, some)):
+    for moved in (*performed_deltas(face.rig, face.used)[:, some], *pose_movements(face.rig, POSES, some)):
         expected |= np.linalg.norm((x + moved)[:, None] - (x + moved)[None], axis=2) < WIDE.dot_mm + GAP_MM
     expected &= np.linalg.norm(x[:, None] - x[None], axis=2) >= WIDE.spacing_mm
     assert expected.any()
@@ -52,7 +52,7 @@ def test_pairs_that_meet_are_those_that_every_pose_shows_one_by_one(face, near):
 
 def test_a_pose_is_the_rig_posed(face):
     at = np.arange(0, len(face.rig.neutral), 97)
-    *_, last = movements(face.rig, POSES, at)
+    *_, last = pose_movements(face.rig, POSES, at)
     weights = np.array([POSES["sour"].get(name, 0.0) for name in face.rig.names])
     assert np.allclose(face.rig.neutral[at] + last, face.rig.pose(weights)[at], atol=1e-4)
 

@@ -14,7 +14,7 @@ from capture_plan.layout.costs import RESOLUTION
 from capture_plan.layout.cover import best, dual_prices, solve_cover
 from capture_plan.layout.infeasibility import possible, smallest_clash
 from capture_plan.layout.presolve import essential_rows, undominated
-from capture_plan.layout.program import Program, branch
+from capture_plan.layout.program import IntegerProgram, branch
 from capture_plan.layout.second_look import Room, cheaper
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.spacing import Spacing
@@ -142,7 +142,7 @@ def test_a_clash_names_wishes_of_which_each_is_needed(seed):
     covers, _cost, _ = random_program(seed)
     spacing = apart([np.random.default_rng(seed).choice(9, 6, replace=False)])
     limits = tuple(random_wishes(seed))
-    program = Program(covers, np.ones(9, dtype=int), np.ones(5, dtype=int), spacing.balls, spacing.table, limits)
+    program = IntegerProgram(covers, np.ones(9, dtype=int), np.ones(5, dtype=int), spacing.balls, spacing.table, limits)
     if branch(program) is not None:
         return
     by_name = {limit.name: limit for limit in limits}

@@ -13,7 +13,7 @@ from capture_plan.layout.lower_bound import (
     bound_from,
     error_bound,
     fewest_for,
-    relax,
+    relax_budget,
     shares_of,
     target_bound,
 )
@@ -84,7 +84,7 @@ def test_the_bound_is_reached_where_the_budget_pays_for_all(seed):
 @pytest.mark.parametrize("seed", range(4))
 def test_the_shares_keep_the_budget_and_are_the_best_there_are(seed):
     observation, sites = problem(seed)
-    relaxed = relax(observation, sites, 5, ())
+    relaxed = relax_budget(observation, sites, 5, ())
     lam = best_shares(relaxed, relaxed.scaled(np.ones(len(relaxed.size))))
     assert sites.size @ lam <= 5 + 1e-3
     assert lam.max() <= 1
@@ -95,7 +95,7 @@ def test_the_shares_keep_the_budget_and_are_the_best_there_are(seed):
 @pytest.mark.parametrize("seed", range(4))
 def test_the_slope_is_that_of_the_error(seed):
     observation, sites = problem(seed)
-    relaxed = relax(observation, sites, 5, ())
+    relaxed = relax_budget(observation, sites, 5, ())
     lam = np.random.default_rng(seed).uniform(0.1, 1, S)
     f, g = relaxed.value(lam)
     for s in range(S):

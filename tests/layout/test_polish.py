@@ -7,7 +7,7 @@ from capture_plan.layout.budget import spend_budget
 from capture_plan.layout.constraint_rows import Limit
 from capture_plan.layout.exchange import BETTER, CLOSE, Search
 from capture_plan.layout.observation import PRIOR_SD, Observation
-from capture_plan.layout.polish import ROUNDS, covariances, mean_gains, measured_error, polish
+from capture_plan.layout.polish import ROUNDS, covariances, mean_gains, mixes_error, polish
 from capture_plan.layout.sites import Sites
 
 K, S = 12, 40
@@ -38,7 +38,7 @@ def test_a_polished_choice_is_no_worse_on_the_mixes_that_judge_it(seed):
     chosen = best_of(search)
     polished = polish(search, [chosen], seed=7)
     judge = {"seed": 7 + ROUNDS}
-    assert measured_error(search, polished, **judge) <= measured_error(search, chosen, **judge)
+    assert mixes_error(search, polished, **judge) <= mixes_error(search, chosen, **judge)
     assert search.landmarks(polished) == search.landmarks(chosen)
 
 
@@ -53,8 +53,8 @@ def test_polishing_lowers_the_error_of_mixes_that_it_has_never_seen():
     for seed in range(6):
         search = search_of(seed)
         chosen = best_of(search)
-        before += measured_error(search, chosen, seed=99)
-        after += measured_error(search, polish(search, [chosen], seed=7), seed=99)
+        before += mixes_error(search, chosen, seed=99)
+        after += mixes_error(search, polish(search, [chosen], seed=7), seed=99)
     assert after < before
 
 

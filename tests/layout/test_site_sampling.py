@@ -13,7 +13,7 @@ from capture_plan.errors import InfeasibleError
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import Face, see_face
 from capture_plan.layout.settings import LayoutSettings
-from capture_plan.layout.site_sampling import places_on, spread
+from capture_plan.layout.site_sampling import places_on, spread_sites
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.settings import Settings
 from capture_plan.report.proofs import landmark_proofs
@@ -34,7 +34,7 @@ def test_places_stand_apart_in_mirrored_pairs_and_near_everything():
     points = np.concatenate([half, half * [-1, 1, 1]])
     mirror = np.roll(np.arange(800), 400)
     order = np.random.default_rng(4).permutation(800)
-    chosen = spread(points, order, mirror, 1.0)
+    chosen = spread_sites(points, order, mirror, 1.0)
     assert chosen[order[0]]
     assert (chosen == chosen[mirror]).all()
     apart, _ = KDTree(points[chosen]).query(points[chosen], k=2)

@@ -164,7 +164,7 @@ def test_progress_inside_a_notebook_yields_every_item():
 
 @pytest.mark.parametrize("name", ["<script>", "*bold* $x$", "a_b_c", "[link](x)"])
 def test_a_name_means_nothing_in_markdown(name):
-    text = mo.md(parts.plain(name)).text
+    text = mo.md(parts.markdown_plain(name)).text
     assert not any(f"<{tag}" in text for tag in ("script", "em", "strong", "a ", "marimo-tex"))
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from capture_plan.mesh import vertex_normals
-from capture_plan.registration.nonrigid_icp import fit, own_nearest, spline_start, stiffness
+from capture_plan.registration.nonrigid_icp import fit, graph_stiffness, own_nearest, spline_start
 
 
 def test_stiffness_leaves_planes_alone_and_is_symmetric():
@@ -12,7 +12,7 @@ def test_stiffness_leaves_planes_alone_and_is_symmetric():
     x, y = np.meshgrid(np.arange(7.0), np.arange(7.0))
     first = (np.arange(6)[:, None] * 7 + np.arange(6)).ravel()
     triangles = np.concatenate([np.stack([first, first + 1, first + 8], 1), np.stack([first, first + 8, first + 7], 1)])
-    K = stiffness(triangles, 49).toarray()
+    K = graph_stiffness(triangles, 49).toarray()
     assert np.allclose(K, K.T)
     assert np.allclose(K @ np.ones(49), 0)
     assert np.linalg.eigvalsh(K).min() > -1e-12

@@ -22,7 +22,7 @@ from capture_plan.plan.files import plan_bytes
 from capture_plan.plan.record import Plan, RigReference, sealed
 from capture_plan.plan.settings import Settings
 from capture_plan.report import viewer_html, write_html
-from capture_plan.report.contents import chart, compare, tiles
+from capture_plan.report.contents import chart, compared_layouts, tiles
 from capture_plan.report.head import packed_head
 from capture_plan.report.page import page_html, script_json
 from capture_plan.report.proofs import minimum_proof, packing_proof, proofs
@@ -222,7 +222,7 @@ def test_the_bars_of_the_chart_grow_with_what_is_covered(plan):
 
 
 def test_the_largest_error_fills_the_bar_of_the_comparison(plan):
-    rows = compare(plan)
+    rows = compared_layouts(plan)
     assert [row["share"] for row in rows] == [0.5, 1.0]
     assert [row["own"] for row in rows] == [True, False]
     assert (rows[0]["error"], rows[0]["upper"]) == ("0.310 mm", "0.410 mm")

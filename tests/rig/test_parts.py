@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from capture_plan.report.head import THIN, triangle_materials
-from capture_plan.rig.parts import DRAWN, KINDS, NOT_SKIN, WORDS, WORN, part_kind
+from capture_plan.rig.parts import DRAWN, NOT_SKIN, PART_KINDS, PART_WORDS, WORN, part_kind
 from capture_plan.sample import sample_rig
 from capture_plan.sheets.head import BY_KIND, SKIN, make_head
 
@@ -55,7 +55,7 @@ def test_paper_and_page_tell_the_same_kinds_from_clay():
     assert looks() == {"skin"} | set(BY_KIND)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", PART_KINDS)
 def test_the_same_name_is_the_same_thing_on_paper_and_on_the_page(kind):
     """An eye of the sample under names of the kind: its material on paper, its look on the page."""
     rig = replace(sample_rig(), part_names=("skin", *[FIELD[kind].split()[0]] * 2, *["face"] * 5))
@@ -69,7 +69,7 @@ def test_the_same_name_is_the_same_thing_on_paper_and_on_the_page(kind):
 
 
 def test_kinds_are_known_and_each_has_words():
-    assert {kind for kind, _ in WORDS} | {"other"} == set(KINDS)
-    assert NOT_SKIN | WORN | DRAWN | set(BY_KIND) | set(THIN) <= set(KINDS)
+    assert {kind for kind, _ in PART_WORDS} | {"other"} == set(PART_KINDS)
+    assert NOT_SKIN | WORN | DRAWN | set(BY_KIND) | set(THIN) <= set(PART_KINDS)
     assert {"skin", "body", "other"}.isdisjoint(NOT_SKIN)
     assert np.all([kind in NOT_SKIN for kind in (*WORN, *DRAWN)])

@@ -8,7 +8,7 @@ from capture_plan.curves.frames import KeptFrames, StoredFrames
 from capture_plan.errors import RigError
 from capture_plan.sample import sample_rig
 from capture_plan.sequence import read_sequence
-from capture_plan.sequence.frame_tests import MOST_FAULTY, mesh_of, places
+from capture_plan.sequence.frame_tests import MOST_FAULTY, places, take_mesh
 
 T, BAD = 12, 4  # frames, and the one that fails
 
@@ -175,6 +175,6 @@ def test_what_a_blendshape_stretches_may_be_stretched_as_far_and_further():
     neutral, triangles = np.eye(3), np.array([[0, 1, 2]])
     pulled = np.zeros((1, 3, 3))
     pulled[0, 0, 0] = 70.0
-    plain, open_mouth = (mesh_of(neutral, triangles, d).most for d in (0 * pulled, pulled))
+    plain, open_mouth = (take_mesh(neutral, triangles, d).most for d in (0 * pulled, pulled))
     assert (open_mouth[[0, 2]] > plain[[0, 2]] + 70).all()
     assert open_mouth[1] == plain[1]

@@ -10,7 +10,7 @@ from capture_plan.formats import usd, usd_scene
 from capture_plan.sample import sample_rig
 from capture_plan.sequence import read_sequence
 from capture_plan.sequence.meshes import MeshTake
-from capture_plan.sequence.usd_take import build
+from capture_plan.sequence.usd_take import build_take
 from tests.formats.test_usd import LIFT, TETRAHEDRON, add_mesh, new_stage, write_sample
 
 # pyright: reportAttributeAccessIssue=false
@@ -66,7 +66,7 @@ def read_here(path):
     with np.errstate(all="ignore"):
         answer = path.with_suffix(".answer.npz")
         usd_scene.write_archive(str(path.parent.resolve() / path.name), "take", str(answer))
-        return build(*usd.unpack(answer))
+        return build_take(*usd.unpack_answer(answer))
 
 
 def frames_of(take):

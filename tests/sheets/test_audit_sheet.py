@@ -29,7 +29,7 @@ from capture_plan.sheets.understood import (
     VIEWS,
     bar_mm,
     file_axis,
-    frames_of,
+    head_frames,
     soft_colour,
     understood,
 )
@@ -56,7 +56,7 @@ def drawn(found, rig):
 def pixel_of(rig, read, view, at):
     """The row and the column of the page's picture where a point of the rig must be."""
     width = EACH_MM - 2 * COLUMN_MM
-    frame = frames_of(understood(rig, read), width / VIEWS_MM)[VIEWS.index(view)]
+    frame = head_frames(understood(rig, read), width / VIEWS_MM)[VIEWS.index(view)]
     x, y, _ = view.project(np.array(at)[None])[0]
     left = MARGIN_MM + VIEWS.index(view) * EACH_MM + COLUMN_MM
     mm = np.array([VIEWS_Y + (frame.top - y) / frame.height * VIEWS_MM, left + (x - frame.left) / frame.width * width])
@@ -110,7 +110,7 @@ def test_a_head_that_was_read_lying_is_drawn_lying(rig, found):
     turn = axes_matrix("+z", "+y")
     lying = change(rig, neutral=rig.neutral @ turn.T, deltas=(rig.deltas @ turn.T).astype(np.float32))
     shown = understood(lying, reading_facts(lying))
-    frame = frames_of(shown, 1.0)[0]
+    frame = head_frames(shown, 1.0)[0]
     rows = np.isfinite(picture(shown.posed, FRONT, frame, size_px=(400, 400)).z).any(axis=1)
     highest = frame.top - rows.argmax() / 400 * frame.height
     assert highest == pytest.approx((turn @ found.reading.nose.mm)[1], abs=2)

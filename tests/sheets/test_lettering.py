@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from capture_plan.figures.style import house
 from capture_plan.names.tokens import DATA
-from capture_plan.sheets.lettering import FONTS, Labels, face_with, printable, runs, script_of
+from capture_plan.sheets.lettering import FONTS, Labels, face_with, font_runs, script_of, with_known_glyphs
 from capture_plan.sheets.page import PAPERS, Booklet
 
 RIG = ("まばたき", "微笑", "ยิ้ม", "ยิ้ม_L", "กขฃ", "שלום", "ابتسامة", "jawOpen")
@@ -64,7 +64,7 @@ def test_two_names_are_never_told_alike():
 
 
 def test_what_is_no_name_of_the_rig_is_told_by_its_script():
-    assert printable("take กขฃ สวย 3") == "take (Thai script) 3"
+    assert with_known_glyphs("take กขฃ สวย 3") == "take (Thai script) 3"
     assert script_of("कख") == "Devanagari"
 
 
@@ -72,14 +72,14 @@ def test_what_is_no_name_of_the_rig_is_told_by_its_script():
 def test_no_letter_without_a_face_is_ever_left(text):
     shown = Labels([text, "jawOpen"])(text)
     assert all(face_with(letter) for letter in shown)
-    assert "".join(letters for _, letters in runs(shown)) == shown
+    assert "".join(letters for _, letters in font_runs(shown)) == shown
 
 
 def test_a_mixed_line_is_as_wide_as_its_runs_and_each_is_in_its_own_face():
     line = "blink まばたき 惊讶 미소 L"
-    assert [face for face, _ in runs(line)] == ["sans", "japanese", "sans", "chinese", "sans", "korean", "sans"]
+    assert [face for face, _ in font_runs(line)] == ["sans", "japanese", "sans", "chinese", "sans", "korean", "sans"]
     book = Booklet(PAPERS["a4"], "test")
-    assert book.width(line, 10) == pytest.approx(sum(book.width(letters, 10) for _, letters in runs(line)))
+    assert book.width(line, 10) == pytest.approx(sum(book.width(letters, 10) for _, letters in font_runs(line)))
 
 
 def test_a_japanese_name_is_ink_on_the_page_and_text_in_the_pdf():

@@ -18,11 +18,11 @@ from capture_plan.layout.record import Landmark, Layout, Worth
 from capture_plan.plan.record import FORMAT_VERSION, Plan, RigReference
 from capture_plan.plan.settings import Settings
 from capture_plan.sheets import expression_pictures, marker_pictures, region_looks, write_sheets
-from capture_plan.sheets.expression_page import heat_colours, heat_scale, movement, portrait, side_of
+from capture_plan.sheets.expression_page import heat_colours, heat_scale, moved_side, movement, portrait
 from capture_plan.sheets.furniture import CHECK_BAR_MM
-from capture_plan.sheets.head import curved_middles, make_head, pose, split
-from capture_plan.sheets.markers import NUMBERS, Face, draw_markers, place, seen
-from capture_plan.sheets.page import PAPERS, Booklet, Paper, paper
+from capture_plan.sheets.head import curved_middles, make_head, pose, split_triangles
+from capture_plan.sheets.markers import NUMBERS, MarkedFace, draw_markers, place, seen
+from capture_plan.sheets.page import PAPERS, Booklet, PaperSize, paper
 from capture_plan.sheets.style import LOOKS, outline, rgb
 from capture_plan.sheets.view import FRONT, LEFT, MIRROR, RIGHT, picture, pixels
 
@@ -99,7 +99,7 @@ def plan(rig):
 def face(rig, plan):
     landmarks = plan.layout.landmarks
     posed = pose(make_head(rig), rig.neutral)
-    return Face(posed, rig.skin, landmarks, region_looks(landmarks), face_regions(rig).anchors)
+    return MarkedFace(posed, rig.skin, landmarks, region_looks(landmarks), face_regions(rig).anchors)
 
 
 @pytest.fixture(scope="module")
@@ -145,7 +145,7 @@ def test_the_surface_seen_at_a_landmarks_pixel_is_as_deep_as_the_landmark(face):
 
 def test_a_marker_behind_the_head_is_not_seen(rig, face):
     behind = int(np.where(rig.skin, rig.neutral[:, 2], np.inf).argmin())
-    hidden = Face(face.posed, rig.skin, (landmark(rig, 0, behind),), face.looks, face.anchors)
+    hidden = MarkedFace(face.posed, rig.skin, (landmark(rig, 0, behind),), face.looks, face.anchors)
     frame = place(face, FRONT, Booklet(PAPERS["a4"], "test"), dpi=60).picture.frame
     assert not seen(hidden, FRONT, picture(face.solid, FRONT, frame, size_px=(200, 240))).any()
 
@@ -156,7 +156,7 @@ def test_a_marker_on_the_ear_leaves_the_profile_large(rig, face, many, scale):
     ears = np.flatnonzero((regions.of_vertex == regions.names.index("ear")) & (rig.neutral[:, 0] > 0))
     ear = int(ears[rig.neutral[ears, 2].argmax()])
     marks = tuple(landmark(rig, i, v) for i, v in enumerate([*spread_vertices(rig, many), ear]))
-    eared = Face(face.posed, rig.skin, marks, region_looks(marks), face.anchors)
+    eared = MarkedFace(face.posed, rig.skin, marks, region_looks(marks), face.anchors)
     placed = place(eared, LEFT, Booklet(PAPERS["a4"], "test"), dpi=60)
     assert placed.scale <= scale
     assert marks[-1] in placed.landmarks
@@ -263,9 +263,9 @@ def test_an_expression_differs_from_the_neutral_only_where_it_moves(rig, plan):
 
 def test_a_one_sided_expression_is_told_by_the_subjects_side(rig, face):
     moved = dict(zip(rig.names, rig.displacement, strict=True))
-    assert side_of(rig, face.anchors, moved["mouthSmileLeft"]) == "left"
-    assert side_of(rig, face.anchors, moved["mouthSmileRight"]) == "right"
-    assert side_of(rig, face.anchors, moved["jawOpen"]) is None
+    assert moved_side(rig, face.anchors, moved["mouthSmileLeft"]) == "left"
+    assert moved_side(rig, face.anchors, moved["mouthSmileRight"]) == "right"
+    assert moved_side(rig, face.anchors, moved["jawOpen"]) is None
 
 
 def test_more_movement_is_darker():
@@ -274,7 +274,7 @@ def test_more_movement_is_darker():
 
 
 def test_splitting_keeps_vertices_and_doubles_every_edge():
-    finer = split(np.array([[0, 1, 2], [0, 2, 3]]), 4)
+    finer = split_triangles(np.array([[0, 1, 2], [0, 2, 3]]), 4)
     assert finer.edges.tolist() == [[0, 1], [0, 2], [0, 3], [1, 2], [2, 3]]
     assert len(finer.triangles) == 8
     flat = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
@@ -329,7 +329,7 @@ def test_markers_whose_names_have_no_room_stand_by_their_numbers(rig, face, monk
     monkeypatch.setattr("capture_plan.sheets.markers.SCALES", (2.0,))
     some = np.flatnonzero(rig.skin & (face.posed.normals[:, 2] > 0.4) & (np.abs(rig.neutral[:, 1] - 690) < 55))
     many = tuple(landmark(rig, n, v, "left upper eyelid 11") for n, v in enumerate(some[::6][:120].tolist()))
-    crowd = Face(face.posed, rig.skin, many, region_looks(many), face.anchors)
-    placed = place(crowd, FRONT, Booklet(Paper("A5", 148, 210), "test"), dpi=40)
+    crowd = MarkedFace(face.posed, rig.skin, many, region_looks(many), face.anchors)
+    placed = place(crowd, FRONT, Booklet(PaperSize("A5", 148, 210), "test"), dpi=40)
     assert placed.style is NUMBERS
     assert len({(x, y) for x, y, _ in placed.rooms.tolist()}) == len(placed.landmarks) > 100

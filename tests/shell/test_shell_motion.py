@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from capture_plan.errors import RigError
-from capture_plan.shell import Motion, motion_from_rig, motion_of, together, with_mirror_image
-from capture_plan.shell.boundary import beside, end_of_mesh, find_boundary
+from capture_plan.shell import Motion, motion_from_rig, motion_of, stack_sessions, with_mirror_image
+from capture_plan.shell.boundary import end_of_mesh, find_boundary, neighbours_of
 from tests.shell.test_shell_model import some_markers
 from tests.shell.test_shell_optimise import symmetric_shell
 from tests.shell.test_shell_state import bumpy, shell_of
@@ -74,9 +74,9 @@ def test_compression_to_nothing_left_out_changes_no_error():
 def test_sessions_count_alike_however_long():
     shell, H = shell_of(True), np.array([10, 60, 127, 240])
     W, a, b = shell.weights(H), recorded(20)[2], recorded(5, seed=3)[2]
-    both = together([motion_of(a), motion_of(b)]).rmse_mm(W, H)
+    both = stack_sessions([motion_of(a), motion_of(b)]).rmse_mm(W, H)
     assert both**2 == pytest.approx((motion_of(a).rmse_mm(W, H) ** 2 + motion_of(b).rmse_mm(W, H) ** 2) / 2)
-    assert together([motion_of(a)] * 3).rmse_mm(W, H) == pytest.approx(motion_of(a).rmse_mm(W, H))
+    assert stack_sessions([motion_of(a)] * 3).rmse_mm(W, H) == pytest.approx(motion_of(a).rmse_mm(W, H))
 
 
 def test_mirrored_motion_judges_a_layout_as_its_mirror_image():
@@ -101,7 +101,7 @@ def test_what_is_no_motion_is_refused():
     with pytest.raises(RigError, match="without frames"):
         motion_of(np.zeros((0, 4, 3)))
     with pytest.raises(RigError, match="one mesh"):
-        together([Motion(np.ones((3, 2)), np.ones(3)), Motion(np.ones((4, 2)), np.ones(4))])
+        stack_sessions([Motion(np.ones((3, 2)), np.ones(3)), Motion(np.ones((4, 2)), np.ones(4))])
 
 
 def test_the_boundary_runs_beside_what_moves_in_steps():
@@ -110,10 +110,10 @@ def test_the_boundary_runs_beside_what_moves_in_steps():
     found = find_boundary(vertices, triangles, reach, apart_mm=10.0)
     assert np.array_equal(found.moving, reach >= 0.5)
     assert not (found.fixed & found.moving).any()
-    assert beside(triangles, found.moving)[found.fixed].all()
+    assert neighbours_of(triangles, found.moving)[found.fixed].all()
     at = np.flatnonzero(found.fixed)
     apart = np.linalg.norm(vertices[at, None] - vertices[at], axis=2) + 1e9 * np.eye(len(at))
-    line = np.flatnonzero(~found.moving & beside(triangles, found.moving))
+    line = np.flatnonzero(~found.moving & neighbours_of(triangles, found.moving))
     to_fixed = np.linalg.norm(vertices[line, None] - vertices[at], axis=2).min(axis=1)
     assert apart.min() >= 10 - 1e-6
     assert to_fixed.max() < 10
@@ -123,7 +123,7 @@ def test_vertices_beside_some_share_a_triangle_with_one_of_them():
     vertices, triangles = bumpy()
     some = np.random.default_rng(0).uniform(size=len(vertices)) < 0.05
     near = {int(v) for triangle in triangles for v in triangle for u in triangle if u != v and some[u]}
-    assert set(np.flatnonzero(beside(triangles, some)).tolist()) == near
+    assert set(np.flatnonzero(neighbours_of(triangles, some)).tolist()) == near
 
 
 def test_a_border_that_moves_is_not_fixed():

@@ -8,8 +8,8 @@ from capture_plan.errors import InfeasibleError
 from capture_plan.mesh import near_table, surface_graph
 from capture_plan.shell import MarkerProblem, Motion, Shell, nested, optimise
 from capture_plan.shell.motion import TAIL_MM
-from capture_plan.shell.search import Search
-from capture_plan.shell.sites import Sites
+from capture_plan.shell.search import MarkerSearch
+from capture_plan.shell.sites import MarkerSites
 from tests.shell.test_shell_state import SHELLS, shell_of
 from tests.solids import sphere
 
@@ -60,7 +60,7 @@ def test_greedy_takes_the_best_vertex_of_all(shell):
 def test_every_stated_error_is_on_all_that_was_given(shell):
     """Also where the search saw a part of it alone."""
     motion = smooth_motion(shell, 40)
-    search = Search([(shell, motion)], Sites(~shell.fixed), (), 1.0)
+    search = MarkerSearch([(shell, motion)], MarkerSites(~shell.fixed), (), 1.0)
     search.grow(9)
     greedy_mm = rmse(shell, motion, search.state.markers)
     assert search.state.rmse_mm < greedy_mm * (1 - 1e-3)
@@ -81,7 +81,7 @@ def test_rows_that_the_search_left_out_make_up_one_percent_at_most(shell, tail_m
 
 @pytest.mark.parametrize("tail_mm", [1.0, 10.0])
 def test_no_single_move_gains_on_the_rows_that_were_seen_last(shell, tail_mm):
-    search = Search([(shell, smooth_motion(shell, 60))], Sites(~shell.fixed), (), tail_mm)
+    search = MarkerSearch([(shell, smooth_motion(shell, 60))], MarkerSites(~shell.fixed), (), tail_mm)
     search.grow(12)
     search.finish(joint=False)
     assert search.tail_mm < tail_mm
@@ -175,8 +175,8 @@ def test_a_symmetric_layout_is_its_own_mirror_image(count):
 def test_a_pair_counts_for_two_markers(seed):
     """It is placed where it gains more for each of its two than the best single marker of the middle does."""
     shell, mirror = symmetric_shell()
-    motion, sites = smooth_motion(shell, 3, seed), Sites(~shell.fixed, mirror=mirror)
-    search = Search([(shell, motion)], sites, (), 0.0)
+    motion, sites = smooth_motion(shell, 3, seed), MarkerSites(~shell.fixed, mirror=mirror)
+    search = MarkerSearch([(shell, motion)], sites, (), 0.0)
     search.grow(4)
     H, E = tuple(search.state.markers), search.state.error
     free = np.setdiff1d(np.flatnonzero(~shell.fixed), H)
@@ -204,7 +204,7 @@ def test_a_symmetric_layout_keeps_to_its_candidates_and_distances():
 def test_two_vertices_in_one_place_are_too_close():
     """Their distance in the table is 0, and stored."""
     near = csr_array((np.zeros(4), ([0, 1, 1, 2], [1, 0, 2, 1])), shape=(4, 4))
-    sites = Sites(np.ones(4, dtype=bool), near)
+    sites = MarkerSites(np.ones(4, dtype=bool), near)
     assert sites.beside([1]).tolist() == [False, True, False, True]
     assert sites.too_close(np.array([0, 3]), np.array([1, 2])).tolist() == [[True, False], [False, False]]
 

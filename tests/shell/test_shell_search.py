@@ -6,8 +6,8 @@ import pytest
 from capture_plan.mesh import near_table, surface_graph
 from capture_plan.shell import MarkerProblem, Shell, motion_of, nested, optimise
 from capture_plan.shell.pair_exchange import NEAR, near_pairs
-from capture_plan.shell.search import Search
-from capture_plan.shell.sites import Sites
+from capture_plan.shell.search import MarkerSearch
+from capture_plan.shell.sites import MarkerSites
 from capture_plan.shell.subjects import Subjects
 from tests.shell.test_shell_optimise import exact, smooth_motion, symmetric_shell
 from tests.shell.test_shell_state import shell_of, two_pieces
@@ -72,7 +72,7 @@ def test_nested_layouts_keep_the_wishes_of_a_single_one():
 def test_a_pair_stands_where_both_may_and_not_too_close_to_each_other():
     shell, mirror = symmetric_shell()
     near = near_table(surface_graph(shell.vertices, shell.triangles), shell.vertices, 60.0)
-    sites, rng = Sites(~shell.fixed, near, mirror), np.random.default_rng(0)
+    sites, rng = MarkerSites(~shell.fixed, near, mirror), np.random.default_rng(0)
     scores, free = rng.uniform(size=len(mirror)), rng.uniform(size=len(mirror)) < 0.8
     scores[mirror == np.arange(len(mirror))] = np.inf
     close = np.array([mirror[v] in near[[v]].indices for v in range(len(mirror))])
@@ -115,7 +115,7 @@ def test_rows_grow_finer_until_no_move_gains(seed):
     """Also where moves take most of the error, so that what was left out of the first rows is all of the rest."""
     shell = shell_of(True)
     _, motion = planted_motion(shell, seed, 20)
-    search = Search([(shell, motion)], Sites(~shell.fixed), (), 3.0)
+    search = MarkerSearch([(shell, motion)], MarkerSites(~shell.fixed), (), 3.0)
     search.grow(20)
     search.finish(joint=False)
     scores = [search.state.swap_scores(j, np.flatnonzero(~shell.fixed)).min() for j in range(20)]
@@ -146,7 +146,7 @@ def test_where_markers_keep_a_spacing_none_has_a_better_place_left_also_close_to
 
 def test_finer_rows_are_taken_once_where_much_was_left_out_and_never_where_little_was():
     shell = shell_of(True)
-    search = Search([(shell, smooth_motion(shell, 60))], Sites(~shell.fixed), (), 3.0)
+    search = MarkerSearch([(shell, smooth_motion(shell, 60))], MarkerSites(~shell.fixed), (), 3.0)
     search.grow(10)
     rows, before = search.rows, search.rmse_mm
     assert search.refine()
@@ -158,7 +158,7 @@ def test_finer_rows_are_taken_once_where_much_was_left_out_and_never_where_littl
 def test_a_layout_that_all_rows_find_worse_than_the_greedy_one_is_searched_again_on_all_of_them():
     shell = shell_of(True)
     motion = smooth_motion(shell, 60)
-    seen, whole = (Search([(shell, motion)], Sites(~shell.fixed), (), tail) for tail in (3.0, 0.0))
+    seen, whole = (MarkerSearch([(shell, motion)], MarkerSites(~shell.fixed), (), tail) for tail in (3.0, 0.0))
     for search in (seen, whole):
         search.grow(10)
     whole.state.refresh(seen.state.markers)

@@ -13,7 +13,7 @@ from jaxtyping import Float
 from msgspec import Struct
 from msgspec.structs import replace
 
-from capture_plan.expressions.listing import Target, Weigh, blendshape_importance, item_importance
+from capture_plan.expressions.listing import TargetDeltas, Weigh, blendshape_importance, item_importance
 from capture_plan.expressions.pack import list_expressions, pack, places_by_name
 from capture_plan.expressions.problem import Pairs, Problem, state_problem
 from capture_plan.expressions.rules import Rules
@@ -73,7 +73,7 @@ def importance_ablation(
     used: tuple[str, ...],
     settings: PackingSettings,
     *,
-    target: Target = None,
+    target: TargetDeltas = None,
     rules: Rules | None = None,
     apart: Pairs = (),
 ) -> tuple[AblationRow, ...]:

@@ -23,7 +23,7 @@ from capture_plan.expressions.pack import early_list, list_expressions, places_b
 from capture_plan.expressions.problem import Pairs, Problem, state_problem
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.rig import Rig
-from capture_plan.transfer.score import Pose, Score, score_orders
+from capture_plan.transfer.score import Pose, RebuildScore, score_orders
 from capture_plan.transfer.targets import all_targets, another_person
 
 PAPER, RANDOM, ALONE = "paper's importance", "random", "one at a time"
@@ -36,7 +36,7 @@ ANSWER = "1"  # raise it when the same lists would give other errors
 
 Lists = dict[str, tuple[Pose, ...]]
 Curve = tuple[tuple[int, ...], tuple[float, ...]]  # scans, and the error after them, mm
-Errors = dict[str, dict[str, Curve]]  # by target, by list
+ErrorCurves = dict[str, dict[str, Curve]]  # by target, by list
 
 
 def rival_lists(rig: Rig, used: tuple[str, ...], settings: PackingSettings, *, apart: Pairs = ()) -> Lists:
@@ -56,7 +56,7 @@ def rival_lists(rig: Rig, used: tuple[str, ...], settings: PackingSettings, *, a
     return lists | {ALONE: tuple(_pose(problem, (problem.names[k],)) for k in first)}
 
 
-def worth_of_lists(rig: Rig, lists: Mapping[str, Sequence[Pose]], *, people: int) -> Errors:
+def worth_of_lists(rig: Rig, lists: Mapping[str, Sequence[Pose]], *, people: int) -> ErrorCurves:
     """The error of each list on every target (`transfer/targets.py`), `people` of them other persons; kept on disk."""
     name = digest(
         [ANSWER, rig.fingerprint, rig.skin, np.array([*COUNTS, people, PEOPLE_SEED]), msgspec.json.encode(lists)]
@@ -67,7 +67,7 @@ def worth_of_lists(rig: Rig, lists: Mapping[str, Sequence[Pose]], *, people: int
         return {"scores": np.frombuffer(msgspec.json.encode(scores), dtype=np.uint8)}
 
     kept = cached(scored, "packing-worth", name, entries=ENTRIES)["scores"]
-    return error_curves(msgspec.json.decode(kept.tobytes(), type=tuple[Score, ...]))
+    return error_curves(msgspec.json.decode(kept.tobytes(), type=tuple[RebuildScore, ...]))
 
 
 def typical_target(rig: Rig) -> Float[np.ndarray, "v 3"]:
@@ -75,10 +75,10 @@ def typical_target(rig: Rig) -> Float[np.ndarray, "v 3"]:
     return another_person(rig, PEOPLE_SEED, name="person 1").neutral
 
 
-def error_curves(scores: Sequence[Score]) -> Errors:
+def error_curves(scores: Sequence[RebuildScore]) -> ErrorCurves:
     """Scores as curves; of the random lists their mean."""
     targets, orders = (tuple(dict.fromkeys(of)) for of in zip(*((s.target, s.order) for s in scores), strict=True))
-    found: Errors = {}
+    found: ErrorCurves = {}
     for target in targets:
         single = {
             order: _curve([score for score in scores if (score.target, score.order) == (target, order)])
@@ -104,7 +104,7 @@ def error_after(curve: Curve, count: int) -> float | None:
     return dict(zip(x, y, strict=True)).get(count) if count <= x[-1] else None
 
 
-def _curve(scores: Sequence[Score]) -> Curve:
+def _curve(scores: Sequence[RebuildScore]) -> Curve:
     return tuple(score.count for score in scores), tuple(score.rms_mm for score in scores)
 
 

@@ -21,7 +21,7 @@ USUAL = 5  # iterations that the paper needs at most
 
 def claims(found: Evaluation) -> list[str]:
     """One line for each observation, in the order of the figures."""
-    parts = (descent, more_markers, rim, symmetry, inside, recovery, between_people, rivals, in_use, unseen, skin)
+    parts = (descent, more_markers, rim, symmetry, _inside, recovery, between_people, rivals, in_use, unseen, skin)
     return [line for part in parts for line in part(found)]
 
 
@@ -80,7 +80,7 @@ def symmetry(found: Evaluation) -> list[str]:
     ]
 
 
-def inside(found: Evaluation) -> list[str]:
+def _inside(found: Evaluation) -> list[str]:
     """What fig. 7 says of layouts inside the next, held against the evaluation."""
     costs = [found.rmse_mm(NESTED, n) / found.rmse_mm(OURS, n) for n in found.counts]
     return [

@@ -104,15 +104,15 @@ def cross_subject(takes: Sequence[Take], counts: Sequence[int]) -> CrossSubject:
         H, rmse_mm = layout_of(subjects, count)
         shared.append(Shared(count, tuple(takes[0].at[H].tolist()), rmse_mm))
         each = track(range(len(subjects)), f"Subjects left out, {count} markers")
-        left_out += [leave_out(subjects, d, count, H) for d in each]
+        left_out += [_leave_out(subjects, d, count, H) for d in each]
     return CrossSubject(tuple(left_out), tuple(shared))
 
 
-def leave_out(subjects: Sequence[OnFirst], d: int, count: int, of_all: Int[np.ndarray, " m"]) -> LeftOut:
+def _leave_out(subjects: Sequence[OnFirst], d: int, count: int, of_all: Int[np.ndarray, " m"]) -> LeftOut:
     """Subject d under a layout from all others."""
     tested = subjects[d]
     H, _ = layout_of([one for n, one in enumerate(subjects) if n != d], count)
-    there = placed(tested, H)
+    there = _placed(tested, H)
     take = tested.take
     draws = METHODS[RANDOM_NAME](take, take.motion, count)
     own = optimised(take.shell, take, count)
@@ -121,13 +121,13 @@ def leave_out(subjects: Sequence[OnFirst], d: int, count: int, of_all: Int[np.nd
         markers=count,
         others_mm=motion_error(take.shell, take.motion, there),
         own_mm=own.rmse_mm,
-        all_mm=motion_error(take.shell, take.motion, placed(tested, of_all)),
+        all_mm=motion_error(take.shell, take.motion, _placed(tested, of_all)),
         random_mm=float(np.mean([motion_error(take.shell, take.motion, one) for one in draws])),
         fewer=count - len(there),
     )
 
 
-def placed(subject: OnFirst, markers: Int[np.ndarray, " m"]) -> Int[np.ndarray, " n"]:
+def _placed(subject: OnFirst, markers: Int[np.ndarray, " m"]) -> Int[np.ndarray, " n"]:
     """The subject's vertices of markers on the first that may carry one, each once."""
     there = np.unique(subject.map[markers])
     return there[(there >= 0) & subject.take.candidates[there]]
@@ -137,7 +137,7 @@ def layout_of(subjects: Sequence[OnFirst], count: int) -> tuple[Int[np.ndarray, 
     """The layout that leaves these subjects the least error together, on the first's shell, and its RMSE (mm)."""
     sites = sites_of_all(subjects)
     size = max(len(one.take.at) for one in subjects) + STRIP
-    group = [numbered(one.take, one.map[sites], size) for one in subjects]
+    group = [renumbered(one.take, one.map[sites], size) for one in subjects]
     tail_mm = min(tail_of(one.take.motion) for one in subjects)
     found = optimise(MarkerProblem(group, np.arange(size) < len(sites), tail_mm=tail_mm), count)
     return sites[list(found.markers)], found.rmse_mm
@@ -153,7 +153,7 @@ def sites_of_all(subjects: Sequence[OnFirst]) -> Int[np.ndarray, " n"]:
     return np.flatnonzero(may)
 
 
-def numbered(take: Take, leading: Int[np.ndarray, " n"], size: int) -> Subject:
+def renumbered(take: Take, leading: Int[np.ndarray, " n"], size: int) -> Subject:
     """Shell and motion with some vertices first and `size` in all."""
     v = len(take.at)
     order = np.concatenate([leading, np.setdiff1d(np.arange(v), leading)])

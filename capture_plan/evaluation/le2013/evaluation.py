@@ -53,7 +53,7 @@ class Rims(Struct, frozen=True):
     loose: tuple[int, ...]
 
 
-class Symmetry(Struct, frozen=True):
+class _Symmetry(Struct, frozen=True):
     """Our symmetric layout beside the free one: mean distance of their markers, each to its own, millimetres."""
 
     markers: int
@@ -82,7 +82,7 @@ class Evaluation(Struct, frozen=True):
     counts: tuple[int, ...]
     scored: tuple[Scored, ...]
     rims: tuple[Rims, ...]
-    symmetry: tuple[Symmetry, ...]
+    symmetry: tuple[_Symmetry, ...]
     recoveries: tuple[Recovery, ...]
     published: Recovery
     folds: tuple[Folds, ...]
@@ -144,7 +144,7 @@ def evaluate_take(take: Take, face: Face, counts: Several[int], people: People |
         scored=scored,
         rims=tuple(Rims(m, held[m].rmse_mm, skins[m].markers_mm, tuple(take.at[H].tolist())) for m, H in loose.items()),
         symmetry=tuple(
-            Symmetry(m, apart_mm(take, np.array(held[m].vertices), np.array(mirrored[m].vertices))) for m in counts
+            _Symmetry(m, apart_mm(take, np.array(held[m].vertices), np.array(mirrored[m].vertices))) for m in counts
         ),
         recoveries=tuple(
             simulation_recovery(take.shell, m, seed, joint=True) for m, seed in track(simulations, "Simulated layouts")

@@ -51,11 +51,11 @@ def kept_evaluation(take: Take, face: Face, counts: Several[int], people: People
 def name_of(take: Take, face: Face, counts: Several[int], people: People | None = None) -> str:
     """The name of an evaluation: equal where everything that it depends on is equal, and nowhere else."""
     takes = (take, *people.takes) if people else (take,)
-    parts = [part for one in takes for part in everything_of(one)]
+    parts = [part for one in takes for part in _everything_of(one)]
     return digest([ANSWER, np.array(counts), *face.used, people.about if people else "", *parts])
 
 
-def everything_of(take: Take) -> list[str | np.ndarray]:
+def _everything_of(take: Take) -> list[str | np.ndarray]:
     """What an evaluation depends on of one take: the shell, and the frames in their order, which rows do not tell."""
     names = [take.rig.name, take.rig.fingerprint, take.sequence.name, *take.sequence.notes]
     frames = [part for one in take.recordings for part in (one.weights, one.shapes, np.array(one.share))]

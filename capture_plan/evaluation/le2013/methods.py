@@ -42,7 +42,7 @@ FROM_MOTION = {
 }
 RANDOM_NAME, RANDOM = "random", 5
 TAIL_SHARE = 0.01  # of the movement: with 0.1 mm left out of a take of 1 mm, 100 markers were chosen 1.5 % worse
-Layout = Int[np.ndarray, " m"]
+_Layout = Int[np.ndarray, " m"]
 Method = Callable[[Take, Motion, int], tuple[np.ndarray, ...]]
 
 
@@ -62,7 +62,7 @@ class Scored(Struct, frozen=True):
     left_out: int = 0
 
 
-def motion_error(shell: Shell, motion: Motion, vertices: Layout) -> float:
+def motion_error(shell: Shell, motion: Motion, vertices: _Layout) -> float:
     """RMSE (mm) of a motion rebuilt from markers at these vertices of the shell."""
     return motion.rmse_mm(shell.weights(vertices), vertices)
 
@@ -73,7 +73,7 @@ def tail_of(motion: Motion) -> float:
     return min(TAIL_MM, TAIL_SHARE * rest)
 
 
-def vertex_errors(shell: Shell, motion: Motion, vertices: Layout) -> Float[np.ndarray, " v"]:
+def vertex_errors(shell: Shell, motion: Motion, vertices: _Layout) -> Float[np.ndarray, " v"]:
     """The error of each vertex, root mean square over the frames, millimetres."""
     R = motion.rows - shell.weights(vertices) @ motion.rows[vertices]
     return np.sqrt((R**2).sum(axis=1))
@@ -89,7 +89,7 @@ def problem_of(take: Take, motion: Motion, shell: Shell | None = None) -> Marker
     return MarkerProblem([(shell or take.shell, motion)], take.candidates, tail_mm=tail_of(motion))
 
 
-def ours(take: Take, motion: Motion, count: int) -> tuple[np.ndarray, ...]:
+def _ours(take: Take, motion: Motion, count: int) -> tuple[np.ndarray, ...]:
     """Our layout: greedy, then exact swaps."""
     return (np.array(optimise(problem_of(take, motion), count).markers),)
 
@@ -119,7 +119,7 @@ def baseline(name: str, draws: int = 1) -> Method:
 
 
 METHODS: Mapping[str, Method] = {
-    OURS: ours,
+    OURS: _ours,
     MIRRORED: ours_mirrored,
     PAPER: as_published,
     **{name: baseline(key) for name, key in FROM_MOTION.items()},

@@ -29,7 +29,7 @@ def motion_text(found: Evaluation) -> str:
         "Root mean square error in millimetres over all frames and vertices, markers without noise, one shell for all",
         "",
     ]
-    parts = [errors, views, variants, subjects, folds, recoveries, skins, claims]
+    parts = [errors, _views, variants, subjects, folds, recoveries, skins, claims]
     lines = [*head, *(line for part in parts for line in (*part(found), ""))]
     return "\n".join([*lines, *balance(found), *(f"note: {note}" for note in found.notes)])
 
@@ -55,13 +55,13 @@ def errors(found: Evaluation) -> list[str]:
     return lines
 
 
-def views(found: Evaluation) -> list[str]:
+def _views(found: Evaluation) -> list[str]:
     """What the layouts of most markers show of the rig."""
     m = found.counts[-1]
     lines = [f"of {found.used} blendshapes, {found.full_rank} mixes can be told apart; with M = {m}"]
     for one in found.scored:
         if one.markers == m and one.method in methods(found):
-            unseen = f", {len(one.unseen)} not seen: {listed(one.unseen)}" if one.unseen else ", all seen"
+            unseen = f", {len(one.unseen)} not seen: {_listed(one.unseen)}" if one.unseen else ", all seen"
             lines.append(f"{one.method}: tells {one.rank} mixes apart{unseen}")
     return lines
 
@@ -147,12 +147,12 @@ def balance(found: Evaluation) -> list[str]:
         return []
     return [
         f"the take hardly or never moves {len(found.unperformed)} of the rig's blendshapes (no weight above "
-        f"{UNUSED:g}): {listed(found.unperformed)}; a layout chosen from it owes them nothing: record them, or take "
+        f"{UNUSED:g}): {_listed(found.unperformed)}; a layout chosen from it owes them nothing: record them, or take "
         "the layout from the rig"
     ]
 
 
-def listed(names: Sequence[str]) -> str:
+def _listed(names: Sequence[str]) -> str:
     """The first names, and how many more."""
     more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
     return ", ".join(names[:LISTED]) + more

@@ -20,7 +20,7 @@ from msgspec import Struct
 from capture_plan.errors import InfeasibleError
 from capture_plan.shell.model import Shell
 from capture_plan.shell.motion import Motion
-from capture_plan.shell.take import Sizes
+from capture_plan.shell.take import ShellSizes
 
 TURNS, SETTLED = 100, 1e-8  # varimax ends when a turn gains less than this share
 FLOOR = 1e-12  # share of the largest singular value below which a vector is none
@@ -44,28 +44,28 @@ class Skinning(Struct, frozen=True):
     fitted: tuple[str, ...] = ("corrected_mm", "key_points_mm")
 
 
-def full_size(n: Sizes) -> int:
+def full_size(n: ShellSizes) -> int:
     """Numbers of the take as it is."""
     return 3 * n.vertices * (n.frames + 1) + 3 * n.triangles
 
 
-def markers_ratio(n: Sizes, markers: int) -> float:
+def markers_ratio(n: ShellSizes, markers: int) -> float:
     """How many times smaller the take is as markers."""
     return full_size(n) / (3 * n.vertices + 3 * n.triangles + 3 * n.frames * markers)
 
 
-def corrected_ratio(n: Sizes, markers: int, rank: int) -> float:
+def corrected_ratio(n: ShellSizes, markers: int, rank: int) -> float:
     """The compression ratio with the correction's vectors and coefficients."""
     own = 3 * n.vertices + 3 * n.triangles + 3 * n.frames * markers
     return full_size(n) / (own + 3 * n.vertices * rank + n.frames * rank)
 
 
-def key_points_ratio(n: Sizes, points: int, rank: int) -> float:
+def key_points_ratio(n: ShellSizes, points: int, rank: int) -> float:
     """How many times smaller the take is as key points and vectors."""
     return full_size(n) / (3 * n.triangles + 3 * n.vertices * rank + 3 * n.frames * points)
 
 
-def skinning(shell: Shell, motion: Motion, markers: Int[np.ndarray, " m"], sizes: Sizes) -> Skinning:
+def skinning(shell: Shell, motion: Motion, markers: Int[np.ndarray, " m"], sizes: ShellSizes) -> Skinning:
     """All of Le et al. 2013, Table 4, for one layout; the rank is half the number of markers."""
     m, r = len(markers), len(markers) // 2
     v, left = len(motion.rows), spectrum(_missed(shell, motion, markers))

@@ -52,14 +52,16 @@ def multicovers(face: Face, settings: LayoutSettings) -> Layouts:
     A form that has no answer at the spacing is left out.
     """
     free = replace(settings, symmetric=False, keep_out={}, rounds=DEMAND)
-    off = vertices_of(face, replace(free, method="trivial"))
+    off = layout_vertices(face, replace(free, method="trivial"))
     found = {"Distance Off": off, "Swarm": swarm(face, free, off)}
     with suppress(InfeasibleError):
-        found["Distance On"] = vertices_of(face, replace(free, method="distance"))
-    return found | {"Adaptive": vertices_of(face, replace(settings, symmetric=False, keep_out={}, method="adaptive"))}
+        found["Distance On"] = layout_vertices(face, replace(free, method="distance"))
+    return found | {
+        "Adaptive": layout_vertices(face, replace(settings, symmetric=False, keep_out={}, method="adaptive"))
+    }
 
 
-def vertices_of(face: Face, settings: LayoutSettings) -> Int[np.ndarray, " m"]:
+def layout_vertices(face: Face, settings: LayoutSettings) -> Int[np.ndarray, " m"]:
     """Vertices of the layout that the settings ask for."""
     return np.array([m.vertex for m in design_layout(face, settings).landmarks])
 

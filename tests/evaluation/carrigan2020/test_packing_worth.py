@@ -21,7 +21,7 @@ from capture_plan.evaluation.carrigan2020.packing_worth import (
 from capture_plan.expressions import Expression, PackingSettings
 from capture_plan.expressions.active_sets import vertex_kinds
 from capture_plan.notebooks_support.packing import worth_sentences
-from capture_plan.transfer.score import Score
+from capture_plan.transfer.score import RebuildScore
 
 SETTINGS = PackingSettings()
 MU = {"Rules": (MuRow(0.2, 5, 5, "clique", 6, 7),), "None": (MuRow(0.2, 4, 3, "solver", 4, 4),)}
@@ -38,7 +38,7 @@ def sitter(rig):
 
 
 def score(order, count, rms_mm, target="wide"):
-    return Score(
+    return RebuildScore(
         target=target, order=order, count=count, mean_mm=0.0, max_mm=0.0, worst="a", rms_mm=rms_mm, mixes_mm=0.0
     )
 

@@ -11,15 +11,15 @@ from capture_plan.evaluation.le2013.cross_subject import (
     cross_subject,
     laid,
     layout_of,
-    numbered,
     on_first,
+    renumbered,
     sites_of_all,
 )
 from capture_plan.evaluation.le2013.methods import METHODS, OURS, motion_error
 from capture_plan.evaluation.le2013.other_subjects import made_up, people_of
 from capture_plan.sample import sample_rig
 from capture_plan.sample.motion import sample_motion
-from capture_plan.sample.people import bent, made_up_people
+from capture_plan.sample.people import made_up_people, reshaped
 from capture_plan.sequence import Sequence
 from capture_plan.shell.take import face_take
 
@@ -53,7 +53,7 @@ def shuffled(rig):
 
 def test_renumbered_and_filled_up_a_shell_rebuilds_as_before(take):
     leading = np.flatnonzero(take.candidates)[::7]
-    shell, motion = numbered(take, leading, len(take.at) + 50)
+    shell, motion = renumbered(take, leading, len(take.at) + 50)
     H = np.arange(0, len(leading), 20)
     assert motion.rmse_mm(shell.weights(H), H) == pytest.approx(motion_error(take.shell, take.motion, leading[H]))
 
@@ -136,8 +136,8 @@ def test_a_made_up_persons_movements_follow_the_bent_skin():
     rng = np.random.default_rng(3)
     x, step = rng.uniform(-60, 60, (20, 3)), 1e-4 * rng.standard_normal((20, 3))
     given = np.array([1.1, 0.9, 1.0]), rng.uniform(-60, 60, (5, 3)), rng.normal(0, 4, (5, 3))
-    there, jacobian = bent(x, *given)
-    moved = bent(x + step, *given)[0] - there
+    there, jacobian = reshaped(x, *given)
+    moved = reshaped(x + step, *given)[0] - there
     assert moved == pytest.approx(np.einsum("vxy,vy->vx", jacobian, step), abs=1e-8)
     assert (np.linalg.det(jacobian) > 0).all()
 

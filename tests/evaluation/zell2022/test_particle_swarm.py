@@ -4,7 +4,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from capture_plan.evaluation.zell2022.particle_swarm import swarm, swarm_energy
-from capture_plan.evaluation.zell2022.variants import vertices_of
+from capture_plan.evaluation.zell2022.variants import layout_vertices
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.mesh import geodesic_distance
 
@@ -21,7 +21,7 @@ def energy(face, vertices, needed):
 
 
 def test_two_landmarks_for_each_blendshape_stand_apart_where_they_are_asked_to(face):
-    off, on = (vertices_of(face, replace(FREE, method=method)) for method in ("trivial", "distance"))
+    off, on = (layout_vertices(face, replace(FREE, method=method)) for method in ("trivial", "distance"))
     possible = np.minimum(face.sites(FREE).covers(FREE.epsilon).sum(axis=1), 2)
     assert (counted(face, off) >= possible).all()
     assert (counted(face, on) >= possible).all()
@@ -31,7 +31,7 @@ def test_two_landmarks_for_each_blendshape_stand_apart_where_they_are_asked_to(f
 
 
 def test_a_swarm_spreads_landmarks_keeps_the_cover_and_answers_alike_to_the_same_seed(face):
-    start = vertices_of(face, replace(FREE, method="trivial"))
+    start = layout_vertices(face, replace(FREE, method="trivial"))
     needed = np.minimum(counted(face, start), 2)
     spread = swarm(face, FREE, start, seed=3)
     assert energy(face, spread, needed) < energy(face, start, needed)
