@@ -91,6 +91,9 @@ def test_the_image_ends_half_a_pixel_beyond_the_centres_of_its_outermost_pixels(
     one = camera(focal=500.0)
     assert one.in_image(np.vstack([near, low])).all()
     assert not one.in_image(np.vstack([far, high])).any()
+    exact = camera(position=(0.0, 0.0, 512.0), focal=512.0)  # powers of two: nothing is rounded
+    ends = np.array([[-320.0, 0, 0], [0, 240, 0], [320, 0, 0], [0, -240, 0]])
+    assert exact.in_image(ends).tolist() == [True, True, False, False]  # left and top belong to the image
 
 
 def test_a_camera_sees_exactly_the_cap_of_a_sphere():
