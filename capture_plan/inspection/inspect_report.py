@@ -72,7 +72,7 @@ def overview(found: Inspection) -> list[str]:
     lines = [
         f"{found.rig}: {worth.landmarks} markers, rank {worth.rank} of {worth.full_rank}, "
         f"{error_words(worth, found.predictions)}.",
-        *prediction_words(found.predictions),
+        *prediction_words(found.worth, found.predictions),
         f"Singular values from {values[0]:.1f} mm down to {values[-1]:.2f} mm of marker movement at weight 1.",
         *mix_lines(found),
         f"Blind at epsilon {found.epsilon:g}: {', '.join(found.blind) or 'to no blendshape'}.",

@@ -16,6 +16,9 @@ UPPER = (
     f"The upper estimate is of the mean error (root mean square) over all frames, for {ANY_WEIGHTS}: search, budgets "
     "and bounds speak of it; single frames can lie above it."
 )
+ABOVE = " Here the predicted error is larger: the estimate takes weights to be small, as where few of many act at once."
+    " Here the predicted error is larger: the estimate takes weights to be as small as where few of many act at once."
+)
 FRAMES_WITHIN = f"{10 * (MOST - LEAST):.0f} of 10 frames"
 FINEST = 0.001  # millimetres; what is nearer to the truth is not said
 
@@ -39,7 +42,13 @@ def headline_words(worth: Worth, predictions: tuple[Prediction, ...]) -> str:
     return f"{figure} under {worth.noise_mm:g} mm of noise"
 
 
-def prediction_words(predictions: tuple[Prediction, ...]) -> list[str]:
+def upper_words(worth: Worth, predictions: tuple[Prediction, ...]) -> str:
+    """What the upper estimate is of, and why it lies below a predicted error where it does."""
+    of_rig = [one for one in at_noise(predictions, worth.noise_mm) if one.beyond_mm is None]
+    return UPPER + (ABOVE if any(one.error_mm > worth.error_mm for one in of_rig) else "")
+
+
+def prediction_words(worth: Worth, predictions: tuple[Prediction, ...]) -> list[str]:
     """Every prediction with its spread and standard error, a sentence for each noise; what the rig cannot show."""
     noises = dict.fromkeys(one.noise_mm for one in predictions)
     told = [
@@ -48,7 +57,7 @@ def prediction_words(predictions: tuple[Prediction, ...]) -> list[str]:
         for noise in noises
     ]
     if predictions:
-        told.append(UPPER)
+        told.append(upper_words(worth, predictions))
     return [*told, *beyond_words(predictions)]
 
 

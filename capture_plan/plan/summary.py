@@ -31,7 +31,7 @@ def summary(plan: Plan) -> tuple[str, ...]:
         *uncovered_words(plan),
         f"{worth_words(layout.worth, layout.predictions)}{budget_words(plan)}.",
         *unspent_words(plan),
-        *prediction_words(layout.predictions),
+        *prediction_words(layout.worth, layout.predictions),
         *target_words(plan),
         *unidentified_words(plan),
         *fewer_words(plan),
@@ -169,7 +169,7 @@ def take_summary(layout: Layout, rig: Rig) -> tuple[str, ...]:
         *(fit_words(layout.motion) if layout.motion else ()),
         f"With {len(rig.names)} frames of it in place of blendshapes, the markers have rank {worth.rank} of "
         f"{worth.full_rank}, {error_words(worth, layout.predictions)}.",
-        *prediction_words(layout.predictions),
+        *prediction_words(layout.worth, layout.predictions),
     )
 
 

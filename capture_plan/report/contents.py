@@ -9,15 +9,16 @@ from capture_plan.anatomy.delta_relations import KINDS
 from capture_plan.anatomy.kinds import apart_lines
 from capture_plan.expressions.session import ENOUGH, Session
 from capture_plan.expressions.settings import MEASURED_BY
+from capture_plan.glossary import explained
 from capture_plan.layout.record import Landmark, MotionFit, Prediction, View, Worth
 from capture_plan.plan.predicted import (
     ANY_WEIGHTS,
     FRAMES_WITHIN,
     SOLVE,
-    UPPER,
     at_noise,
     beyond_words,
     known_to,
+    upper_words,
     within,
 )
 from capture_plan.plan.record import Plan
@@ -34,6 +35,10 @@ ROLE_TEXT = {
     "backup": "second view of its blendshapes",
     "head": "Holds the head's own motion: the face hardly moves here",
 }
+WORDS = (  # of the glossary that stand on the page
+    *("blendshape", "landmark", "marker", "head marker", "expression", "importance", "epsilon", "mu", "noise"),
+    *("rank", "condition", "predicted error", "upper estimate", "bound", "certificate", "fallback"),
+)
 SIDES = {"left": "on the left", "right": "on the right", "middle": "on the midline"}
 
 
@@ -68,7 +73,7 @@ def contents(plan: Plan, shot_list: Session) -> dict[str, Any]:
         "worth_intro": f"What the markers tell about the face when each is measured with noise of "
         f"{layout.worth.noise_mm:g} mm: how many mixes of blendshapes can be told apart, and how far the solved skin "
         f"would be off (root mean square). The predicted error is of {SOLVE}{performance_words(layout.predictions)}. "
-        f"{UPPER} Shorter bars are better.",
+        f"{upper_words(layout.worth, layout.predictions)} Shorter bars are better.",
         "predicted": [predicted_row(one) for one in layout.predictions],
         "frames_within": FRAMES_WITHIN,
         "predicted_intro": f"Error of the skin (root mean square) of {SOLVE}, by a seeded simulation of each "
@@ -77,6 +82,7 @@ def contents(plan: Plan, shot_list: Session) -> dict[str, Any]:
         "take": " ".join(fit_words(layout.motion)) if layout.motion else "",
         "proofs": proofs(plan),
         "rig_facts": rig_facts(plan),
+        "words": explained(WORDS),
         "apart": apart_lines(plan.audit.apart),
         "left_out": [finding for finding in findings(plan) if finding["left_out"]],
         "findings": [finding for finding in findings(plan) if not finding["left_out"]],

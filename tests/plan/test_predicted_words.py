@@ -1,6 +1,7 @@
 """What a plan says of its errors: which solve each is of, at which noise, and what the rig cannot show."""
 
 import pytest
+from msgspec.structs import replace
 
 from capture_plan.layout.record import Prediction, Reference, Worth
 from capture_plan.plan.predicted import beyond_words, error_words, headline_words, known_to, prediction_words
@@ -14,7 +15,7 @@ TAKE = Prediction("anna", 0.5, 0.9, 0.7, 1.2, 0.002, beyond_mm=0.8)
 
 
 def test_every_error_is_said_with_the_solve_that_it_is_of():
-    usual, noisy, upper, _ = prediction_words((USUAL, MIXES, TAKE))
+    usual, noisy, upper, _ = prediction_words(WORTH, (USUAL, MIXES, TAKE))
     for sentence, noise in ((usual, "0.2 mm of noise"), (noisy, "0.5 mm of noise")):
         assert noise in sentence
         assert "weights solved between 0 and 1" in sentence
@@ -22,6 +23,13 @@ def test_every_error_is_said_with_the_solve_that_it_is_of():
     assert "upper estimate is of the mean error" in upper
     assert "weights of any size" in upper
     assert "single frames can lie above it" in upper
+    assert "is larger" not in upper
+
+
+def test_an_upper_estimate_that_lies_below_a_predicted_error_says_why():
+    few = replace(WORTH, error_mm=0.3)
+    assert "Here the predicted error is larger" in prediction_words(few, (MIXES,))[-1]
+    assert "Here" not in prediction_words(few, (USUAL, TAKE))[-2]
 
 
 def test_what_the_rig_cannot_show_of_a_take_is_said_once_and_only_where_there_is_any():

@@ -1,6 +1,7 @@
 """The HTML plan and what is packed into it, without a browser."""
 
 import base64
+import html
 import json
 import re
 import zlib
@@ -17,12 +18,13 @@ from capture_plan.errors import PlanError
 from capture_plan.expressions.record import Expression, Packing
 from capture_plan.expressions.session import session
 from capture_plan.expressions.session_settings import SessionSettings
+from capture_plan.glossary import glossary
 from capture_plan.layout.record import Bound, Landmark, Layout, Prediction, Program, Reference, Worth
 from capture_plan.plan.files import plan_bytes
 from capture_plan.plan.record import Plan, RigReference, sealed
 from capture_plan.plan.settings import Settings
 from capture_plan.report import viewer_html, write_html
-from capture_plan.report.contents import chart, compared_layouts, tiles
+from capture_plan.report.contents import WORDS, chart, compared_layouts, tiles
 from capture_plan.report.head import packed_head
 from capture_plan.report.page import page_html, script_json
 from capture_plan.report.proofs import minimum_proof, packing_proof, proofs
@@ -126,6 +128,12 @@ def unpacked(head):
         arrays[name] = np.frombuffer(content, dtype=kind, count=size, offset=offset)
         offset += arrays[name].nbytes
     return arrays
+
+
+def test_the_page_explains_its_words_from_the_glossary(page):
+    text = html.unescape(page.read_text())
+    for word in WORDS:
+        assert f"<dt>{word}</dt><dd>{glossary()[word].says}" in text
 
 
 def test_a_packed_head_unpacks_to_the_rig_within_its_steps(rig):
