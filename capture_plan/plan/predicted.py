@@ -17,8 +17,6 @@ UPPER = (
     "and bounds speak of it; single frames can lie above it."
 )
 ABOVE = " Here the predicted error is larger: the estimate takes weights to be small, as where few of many act at once."
-    " Here the predicted error is larger: the estimate takes weights to be as small as where few of many act at once."
-)
 FRAMES_WITHIN = f"{10 * (MOST - LEAST):.0f} of 10 frames"
 FINEST = 0.001  # millimetres; what is nearer to the truth is not said
 
