@@ -14,7 +14,7 @@ from capture_plan.glossary import explained, glossary
 from capture_plan.notebooks_support.figures import show_table
 
 
-def text(lines: str) -> mo.Html:
+def printed(lines: str) -> mo.Html:
     """Text as the command line prints it."""
     return mo.Html(f'<pre class="text">{html.escape(lines)}</pre>')
 
@@ -24,7 +24,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> mo.Html:
     return show_table([dict(zip(head, row, strict=True)) for row in rows])
 
 
-def words(asked: Iterable[str] = ()) -> mo.Html:
+def word_list(asked: Iterable[str] = ()) -> mo.Html:
     """What words mean, those asked for or all of the glossary."""
     rows = [
         f"<dt>{html.escape(word)}</dt><dd>{html.escape(says)}</dd>" for word, says in explained(asked or glossary())
@@ -32,12 +32,12 @@ def words(asked: Iterable[str] = ()) -> mo.Html:
     return mo.Html(f'<dl class="words">{"".join(rows)}</dl>')
 
 
-def commands(app: Any) -> list[tuple[str, str]]:
+def every_command(app: Any) -> list[tuple[str, str]]:
     """Every command of a Typer application and what it does."""
     return [(f"capture-plan {one.callback.__name__}", first_sentence(one.callback)) for one in app.registered_commands]
 
 
-def calls() -> list[tuple[str, str]]:
+def every_call() -> list[tuple[str, str]]:
     """Everything that the package exports, functions with their parameters, and what it is."""
     exported = ((name, getattr(capture_plan, name)) for name in capture_plan.__all__)
     return [(f"{name}{parameters(one)}", first_sentence(one)) for name, one in exported]

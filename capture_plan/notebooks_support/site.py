@@ -71,10 +71,10 @@ def write_site(notebooks: Path, folder: Path) -> list[Path]:
     style = (notebooks / "notebook.css").read_text(encoding="utf-8") + STYLE + COLOURS.get_style_defs(".highlight")
     lessons = {name: notebooks / "learn" / f"{name}.py" for name in LESSONS}
     titles = {name: title_of(path) for name, path in lessons.items()} | {"reference": "Reference"}
-    pages = {"reference": reference()}
+    pages = {"reference": reference_page()}
     for name, path in track(list(lessons.items()), "Running the lessons"):
         pages[name] = "".join(cell_html(cell) for cell in run_cells(path))
-    pages["index"] = contents(titles)
+    pages["index"] = front_page(titles)
     for name, body in pages.items():
         links = "".join(
             f'<a href="{other}.html"{" aria-current" if other == name else ""}>{html.escape(title)}</a>'
@@ -124,7 +124,7 @@ def shown(output: Any) -> str:
     return f'<p class="knob">To be turned in the notebook: {"; ".join(labels)}.</p>'
 
 
-def contents(titles: dict[str, str]) -> str:
+def front_page(titles: dict[str, str]) -> str:
     """The first page: what there is to learn."""
     lines = "".join(f'<li><a href="{name}.html">{html.escape(title)}</a></li>' for name, title in titles.items())
     return (
@@ -134,7 +134,7 @@ def contents(titles: dict[str, str]) -> str:
     )
 
 
-def reference() -> str:
+def reference_page() -> str:
     """Everything that the package exports, with its docstring."""
     entries = []
     for name in capture_plan.__all__:

@@ -133,7 +133,7 @@ def inputs_for(given: Rig | PlanInputs, settings: Settings, *, takes: bool = Tru
     return inputs
 
 
-def stated(settings: Settings, inputs: PlanInputs) -> Settings:
+def settings_recorded(settings: Settings, inputs: PlanInputs) -> Settings:
     """The settings as a plan of these inputs carries them: what no setting names was given in Python."""
     takes = inputs.takes.names if inputs.takes else ()
     said = {

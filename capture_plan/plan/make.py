@@ -13,7 +13,7 @@ from capture_plan.layout.face import see_face
 from capture_plan.layout.record import Layout
 from capture_plan.plan.collide import collide
 from capture_plan.plan.files import change_settings
-from capture_plan.plan.inputs import PlanInputs, inputs_for, stated
+from capture_plan.plan.inputs import PlanInputs, inputs_for, settings_recorded
 from capture_plan.plan.record import DECIDING, FORMAT_VERSION, SAMPLE, Plan, RigReference, sealed, with_meetings
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
@@ -39,7 +39,7 @@ def make_plan(
     settings = settings or Settings()
     change_settings(settings, {})  # what is written in Python is not held against its ranges before
     given = inputs_for(inputs, settings)
-    rig, settings = given.rig, stated(settings, given)
+    rig, settings = given.rig, settings_recorded(settings, given)
     report = audit_once(rig)
     if not report.used:
         wrong = [f"{one.message}. {one.advice}" for one in report.findings if one.kind == "export"]

@@ -181,21 +181,21 @@ def from_arrays(arrays: Mapping[str, np.ndarray]) -> WeightTable:
 
 def _timing_in(arrays: Mapping[str, np.ndarray], frames: int) -> Timing:
     """The timing that an array of times tells, one for each frame."""
-    clocks = [timing_of(cells, unit_of(name)) for name, cells in beside(arrays, frames, "code", "time")]
+    clocks = [timing_of(cells, unit_of(name)) for name, cells in frame_arrays(arrays, frames, "code", "time")]
     return next(iter((*(one for one in clocks if one.fps), *clocks)), Timing(None))
 
 
 def lost_in(arrays: Mapping[str, np.ndarray], frames: int) -> tuple[Bool[np.ndarray, " t"], tuple[str, ...]]:
     """Frames of which arrays beside the weights say that no face was tracked, and what has to be said of these."""
     lost, notes = np.zeros(frames, dtype=bool), []
-    for name, cells in beside(arrays, frames, "tracked", "lost", "confidence"):
+    for name, cells in frame_arrays(arrays, frames, "tracked", "lost", "confidence"):
         failed, told = without_face(name, cells, opposite=kind_of(name) == "lost")
         lost |= failed
         notes += [told] if told and kind_of(name) != "confidence" else []
     return lost, tuple(notes)
 
 
-def beside(arrays: Mapping[str, np.ndarray], frames: int, *kinds: str) -> Iterator[tuple[str, list[str]]]:
+def frame_arrays(arrays: Mapping[str, np.ndarray], frames: int, *kinds: str) -> Iterator[tuple[str, list[str]]]:
     """Arrays of these kinds by their names (`columns.py`) that hold one cell for each frame, as text."""
     for name, array in arrays.items():
         if kind_of(name) in kinds and array.shape == (frames,) and array.dtype.kind in "bfiuUS":

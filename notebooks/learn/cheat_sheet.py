@@ -24,7 +24,7 @@ def title():
 
 @app.cell(hide_code=True)
 def commands():
-    parts.table(("Command", "What it does"), parts.commands(command_line))
+    parts.table(("Command", "What it does"), parts.every_command(command_line))
     return
 
 
@@ -38,7 +38,7 @@ def in_python():
 
 @app.cell(hide_code=True)
 def calls():
-    parts.table(("Call or record", "What it does"), parts.calls())
+    parts.table(("Call or record", "What it does"), parts.every_call())
     return
 
 
@@ -55,7 +55,7 @@ def in_settings():
 
 @app.cell(hide_code=True)
 def every_setting():
-    parts.text(parts.settings_file())
+    parts.printed(parts.settings_file())
     return
 
 

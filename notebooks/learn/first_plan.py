@@ -46,7 +46,7 @@ def about_the_audit():
 @app.cell
 def audited(rig):
     report = audit_rig(rig)
-    parts.text(audit_text(report))
+    parts.printed(audit_text(report))
     return
 
 
@@ -69,7 +69,7 @@ def planned(rig):
 
 @app.cell
 def said(plan):
-    parts.text("\n".join(summary(plan)))
+    parts.printed("\n".join(summary(plan)))
     return
 
 
@@ -92,7 +92,7 @@ def about_the_check():
 @app.cell
 def checked(plan, rig):
     claims = check_plan(plan, rig)
-    parts.text(f"{sum(claim.holds for claim in claims)} of {len(claims)} claims hold")
+    parts.printed(f"{sum(claim.holds for claim in claims)} of {len(claims)} claims hold")
     return (claims,)
 
 

@@ -98,7 +98,7 @@ def about_bounds():
 
 @app.cell(hide_code=True)
 def all_words():
-    mo.vstack([mo.md("## All words"), parts.words()])
+    mo.vstack([mo.md("## All words"), parts.word_list()])
     return
 
 

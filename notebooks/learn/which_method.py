@@ -88,7 +88,7 @@ def expression_methods(packed):
 
 @app.cell(hide_code=True)
 def words():
-    parts.words(("set cover", "multi-cover", "predicted error", "importance", "bound"))
+    parts.word_list(("set cover", "multi-cover", "predicted error", "importance", "bound"))
     return
 
 

@@ -88,10 +88,10 @@ def test_the_paper_s_sum_takes_more_landmarks_than_counting_them_first(small):
 
 
 def test_the_cheat_sheet_has_every_command_and_every_export():
-    names = {command.split()[-1] for command, _ in parts.commands(app)}
+    names = {command.split()[-1] for command, _ in parts.every_command(app)}
     assert {one.callback.__name__ for one in app.registered_commands} == names
-    assert [call.split("(")[0] for call, _ in parts.calls()] == capture_plan.__all__
-    for _, says in (*parts.commands(app), *parts.calls()):
+    assert [call.split("(")[0] for call, _ in parts.every_call()] == capture_plan.__all__
+    for _, says in (*parts.every_command(app), *parts.every_call()):
         assert says.endswith(".")
         assert len(says.split()) >= 4
 
