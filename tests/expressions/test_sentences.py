@@ -214,3 +214,14 @@ def test_lips_that_part_while_no_jaw_goes_down_are_told():
     told = movements(parted, ("shape",))
     assert any(words.startswith("your lips apart by ") for words in told)
     assert not any("apart" in words for words in movements(parted, ("jawOpen",)))
+
+
+def test_lips_that_part_are_told_without_a_jaw_that_has_a_name():
+    parts = {"mouthUpperUpLeft": 1.5, "mouthUpperUpRight": 1.5, "mouthLowerDownLeft": 1.5, "mouthLowerDownRight": 1.5}
+    parted = mixed(**parts)
+    rows = [k for k, name in enumerate(parted.names) if not name.startswith("jaw")]
+    nameless = replace(
+        parted, names=tuple("shape" if k == rows[-1] else f"t{k}" for k in rows), deltas=parted.deltas[rows]
+    )
+    for rig in (parted, nameless):
+        assert any(words.startswith("your lips apart by ") for words in movements(rig, ("shape",)))
