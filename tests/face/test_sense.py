@@ -16,6 +16,9 @@ from capture_plan.face.facts import reading_facts
 from capture_plan.face.reading import face_reading
 from capture_plan.face.sense import contradicted, pose_senses, side_senses
 from capture_plan.face.sense_size import likely_unit, size_sense
+from capture_plan.face.unit import human_apart
+from capture_plan.face.words import answers
+from capture_plan.rig.understood import Sign
 from capture_plan.sample import sample_rig
 
 NAMES = ("browInnerUp", "browDownLeft", "browDownRight", "eyeBlinkLeft", "eyeBlinkRight", "jawOpen", "mouthSmileLeft")
@@ -112,6 +115,29 @@ def test_a_unit_that_the_file_states_is_a_reason(rig):
     giant = change(rig, neutral=rig.neutral * 2, deltas=rig.deltas * 2, unit_mm=10.0, unit_found="format")
     assert size_sense(giant).holds
     assert "the file itself states its unit" in size_sense(giant).found
+
+
+def test_a_unit_that_the_file_states_stops_no_shoot_that_its_check_lets_pass(rig):
+    giant = change(rig, neutral=rig.neutral * 1.4, deltas=rig.deltas * 1.4, unit_mm=10.0, unit_found="format")
+    assert size_sense(giant).holds
+    (size,) = [finding for finding in audit_rig(giant).findings if finding.kind == "size"]
+    assert size.urgency == "know"
+    (asked,) = [one for one in audit_rig(change(giant, unit_found="detected")).findings if one.kind == "size"]
+    assert asked.urgency == "stop"
+
+
+def test_pupils_are_judged_as_they_are_told():
+    assert human_apart(80.04)
+    assert not human_apart(80.06)
+    assert human_apart(49.96)
+
+
+def test_a_unit_is_hinted_only_where_a_person_would_have_the_size(rig):
+    read = reading_facts(rig)
+    for says, told in (("10 mm", "another unit"), ("1.2 mm", "1 unit = 1.2 mm")):
+        doubted = replace(read, unit=replace(read.unit, mm=1.0, signs=(Sign("the size of the mesh", says, -1.0),)))
+        (unit,) = [one for one in answers(doubted) if one.label == "Unit"]
+        assert [sign.name for sign in unit.signs] == [f"the size of the mesh would fit {told}"]
 
 
 def test_a_unit_that_failed_is_not_the_better_one():
