@@ -13,10 +13,12 @@ from capture_plan.audit.report import audit_text, verdict
 from capture_plan.audit.sides import misnamed
 from capture_plan.face.axes import AXES, axes_matrix
 from capture_plan.face.facts import reading_facts
+from capture_plan.face.of_rig import rig_channels
 from capture_plan.face.reading import face_reading
 from capture_plan.face.sense import contradicted, pose_senses, side_senses
 from capture_plan.face.sense_size import likely_unit, size_sense
 from capture_plan.face.unit import human_apart
+from capture_plan.face.votes import names_agree
 from capture_plan.face.words import answers
 from capture_plan.rig.understood import Sign
 from capture_plan.sample import sample_rig
@@ -177,3 +179,16 @@ def test_no_eyes_no_question_about_them(rig, monkeypatch):
     nothing = replace(face_reading(rig), eyes=replace(face_reading(rig).eyes, left=None, right=None))
     monkeypatch.setattr("capture_plan.face.sense.face_reading", lambda rig: nothing)
     assert "the eyes lie above the mouth" not in [sense.what for sense in pose_senses(rig)]
+
+
+def test_the_jaw_is_asked_where_brows_are_called_by_the_other_side(rig):
+    """Names that contradict each other about sides say nothing against the jaw: what is called so moves most, too."""
+    exchanged = {"browDownLeft": "browDownRight", "browDownRight": "browDownLeft"}
+    crossed = change(rig, names=tuple(exchanged.get(name, name) for name in rig.names))
+    assert not names_agree(rig_channels(crossed))
+    what = "the jaw opens downwards"
+    assert [sense.holds for sense in pose_senses(crossed) if sense.what == what] == [True]
+    unnamed = change(crossed, names=tuple("t" if name == "jawOpen" else name for name in crossed.names))
+    assert what not in [sense.what for sense in pose_senses(unnamed)]
+    mapped = change(unnamed, meanings=(("t", "jawOpen"),))
+    assert [sense.holds for sense in pose_senses(mapped) if sense.what == what] == [True]
