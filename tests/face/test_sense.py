@@ -11,6 +11,7 @@ from capture_plan.anatomy.symmetry import symmetry_report
 from capture_plan.audit.audit import audit_rig
 from capture_plan.audit.report import audit_text, verdict
 from capture_plan.audit.sides import misnamed
+from capture_plan.face.anchors import face_anchors, looks_elsewhere
 from capture_plan.face.axes import AXES, axes_matrix
 from capture_plan.face.facts import reading_facts
 from capture_plan.face.of_rig import rig_channels
@@ -192,3 +193,13 @@ def test_the_jaw_is_asked_where_brows_are_called_by_the_other_side(rig):
     assert what not in [sense.what for sense in pose_senses(unnamed)]
     mapped = change(unnamed, meanings=(("t", "jawOpen"),))
     assert [sense.holds for sense in pose_senses(mapped) if sense.what == what] == [True]
+
+
+@pytest.mark.parametrize(("off", "against"), [(0.0, 0), (0.05, 0), (0.2, 1)])
+def test_eyes_that_lie_beside_what_looks_turn_are_doubted(off, against):
+    head = sample_rig()
+    anchors = face_anchors(head)
+    eyes = np.stack([anchors.eye_left, anchors.eye_right]) + np.array([0, off * anchors.pupils, 0])
+    assert len(looks_elsewhere(head, eyes, anchors.midline)) == against
+    blind = change(head, deltas=head.deltas * head.skin[:, None])
+    assert looks_elsewhere(blind, eyes, anchors.midline) == ()
