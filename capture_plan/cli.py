@@ -765,9 +765,8 @@ def json_text(record: object) -> str:
 
 def options_again(**given: float | str | None) -> str:
     """What a person gave of how to read a rig, as the next command has to say it again."""
-    words = [f"--{name.replace('_', '-')} {shlex.quote(f'{value:g}' if isinstance(value, float) else value)}"
-             for name, value in given.items() if value is not None]  # fmt: skip
-    return "".join(f" {word}" for word in words)
+    told = {name: value if isinstance(value, str) else f"{value:g}" for name, value in given.items() if value}
+    return "".join(f" --{name.replace('_', '-')} {shlex.quote(value)}" for name, value in told.items())
 
 
 def write_audit(report: "Audit", rig: "Rig", path: Path, text: str) -> None:
