@@ -4,6 +4,7 @@ Exit codes: 0 done; 1 a check did not hold; 2 wrong usage or unusable input, sai
 Data go to standard output only with --json, everything else to standard error. Heavy packages load when needed.
 """
 
+import shlex
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
@@ -165,8 +166,9 @@ def audit(
         print(text, end="")
     else:
         say([text.removesuffix("\n")])
-    look = [f"capture-plan audit {rig} -o audit.png shows how it was understood"] if output is None else []
-    plan = [f"capture-plan plan {rig}"] if can_be_planned(report) else []
+    told = f"{rig}{options_again(unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)}"
+    look = [f"capture-plan audit {told} -o audit.png shows how it was understood"] if output is None else []
+    plan = [f"capture-plan plan {told}"] if can_be_planned(report) else []
     if not json and (look or plan):
         say([f"Next: {'; then '.join(look + plan)}."])
 
@@ -798,6 +800,12 @@ def json_text(record: object) -> str:
     import msgspec
 
     return f"{msgspec.json.format(msgspec.json.encode(record)).decode()}\n"
+
+
+def options_again(**given: float | str | None) -> str:
+    """What a person gave of how to read a rig, as the next command has to say it again."""
+    told = {name: value if isinstance(value, str) else f"{value:g}" for name, value in given.items() if value}
+    return "".join(f" --{name.replace('_', '-')} {shlex.quote(value)}" for name, value in told.items())
 
 
 def write_audit(report: "Audit", rig: "Rig", path: Path, text: str) -> None:

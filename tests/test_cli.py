@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from capture_plan.cli import RIG_FORMATS
+from capture_plan.cli import RIG_FORMATS, options_again
 from capture_plan.reader.read import FOLDER_READERS, FORMATS, READERS
 from capture_plan.sample import sample_rig
 from tests.command import run
@@ -73,6 +73,18 @@ def test_after_an_audit_a_plan_is_the_next_step_only_where_one_can_be_made(folde
     assert "Shoot with it?      No: " in told
     assert "capture-plan plan" not in told
     assert "Next: " not in run(*nothing_moves, "-o", "b.txt", cwd=folder).stderr
+
+
+def test_the_next_command_says_again_how_the_rig_was_to_be_read(folder):
+    given = {"unit_mm": 216.5, "up": None, "facing": "-y", "skin": "M Face", "names": None}
+    assert options_again(**given) == " --unit-mm 216.5 --facing -y --skin 'M Face'"
+    assert options_again(unit_mm=None, up=None) == ""
+    (folder / "n.toml").write_text('[names]\njawOpen = "jawOpen"\n')
+    sample = sample_rig()
+    arrays = {"vertices": sample.neutral, "faces": sample.triangles, "deltas": sample.deltas, "names": sample.names}
+    np.savez(folder / "said.npz", **arrays, source_index=sample.source_index, units="mm")
+    said = run("audit", "said.npz", "--names", "n.toml", "--up", "+y", cwd=folder).stderr
+    assert "then capture-plan plan said.npz --up +y --names n.toml." in said
 
 
 def test_an_audit_is_a_picture_where_its_file_is_called_one(folder):

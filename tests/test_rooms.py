@@ -9,6 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from capture_plan.audit.kept import AUDITING
+from capture_plan.plan.collide import COLLIDING
+from capture_plan.reader.read_cache import ROOMS
+
 PACKAGE = Path(__file__).parents[1] / "capture_plan"
 FLOORS = (  # a room imports only from rooms below it; a room is a folder, or a module that stands alone
     {"errors", "glossary", "progress", "prose", "terminal"},
@@ -117,3 +121,29 @@ def test_importing_the_package_loads_nothing_heavy(statement):
 
 def test_the_checker_knows_no_solver():
     assert not loaded_after("import capture_plan.check.check") & {"ortools", "highspy"}
+
+
+def asked_by(*modules):
+    """Folders of the package that these modules import, and what those import in turn."""
+    left, found = [PACKAGE / module for module in modules], set()
+    while left:
+        path = left.pop()
+        rooms = {room_of(name) for name in imports(path) if name.startswith("capture_plan.")}
+        for new in {name for name in rooms if (PACKAGE / name).is_dir()} - found:
+            found.add(new)
+            left += sorted((PACKAGE / new).glob("*.py"))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("rooms", "modules"),
+    [
+        (ROOMS, ["reader/read.py", "reader/read_cache.py"]),
+        (AUDITING, ["audit/audit.py", "audit/kept.py"]),
+        (COLLIDING, ["expressions/collision.py", "expressions/compatibility.py"]),
+    ],
+)
+def test_a_cached_answer_is_forgotten_when_any_room_that_it_asks_changes(rooms, modules):
+    """A reader that was mended must not give the rig that it read before."""
+    assert asked_by(*modules) - set(rooms) <= {"output"}  # writes the answer, and decides nothing in it
+    assert all((PACKAGE / name).is_dir() for name in rooms)

@@ -1,8 +1,11 @@
 """What the names of a rig mean where the motion agrees: a "blink" that moves the mouth is not believed.
 
 Letters    C[k]     centre of what blendshape k moves, by energy (`face/channels.py`)
-           h        its height, 0 at the mouth and 1 at the eyes
-           D[k, y]  how far it moves up, of how far it moves at all: -1 straight down, 1 straight up
+           h        its height, 0 at the mouth and 1 at the eyes; and that of the mean vertex by |d|^2, without areas: a
+                    few vertices of a neck have more area than two pupils, and many small ones count more often
+           D[k, y]  how far it moves up, of how far it moves at all: -1 straight down, 1 straight up; and its highest
+                    rise less its deepest fall: a brow whose inner end goes up as its outer end goes down does both
+A name is doubted only where both measures of one thing speak against it.
 Doubt      an eye or a brow whose motion has h < MOUTH_HIGH; a jaw, a mouth or a lip with h > EYES_LOW; a jaw
            that opens, a brow that goes up or down against its own word, |D| > WAY; lids, lips, cheeks, a jaw or a nose
            that does not do what the one movement of the name does there (`said_motion.py`)
@@ -76,21 +79,32 @@ def misleading(rig: Rig) -> list[Finding]:
     return [Finding("name", (doubt.name,), doubt.message, advice, False, "rigger") for doubt in name_doubts(rig)]
 
 
-def _heights(rig: Rig) -> Float[np.ndarray, " k"] | None:
-    """Where between mouth (0) and eyes (1) each blendshape moves; None where eyes or mouth are not sure."""
+def _heights(rig: Rig) -> Float[np.ndarray, "k 2"] | None:
+    """Where between mouth (0) and eyes (1) each blendshape moves, by energy and by vertices; None where eyes or mouth
+    are not sure."""
     reading = face_reading(rig)
     eyes, mouth = reading.eyes, reading.mouth
     both = [eye[1] for eye in (eyes.left, eyes.right) if eye is not None]
     if not (eyes.sure and mouth.sure and both and mouth.at is not None):
         return None
     above = float(np.mean(both)) - mouth.at[1]
-    return (rig_channels(rig).centre[:, 1] - mouth.at[1]) / above if above > 0 else None
+    squared = rig.displacement.astype(float) ** 2
+    by_vertex = squared @ rig.neutral[:, 1] / np.maximum(squared.sum(axis=1), np.finfo(float).tiny)
+    heights = np.column_stack([rig_channels(rig).centre[:, 1], by_vertex])
+    return (heights - mouth.at[1]) / above if above > 0 else None
 
 
-def _against_place(rig: Rig, heights: Float[np.ndarray, " k"]) -> list[str | None]:
+def _ways(rig: Rig) -> Float[np.ndarray, "k 2"]:
+    """How far up each blendshape moves, by energy, and how much further its highest rise goes than its deepest fall."""
+    up = rig.deltas[..., 1].astype(float)
+    rise, fall = up.max(axis=1, initial=0), -up.min(axis=1, initial=0)
+    ends = (rise - fall) / np.maximum(rig.displacement.max(axis=1), np.finfo(float).tiny)
+    return np.column_stack([rig_channels(rig).direction[:, 1], ends])
+
+
+def _against_place(rig: Rig, heights: Float[np.ndarray, "k 2"]) -> list[str | None]:
     """What speaks against each name by where it moves, and by the way of jaws and brows."""
-    ways = rig_channels(rig).direction[:, 1].tolist()
-    told = zip(rig.names, movements_of(rig.names), heights.tolist(), ways, strict=True)
+    told = zip(rig.names, movements_of(rig.names), heights, _ways(rig), strict=True)
     return [movement and _against(name, movement, height, way) for name, movement, height, way in told]
 
 
@@ -109,13 +123,15 @@ def _against_motion(rig: Rig, means: dict[str, Recognised | None]) -> list[str |
     return found
 
 
-def _against(name: str, movement: Movement, height: float, way: float) -> str | None:
+def _against(
+    name: str, movement: Movement, height: Float[np.ndarray, " 2"], way: Float[np.ndarray, " 2"]
+) -> str | None:
     """The sentence of a name that its motion speaks against; None where they agree or the name says no place."""
     says = f"{name} says '{said_of(movement)}', but "
-    if movement.kind in AT_EYES and height < MOUTH_HIGH:
+    if movement.kind in AT_EYES and height.max() < MOUTH_HIGH:
         return f"{says}what it moves lies at the mouth or below"
-    if movement.kind in AT_MOUTH and height > EYES_LOW:
+    if movement.kind in AT_MOUTH and height.min() > EYES_LOW:
         return f"{says}what it moves lies at the eyes or above"
-    if GOES.get(movement.kind, 0) * way < -WAY:
-        return f"{says}it moves {'up' if way > 0 else 'down'}"
+    if (GOES.get(movement.kind, 0) * way < -WAY).all():
+        return f"{says}it moves {'up' if way[0] > 0 else 'down'}"
     return None

@@ -2,7 +2,9 @@
 
 Data      d[k, v]   deltas, millimetres; +x is the subject's left; eyes at e
 Eyeball   d = t + omega x r about its middle, least squares: omega_y > 0 turns the eye to the subject's left,
-          omega_x < 0 upwards; a ball that turns by less than LEAST_DEGREES does not turn
+          omega_x < 0 upwards; a ball that turns by less than LEAST_DEGREES does not turn. Where the eyes are sure, a
+          ball is none that lies elsewhere (buttons, beads) or is a speck (highlights); and one that turns alone tells
+          nothing where the skin around both eyes moves
 Lids      nearly all of |d|^2 lies around an eye, and its mean direction is sideways: lids follow an eye that turns to
           the side, and nothing else moves them so. Up and down they cannot tell from a blink: only eyeballs say that
 Sign      a name that says gaze needs no place of the eyes: the direction of what moves tells it
@@ -26,6 +28,7 @@ from capture_plan.rig.record import Rig
 Way = Literal["left", "right", "up", "down"]
 SAID = ("gaze left", "gaze right", "gaze in", "gaze out")
 LEAST_DEGREES = 2.0  # a blink rocks a ball by less; gaze turns it by 10 and more
+SPECK = 0.15  # of the pupil distance: eyeballs have 0.35 and more
 AROUND = 0.45  # of the pupil distance: the lids, not the brow nor the nose
 ALONE = 0.9  # of |d|^2 around the eyes: looks on four heads have 0.99, sneers and squints up to 0.9
 ASIDE, UPRIGHT = 0.6, 0.45  # of the mean direction: looks have 0.75 and more sideways, squints as much up as sideways
@@ -60,7 +63,7 @@ def outwards(gaze: Gaze) -> bool:
 
 def _gaze(rig: Rig, k: int) -> Gaze | None:
     turned = _turned_balls(rig, k)
-    if turned and (not _moves_skin(rig, k) or _share_around_eyes(rig, k) >= ALONE):
+    if turned and (not _moves_skin(rig, k) or (_share_around_eyes(rig, k) >= ALONE and _same_eyes(rig, k, turned))):
         return _from_turns(turned)
     return _from_name(rig, k) or _from_lids(rig, k)
 
@@ -80,7 +83,28 @@ def _turned_balls(rig: Rig, k: int) -> dict[int, Float[np.ndarray, " 2"]]:
 def _balls(rig: Rig) -> list[tuple[Bool[np.ndarray, " v"], int]]:
     """The vertices of every eyeball, and 1 for one on the subject's left, -1 on the right."""
     x0 = mirror_plane(rig.neutral)
-    return [(ball, 1 if rig.neutral[ball, 0].mean() > x0 else -1) for ball in eyeballs(rig)]
+    return [(ball, 1 if rig.neutral[ball, 0].mean() > x0 else -1) for ball in eyeballs(rig) if _of_an_eye(rig, ball)]
+
+
+def _of_an_eye(rig: Rig, ball: Bool[np.ndarray, " v"]) -> bool:
+    """Whether a ball is as large as an eye and lies at one; so is every ball where the eyes are in doubt."""
+    eyes = face_reading(rig).eyes
+    if eyes.left is None or eyes.right is None or not eyes.sure:
+        return True
+    places = np.array([eyes.left, eyes.right])
+    u = float(np.linalg.norm(places[0] - places[1]))
+    away = np.linalg.norm((rig.neutral[ball].mean(axis=0) - places)[:, :2], axis=1).min()
+    return bool(away < AROUND * u and np.ptp(rig.neutral[ball], axis=0).max() > SPECK * u)
+
+
+def _same_eyes(rig: Rig, k: int, turned: dict[int, Float[np.ndarray, " 2"]]) -> bool:
+    """Whether the skin moves around those eyes that turn, and around no other as well."""
+    near = _around(rig)
+    if near is None or len(turned) > 1:
+        return True
+    e, _, _ = _moved(rig, k)
+    other = sum(e[at].sum() for side, at in near.items() if side not in turned)
+    return bool(other < (1 - ALONE) * e.sum())
 
 
 def _turn(r: Float[np.ndarray, "v 3"], d: Float[np.ndarray, "v 3"]) -> Float[np.ndarray, " 2"]:

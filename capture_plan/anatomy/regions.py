@@ -43,6 +43,7 @@ REGIONS = (
     "scalp",
 )
 MIDDLE = 0.06  # of u: 4 mm to either side of the midline have no side
+CORNER, CORNER_OF_HALF = 0.16, 0.46  # of u; of half the mouth, whose lips lie between: human ones have 0.35 u
 NO_REGION = -1
 UNNAMED = "face"  # where a place is whose region is not certain
 SIDE_WORDS = {1: "left side", 0: "middle", -1: "right side"}
@@ -155,7 +156,7 @@ def _fits(
     jaw_line = np.interp(z, [z_ear + 0.2, z_ear + 1.2], [-drop * 0.55, -drop * 1.1])
     return {
         "ear": (np.hypot((y - ear[0] + 0.12) / 0.6, (z - z_ear - 0.1) / 0.36) < 1) & (x > 0.8) & has_ears,
-        "mouth corner": corners < 0.16,
+        "mouth corner": corners < min(CORNER, CORNER_OF_HALF * half_mouth),
         "nose": front & (x < nose_half) & (s > nose_base) & (s < 1.12),
         "upper eyelid": lid & upper_lid,
         "lower eyelid": lid,

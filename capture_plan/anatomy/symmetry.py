@@ -4,9 +4,11 @@ Data     plane n . x = c    found, not assumed (`mesh/mirror.py`)
          m                  partner map: vertex m[v] is the mirror image of vertex v in that plane; skin has skin
          near               on a lopsided neutral what is as near to the reflection as 95 % of the skin is
          D[j]               mirrored delta: D[j, v] = d[j, m[v]] - 2 (n . d[j, m[v]]) n
+         judged             skin, and what else has a vertex at its reflection: a highlight or a strand of hair on one
+                            side has no mirror image, and what comes nearest to it instead tells nothing
 Figures  neutral            |reflection of v - m[v]|, millimetres, over the skin
-         blendshape i       |d[i] - D[j]| / sqrt((|d[i]|^2 + |D[j]|^2) / 2) in per cent, over all vertices, for the j
-                            that is its partner; without one the nearest that has none either, or itself where it
+         blendshape i       |d[i] - D[j]| / sqrt((|d[i]|^2 + |D[j]|^2) / 2) in per cent, over what is judged, for
+                            the j that is its partner; without one the nearest that has none either, or itself where it
                             moves both sides alike; and at the worst vertex of the skin, max |d[i] - D[j]| / max |d[i]|
            |d[i] - D[j]| takes the vertex of `near` that differs least: what a lopsided neutral explains is no fault
            of the blendshape
@@ -26,6 +28,7 @@ from capture_plan.rig.record import Rig
 
 TIE_MM = 0.02  # two vertices this close to the reflection are equally good: seams and closed lips are that exact
 LOPSIDED_MM = 0.5  # 95 % of the skin: up to there the vertex nearest to the reflection is the partner
+TWINS = 4  # vertices of one place: both sides of a seam, where pieces meet
 NEAREST = 48  # candidates: skin within 6 mm where vertices are 1.5 mm apart
 NO_IMAGE = 100 * float(np.sqrt(2 * UNLIKE))  # per cent; the same bound as that of partners
 
@@ -90,8 +93,10 @@ def symmetry_report(rig: Rig) -> SymmetryReport:
     """How symmetric the neutral and each blendshape are about the plane that mirrors the neutral best."""
     plane = find_mirror_plane(rig.neutral[rig.skin])
     partners = skin_partners(rig, plane)
-    apart = np.linalg.norm(plane.reflect(rig.neutral) - rig.neutral[partners], axis=1)[rig.skin]
+    every = np.linalg.norm(plane.reflect(rig.neutral) - rig.neutral[partners], axis=1)
+    apart = every[rig.skin]
     p95 = float(np.percentile(apart, 95))
+    judged = rig.skin | (every <= max(p95, LOPSIDED_MM))
     return SymmetryReport(
         plane=plane,
         tilt_degrees=float(np.degrees(np.arccos(min(1.0, abs(plane.normal[0]))))),
@@ -99,7 +104,7 @@ def symmetry_report(rig: Rig) -> SymmetryReport:
         neutral_median_mm=float(np.median(apart)),
         neutral_p95_mm=p95,
         neutral_max_mm=float(apart.max()),
-        blendshapes=mirror_images(rig, plane, partners, possible_partners(rig, plane, partners, p95)),
+        blendshapes=mirror_images(rig, plane, partners, possible_partners(rig, plane, partners, p95), judged),
     )
 
 
@@ -118,9 +123,12 @@ def possible_partners(
     rig: Rig, plane: Plane, partners: Int[np.ndarray, " v"], p95: float
 ) -> tuple[Int[np.ndarray, "v n"], Bool[np.ndarray, "v n"]]:
     """Vertices that may be the mirror image of each vertex, and which of them are: the partner alone on a symmetric
-    neutral, else all of its kind within `p95` millimetres of the reflection."""
+    neutral with what lies in one place with it, else all of its kind within `p95` millimetres of the reflection."""
     if p95 <= LOPSIDED_MM:
-        return partners[:, None], np.ones((len(partners), 1), dtype=bool)
+        away, beside = KDTree(rig.neutral).query(rig.neutral[partners], k=min(TWINS, len(partners)))
+        near = np.column_stack([partners, beside])
+        twin = (away <= TIE_MM) & (rig.skin[beside] == rig.skin[partners][:, None])
+        return near, np.column_stack([np.ones(len(near), dtype=bool), twin])
     near = np.repeat(partners[:, None], 1 + NEAREST, axis=1)
     allowed = np.zeros(near.shape, dtype=bool)
     allowed[:, 0] = True
@@ -137,11 +145,12 @@ def mirror_images(
     plane: Plane,
     partners: Int[np.ndarray, " v"],
     possible: tuple[Int[np.ndarray, "v n"], Bool[np.ndarray, "v n"]],
+    judged: Bool[np.ndarray, " v"],
 ) -> tuple[MirrorImage, ...]:
     """For each blendshape its partner, else the one whose mirror image it comes nearest to, and how far off it is."""
     k = len(rig.names)
-    d = rig.deltas.reshape(k, -1)
-    D = plane.turn(rig.deltas[:, partners]).reshape(k, -1)
+    d = rig.deltas[:, judged].reshape(k, -1)
+    D = plane.turn(rig.deltas[:, partners[judged]]).reshape(k, -1)
     # |d - D|^2 = |d|^2 + |D|^2 - 2 <d, D>
     squares = (d.astype(float) ** 2).sum(axis=1)[:, None] + (D.astype(float) ** 2).sum(axis=1)
     off = np.sqrt(np.clip(2 * (squares - 2 * (d @ D.T).astype(float)) / np.where(squares > 0, squares, 1), 0, None))
@@ -160,7 +169,7 @@ def mirror_images(
             continue
         missing = least_difference(rig.deltas[i], rig.deltas[j], plane, possible)
         percent = round(
-            percent_off(missing, d[i], D[j]), 2
+            percent_off(missing[judged], d[i], D[j]), 2
         )  # `off` is a difference of large numbers, in single precision
         worst = float(np.linalg.norm(missing, axis=1)[rig.skin].max() / largest)
         partner = rig.names[j] if percent < NO_IMAGE else None

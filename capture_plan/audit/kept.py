@@ -12,6 +12,7 @@ from capture_plan.cache import Arrays, cached, code_digest, digest
 from capture_plan.reader.read_cache import ROOMS, everything_of
 from capture_plan.rig.record import Rig
 
+AUDITING = (*ROOMS, "anatomy", "audit")
 ENTRIES = 100  # some 30 kB each
 
 
@@ -21,5 +22,5 @@ def audit_once(rig: Rig) -> Audit:
     def found() -> Arrays:
         return {"audit": np.frombuffer(msgspec.json.encode(audit_rig(rig)), dtype=np.uint8)}
 
-    name = digest([code_digest(*ROOMS), *everything_of(rig)])
+    name = digest([code_digest(*AUDITING), *everything_of(rig)])
     return msgspec.json.decode(cached(found, "audits", name, entries=ENTRIES)["audit"].tobytes(), type=Audit)

@@ -18,8 +18,9 @@ from capture_plan.anatomy.delta_relations import Finding
 from capture_plan.anatomy.regions import face_regions
 from capture_plan.face.anchors import Anchors
 from capture_plan.face.flying import flying
+from capture_plan.face.sense_size import size_reason
 from capture_plan.face.shape import border_loops
-from capture_plan.face.unit import HUMAN_MM, apart_words
+from capture_plan.face.unit import HUMAN_MM, apart_words, human_apart
 from capture_plan.mesh import boundary_vertices, counted_edges, half_edges, pieces, triangle_areas
 from capture_plan.mesh.geometry import triangle_cross
 from capture_plan.rig.record import Rig
@@ -39,10 +40,15 @@ def sizes(rig: Rig, pupils_mm: float | None, used: tuple[str, ...], unit: float)
     """The head's size and the size of what its blendshapes do; `unit` is the distance of the eyes, found or not."""
     found = []
     change = f"Check the unit: one unit of the file was taken as {rig.unit_mm:g} mm (--unit-mm changes it)"
-    if pupils_mm is not None and not HUMAN_MM[0] <= pupils_mm <= HUMAN_MM[1]:
+    if pupils_mm is not None and not human_apart(pupils_mm):
         message = f"the pupils are {apart_words(pupils_mm)}, a person's {HUMAN_MM[0]:g} to {HUMAN_MM[1]:g} mm"
         advice = f"{change}. If the character is no human, scale the rig to the actor who wears the markers."
-        found.append(Finding("size", (), message, advice, False, "stop"))
+        stated = size_reason(rig) if rig.unit_found == "format" else ""
+        found.append(
+            Finding(
+                "size", (), f"{message}; {stated}" if stated else message, advice, False, "know" if stated else "stop"
+            )
+        )
     flies = flying(rig.neutral, rig.triangles, rig.deltas)
     moved = rig.displacement[~flies].max(axis=0, initial=0) * rig.skin
     x = rig.neutral[moved > MOVES * moved.max(), 0] if moved.any() else rig.neutral[:0, 0]

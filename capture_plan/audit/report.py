@@ -102,7 +102,8 @@ def unsure_words(read: ReadingFacts) -> str:
     parts = {"the axes": read.axes, "the unit": read.unit, "the eyes": read.eyes, "the mouth": read.mouth}
     unsure = [name for name, answer in parts.items() if not answer.sure]
     agree = sum(sign.weight for sign in read.sides.signs)
-    if not unsure and len(read.sides.disagree) > agree:  # a few wrong names are the rigger's, most are the reading's
+    wrong = len(read.sides.disagree)
+    if not unsure and wrong and wrong >= agree:  # a few wrong names are the rigger's, half of them the reading's
         return "names and movements disagree about left and right"
     if not unsure:
         return ""

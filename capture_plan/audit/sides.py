@@ -63,21 +63,21 @@ def overlaps(rig: Rig, used: tuple[str, ...]) -> list[Finding]:
 
 def misnamed(rig: Rig, symmetry: SymmetryReport) -> list[Finding]:
     """Names that say another side, or another partner, than what moves."""
-    wrong = {one.name for one in misexported(rig)}
+    silent = {one.name for one in misexported(rig)} | {name for name, _ in rig.meanings}
     found = [
         one
         for one in pair_disagreements(rig, symmetry.blendshapes)
-        if wrong.isdisjoint((one.blendshape, *other_names(one.blendshape)))
+        if silent.isdisjoint((one.blendshape, *other_names(one.blendshape)))
     ]
-    turned = [one for one in found if f"is called {side_of(one.blendshape)} and moves" in one.words]
-    others = [one for one in found if one not in turned]
+    turned = {one.blendshape for one in found if f"is called {side_of(one.blendshape)} and moves" in one.words}
+    alone = set(face_reading(rig).sides.disagree) - set(other_ways(rig)) - silent  # those without a partner too
+    names = tuple(name for name in rig.names if name in turned or (name in alone and side_of(name)))
+    others = [one for one in found if one.blendshape not in turned]
     findings = []
-    if turned:
-        names = tuple(one.blendshape for one in turned)
-        sided = [name for pair in blendshape_pairs(rig) for name in pair if side_of(name)]
-        every = (
-            "all sided blendshapes" if len(turned) == len(sided) else f"{len(turned)} of {len(sided)} sided blendshapes"
-        )
+    if names:
+        halves = {name for pair in blendshape_pairs(rig) for name in pair}
+        sided = [name for name in rig.names if side_of(name) and (name in halves or name in names)]
+        every = f"{'all' if len(names) == len(sided) else f'{len(names)} of {len(sided)}'} sided blendshapes"
         message = f"{every} move the other side than their names say: {', '.join(names)}"
         advice = "Exchange left and right in these names (the subject's own sides). The plan goes by what moves."
         findings.append(_to_exchange(rig, names, message, advice))

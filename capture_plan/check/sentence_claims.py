@@ -2,7 +2,7 @@
 
 Largest   of an expression's blendshapes, a corrective's together with what it corrects, the one that moves the skin
           furthest, and by how far, alone or at its place in the pose: the sentence has a phrase for its name, or the
-          millimetres of it
+          millimetres of it. A phrase for one eye says nothing of what moves the skin of both sides alike
 Lips      lips that a sentence asks to close are closed in the pose: on the midline, the rim that goes down with the jaw
           and the one that stays above it are at most OPEN_MM further apart than in the neutral
 """
@@ -16,6 +16,7 @@ from capture_plan.anatomy.meaning import arkit_by_motion, base_name
 from capture_plan.expressions.movement import movements
 from capture_plan.expressions.record import Expression
 from capture_plan.expressions.sentences import phrases
+from capture_plan.mesh.mirror import mirror_plane
 from capture_plan.plan.advice import say_names
 from capture_plan.plan.claims import Claim, claim
 from capture_plan.plan.record import Plan
@@ -63,7 +64,9 @@ def largest_unsaid(rig: Rig, expression: Expression, drivers: tuple[tuple[str, s
         return None  # neither its name nor its place has words: the picture shows it
     if min(both) < SMALL_MM or any(SAID * mine <= mm <= mine + 1 for mine in both for mm in told):
         return None
-    if any(phrase in expression.sentence.lower() for phrase in _phrases_for(arkit_by_motion(rig, name))):
+    arkit = arkit_by_motion(rig, name)
+    said = any(phrase in expression.sentence.lower() for phrase in _phrases_for(arkit))
+    if said and not (arkit and _of_one_eye(arkit) and _moves_both(rig, name)):
         return None
     return f"{expression.name} moves the skin by {far[name]:.0f} mm ({name}), and its sentence does not say so"
 
@@ -102,6 +105,18 @@ def _in_pose(rig: Rig, name: str, names: tuple[str, ...], drivers: tuple[tuple[s
     length = np.where(rig.skin, rig.displacement[rig.names.index(name)], 0)
     moved = np.linalg.norm(rig.deltas[np.isin(rig.names, [*held])].sum(axis=0), axis=1)
     return float(moved[length >= length.max() / 2].max())
+
+
+def _of_one_eye(arkit: str) -> bool:
+    return base_name(arkit) != arkit and base_name(arkit).startswith("eye")
+
+
+def _moves_both(rig: Rig, name: str) -> bool:
+    """Whether a blendshape moves the skin of the left and of the right half of the face, the weaker half as much."""
+    squared = np.where(rig.skin, rig.displacement[rig.names.index(name)], 0) ** 2
+    aside = rig.neutral[:, 0] - mirror_plane(rig.neutral[rig.skin])
+    left, right = float(squared[aside > 0].sum()), float(squared[aside < 0].sum())
+    return min(left, right) > max(left, right) / 2
 
 
 def _phrases_for(arkit: str | None) -> list[str]:

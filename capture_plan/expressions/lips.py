@@ -4,6 +4,7 @@ Data     jaw    the delta of the open jaw, millimetres; pairs (i, j) of skin, ne
                 the jaw takes j along and leaves i behind: the two lips, since only there is the skin cut
 Gap      median over the pairs of (u_j - u_i) . n, where u is the pose less the neutral and n the way in which the jaw
          parts a pair; above 0 where lips are open, below where one runs through the other; none without pairs
+Unnamed  where no blendshape is known to open the jaw, the pairs are of the regions of the two lips, parted downwards
 """
 
 from functools import lru_cache
@@ -13,6 +14,7 @@ from jaxtyping import Float, Int
 from scipy.spatial import KDTree
 
 from capture_plan.anatomy.meaning import arkit_by_motion
+from capture_plan.anatomy.regions import face_regions
 from capture_plan.rig import Rig
 
 NEAR_MM = 8.0  # lips at rest: 0 to 5 mm from rim to rim
@@ -51,18 +53,35 @@ def _lips(rig: Rig) -> tuple[Int[np.ndarray, "p 2"], Float[np.ndarray, "p 3"]] |
     """Pairs of (upper, lower) vertices that the open jaw parts, and which way; None where it parts none."""
     jaw = open_jaw(rig)
     if jaw is None:
-        return None
+        pairs = _lip_regions(rig)
+        return None if pairs is None else (pairs, np.tile([0.0, -1.0, 0.0], (len(pairs), 1)))
     moved = rig.displacement[jaw] / max(float(rig.displacement[jaw, rig.skin].max()), 1e-9)
     upper, lower = np.flatnonzero(rig.skin & (moved < BEHIND)), np.flatnonzero(rig.skin & (moved > ALONG))
+    pairs = _near(rig, upper, lower)
+    if pairs is None:
+        return None
+    way = _parted(rig.deltas[jaw], pairs)
+    return pairs, way / np.linalg.norm(way, axis=1, keepdims=True)
+
+
+def _lip_regions(rig: Rig) -> Int[np.ndarray, "p 2"] | None:
+    """Pairs of the upper and the lower lip that lie near each other, by the regions of the face; None without such."""
+    regions = face_regions(rig)
+    if not regions.known:
+        return None
+    upper, lower = (
+        np.flatnonzero(rig.skin & (regions.of_vertex == regions.names.index(lip))) for lip in ("upper lip", "lower lip")
+    )
+    return _near(rig, upper, lower)
+
+
+def _near(rig: Rig, upper: Int[np.ndarray, " a"], lower: Int[np.ndarray, " b"]) -> Int[np.ndarray, "p 2"] | None:
+    """Every lower vertex that has an upper one near it, with the nearest; None where none has."""
     if len(upper) == 0 or len(lower) == 0:
         return None
     distance, near = KDTree(rig.neutral[upper]).query(rig.neutral[lower], distance_upper_bound=NEAR_MM)
     close = np.isfinite(distance)
-    if not close.any():
-        return None
-    pairs = np.column_stack([upper[np.asarray(near)[close]], lower[close]])
-    way = _parted(rig.deltas[jaw], pairs)
-    return pairs, way / np.linalg.norm(way, axis=1, keepdims=True)
+    return np.column_stack([upper[np.asarray(near)[close]], lower[close]]) if close.any() else None
 
 
 def _parted(moved: Float[np.ndarray, "v 3"], pairs: Int[np.ndarray, "p 2"]) -> Float[np.ndarray, "p 3"]:

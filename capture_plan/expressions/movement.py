@@ -8,7 +8,7 @@ Which    the mean of d over the region's vertices that move at least half as far
          where it has at least half of the largest component; sideways is outwards or inwards where there are two sides,
          unless both go to one side. Lids do not turn eyes outwards: they go apart. A brow whose inner end goes up
          and whose outer end down, or the reverse, is told by its ends: neither is seen in their mean
-Lips     where they part and no lower lip, chin or jaw is told to go down, that is told too
+Lips     where they part, and by FURTHER than a lower lip, chin or jaw is told to go down, that is told too
 How far  the largest |d| in the region
 Together what several blendshapes move at one place is told once, as the sum of their deltas moves it
 """
@@ -35,6 +35,7 @@ PAIRED = {"mouth corner", "upper eyelid", "lower eyelid", "brow", "cheek", "temp
 OPPOSED = (("up", "down"), ("forward", "back"), ("outwards", "inwards"), ("to your left", "to your right"))
 SIDE = {1: "left", -1: "right"}
 PARTED_MM = 3.0  # a picture shows lips as open
+FURTHER = 1.25  # times: the upper lip goes up as well
 ENDS = 0.4  # of the end that goes further: the other goes the opposite way as clearly
 
 
@@ -69,9 +70,9 @@ def movements(rig: Rig, names: tuple[str, ...]) -> tuple[str, ...]:
         else:
             far = max(movement.far, other.far)
             told[told.index(other)] = replace(movement, side=0, far=far)
-    opens = [m for m in told if m.region in (*JAW, "lower face") and "down" in m.ways]
-    gap = None if opens or not told else lips_apart(rig, names)
-    parted = (f"your lips apart by {gap:.0f} mm",) if gap is not None and gap >= PARTED_MM else ()
+    opens = max((m.far for m in told if m.region in (*JAW, "lower face") and "down" in m.ways), default=0.0)
+    gap = lips_apart(rig, names) if told else None
+    parted = (f"your lips apart by {gap:.0f} mm",) if gap is not None and gap >= max(PARTED_MM, FURTHER * opens) else ()
     return (*(str(movement) for movement in told), *parted)
 
 

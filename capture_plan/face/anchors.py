@@ -21,6 +21,7 @@ from jaxtyping import Bool, Float, Int
 
 from capture_plan.face.lids import NEAR_OPENING, against_eyes, around, before_the_balls
 from capture_plan.face.lips import against_mouth
+from capture_plan.face.moving import NOISE_MM
 from capture_plan.face.of_rig import rig_channels, rig_points, rig_shape
 from capture_plan.face.place import face_place
 from capture_plan.face.points import Found, Points
@@ -46,6 +47,9 @@ MOUTH_OPENING = 0.25  # the same from the mouth to its opening
 LIPS_REACH = 0.3  # pupil distances from the mouth to its border: 25 faces 0.25 at most, a muzzle 0.29; hairlines more
 GAPING, WIDE_OPEN = 0.1, 0.9  # pupil distances between the lips of a mouth that stands open; a mask's rim is larger
 AHEAD = (0.2, 0.35, 0.6)  # pupil distances from an ear, in height, and in depth from and to, where a cheek is
+LOOKS = ("gaze up", "gaze down", "gaze left", "gaze right", "gaze in", "gaze out")
+TURNED = 0.6  # of the largest displacement off the skin: the ball, not what hangs on it
+BALL_OFF = 0.13  # pupil distances from an eye, seen from the front: on 16 faces 0.07 at most, under lids of another 0.2
 STANDS_OUT = (
     0.095  # pupil distances that an ear reaches further than that: 24 faces 0.11 to 0.28, a racoon's cheeks 0.05
 )
@@ -119,6 +123,7 @@ def surface_anchors(rig: Rig, points: Points) -> Anchors:
     openings = _openings(rig)
     eyes, lids = _eyes(rig, openings, x0, points.eyes)
     doubt = () if points.eyes.places is None else against_eyes(eyes, points.eyes.places)
+    doubt += looks_elsewhere(rig, eyes, x0)
     found = ("eyes",) if points.eyes.sure and not doubt else ()
     unit = float(np.linalg.norm(eyes[0] - eyes[1]))
     mouth, corners, lips = _mouth(rig, openings, eyes.mean(axis=0), unit, x0, points.mouth)
@@ -165,6 +170,23 @@ def surface_anchors(rig: Rig, points: Points) -> Anchors:
         against_mouth=against,
         chin_sure=found_chin is not None and chin_agrees(chin, eyes.mean(axis=0), mouth, _with_the_jaw(rig, chin)),
     )
+
+
+def looks_elsewhere(rig: Rig, eyes: Float[np.ndarray, "2 3"], x0: float) -> tuple[Sign, ...]:
+    """What speaks against the eyes: that the eyeballs, or the discs of drawn eyes, which looks turn lie elsewhere."""
+    rows = rig_channels(rig).of(*LOOKS)
+    if not rows or not names_agree(rig_channels(rig)):
+        return ()
+    unit = float(np.linalg.norm(eyes[0] - eyes[1]))
+    turned = rig.displacement[rows].max(axis=0) * ~rig.skin
+    for eye, side in zip(eyes, (1, -1), strict=True):
+        own = turned * (side * (rig.neutral[:, 0] - x0) > 0)
+        if own.max() <= NOISE_MM:
+            return ()  # looks that move lids alone tell no ball
+        ball = middle_of_box(rig.neutral[own > TURNED * own.max()])
+        if np.linalg.norm((ball - eye)[:2]) < BALL_OFF * unit:
+            return ()
+    return (Sign("what looks turn", "elsewhere", -1.0),)
 
 
 def are_ears(skin: Float[np.ndarray, "v 3"], ears: list[Float[np.ndarray, " 3"]], x0: float, unit: float) -> bool:

@@ -11,7 +11,7 @@ from capture_plan.face.channels import Channels
 from capture_plan.face.misexported import misexported
 from capture_plan.face.of_rig import REMEMBERED, rig_channels, rig_points
 from capture_plan.face.points import ALONE, NEAR, Found, Points
-from capture_plan.names.movements import Movement
+from capture_plan.names.movements import Movement, movements_of
 from capture_plan.rig.record import Rig
 from capture_plan.rig.understood import Axes, Eyes, Reading, Sides, Sign, Spot, Understood, Unit, Vector
 
@@ -53,7 +53,7 @@ def face_reading(rig: Rig) -> Reading:
         nose=Spot(vector(anchors.nose_tip) if both else None, sure=both),
         chin=Spot(vector(anchors.chin) if both else None, sure=both and anchors.chin_sure),
         ears=Eyes(vector(anchors.ear_left) if ears else None, vector(anchors.ear_right) if ears else None, sure=ears),
-        sides=find_sides(channels, rig.names, points.x0, sure=file.axes.sure, but=wrong),
+        sides=find_sides(channels, _meant(rig, channels), points.x0, sure=file.axes.sure, but=wrong),
         left_out=file.left_out,
         set_aside=file.set_aside,
     )
@@ -84,15 +84,18 @@ def by_hand(rig: Rig) -> Understood:
 
 
 def find_sides(
-    channels: Channels, names: tuple[str, ...], x0: float, *, sure: bool, but: frozenset[str] = frozenset()
+    channels: Channels,
+    means: dict[str, Movement | None],
+    x0: float,
+    *,
+    sure: bool,
+    but: frozenset[str] = frozenset(),
 ) -> Sides:
-    """Whether blendshapes move the subject's left, and to the left, where their names say so; which do not. Those in
-    `but` say nothing."""
+    """Whether blendshapes move the subject's left, and to the left, where their names say so; which do not. `means`
+    are the movements that the names stand for, in their order; those in `but` say nothing."""
     agrees = {
         name: agree
-        for name, movement, centre, direction in zip(
-            names, channels.movements, channels.centre, channels.direction, strict=True
-        )
+        for (name, movement), centre, direction in zip(means.items(), channels.centre, channels.direction, strict=True)
         if movement is not None
         and name not in but
         and (agree := _as_called(movement, float(centre[0] - x0) / channels.rho, direction)) is not None
@@ -104,6 +107,14 @@ def find_sides(
         disagree=tuple(name for name, right in agrees.items() if not right),
         signs=(sign,) if several else (),
     )
+
+
+def _meant(rig: Rig, channels: Channels) -> dict[str, Movement | None]:
+    """The movement that each name stands for, by the person's own map where that has it."""
+    mine = dict(rig.meanings)
+    said = movements_of(tuple(mine.get(name, name) for name in rig.names))
+    told = zip(rig.names, said, channels.movements, strict=True)
+    return {name: own if name in mine else named for name, own, named in told}
 
 
 def _as_called(movement: Movement, aside: float, direction: Float[np.ndarray, " 3"]) -> bool | None:

@@ -6,7 +6,8 @@ how it lies. A question without evidence is not asked. `sense_size.py` asks for 
 
 Data     C[k] centre and D[k] direction of what blendshape k moves (`channels.py`); kinds by the names
 Above    C of blinks above C of the mouth, brows above both, the nose above the mouth: within UPRIGHT of straight up
-Jaw      D of its opening points down, and never forward
+Jaw      D of its opening points down, and never forward; where names contradict each other about sides, of what a
+         person says or what moves most besides being called so
 Skin     of what moves most, more looks forward than up, down or back
 Sides    the face mirrors itself across x; what is called left moves +x
 """
@@ -66,7 +67,7 @@ class Sense:
 def pose_senses(rig: Rig) -> tuple[Sense, ...]:
     """Every question about how the head lies that this rig has evidence for."""
     channels, kinds = rig_channels(rig), kinds_of(rig)
-    named = (*_above(channels, kinds), *_jaw(channels, kinds)) if names_agree(channels) else ()
+    named = (*(_above(channels, kinds) if names_agree(channels) else ()), *_jaw(channels, kinds, _opening(rig)))
     shown = (*_points_above(rig), *looks_forward(rig, moving_most(rig), "moving skin"), *_mirrored(rig))
     return (*_voted(rig), *named, *shown)
 
@@ -177,9 +178,21 @@ def _is_above(upper: Float[np.ndarray, " 3"], lower: Float[np.ndarray, " 3"], hi
     return Sense(f"{high} above {low}", bool(holds), f"{high} {ways[way]:.0f} mm {way} {low}", "axes")
 
 
-def _jaw(channels: Channels, kinds: tuple[Movement | None, ...]) -> Iterator[Sense]:
+def _opening(rig: Rig) -> frozenset[int]:
+    """Blendshapes that may be believed to open the jaw: all that are called so where names agree with each other; else
+    what the person's own map says, and what moves more skin than any other, as a jaw does."""
+    channels = rig_channels(rig)
+    if names_agree(channels):
+        return frozenset(range(len(rig.names)))
+    mine = {name for name, _ in rig.meanings}
+    squared = np.where(channels.facial, (rig.displacement**2 * rig.skin).sum(axis=1), 0)
+    return frozenset([int(squared.argmax()), *(k for k, name in enumerate(rig.names) if name in mine)])
+
+
+def _jaw(channels: Channels, kinds: tuple[Movement | None, ...], believed: frozenset[int]) -> Iterator[Sense]:
     """The jaw opens downwards and never forward."""
-    rows = rows_of(channels, kinds, ("jaw open",)) or rows_of(channels, kinds, ("mouth open",))
+    rows = [k for k in rows_of(channels, kinds, ("jaw open",)) if k in believed]
+    rows = rows or [k for k in rows_of(channels, kinds, ("mouth open",)) if k in believed]
     if not rows:
         return
     D = channels.direction[rows].mean(axis=0)

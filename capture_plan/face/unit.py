@@ -84,6 +84,11 @@ def find_unit(
     return Unit(float(units[best]), sure, signs)
 
 
+def human_apart(pupils_mm: float) -> bool:
+    """Whether pupils are as far apart as a person's, as far as is said of them."""
+    return HUMAN_MM[0] <= round(pupils_mm, 1) <= HUMAN_MM[1]
+
+
 def apart_words(pupils_mm: float) -> str:
     """How far apart the pupils are, rounded alike wherever it is said."""
     return f"{pupils_mm:,.1f} mm apart"

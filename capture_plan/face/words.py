@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from capture_plan.face.facts import PairFacts, ReadingFacts, SpotFacts
-from capture_plan.face.unit import HUMAN_MM, apart_words
+from capture_plan.face.unit import HUMAN_MM, apart_words, human_apart
 from capture_plan.names.movements import movement_of
 from capture_plan.rig.understood import Sign
 
@@ -52,11 +52,19 @@ def answers(read: ReadingFacts) -> list[Answer]:
 
 
 def _unit_signs(read: ReadingFacts) -> tuple[Sign, ...]:
-    """Signs of the unit; one that speaks against it says which unit it would fit, which is no distance."""
+    """Signs of the unit; one that speaks against it says which unit it would fit, which is no distance, where a face of
+    that unit would have the size of a person's."""
     return tuple(
-        Sign(f"{sign.name} would fit 1 unit = {sign.says}", "", sign.weight) if sign.weight < 0 else sign
+        Sign(f"{sign.name} would fit {_unit_words(read, sign)}", "", sign.weight) if sign.weight < 0 else sign
         for sign in read.unit.signs
     )
+
+
+def _unit_words(read: ReadingFacts, sign: Sign) -> str:
+    """'1 unit = 25.4 mm', or another unit without its length where the pupils would then be no person's."""
+    pupils, mm = read.eyes.apart_mm, float(sign.says.removesuffix(" mm"))
+    fits = pupils is None or human_apart(pupils * mm / read.unit.mm)
+    return f"1 unit = {sign.says}" if fits else "another unit"
 
 
 def _axes_words(read: ReadingFacts) -> str:
@@ -161,7 +169,7 @@ def _frame_doubts(read: ReadingFacts) -> list[str]:
     if not unit.sure:
         far = "" if pupils is None else f", which puts the pupils {apart_words(pupils)}"
         found.append(f"The size is not certain: one unit was taken as {unit.mm:g} mm{far}. Give --unit-mm if it errs.")
-    elif pupils is not None and not HUMAN_MM[0] <= pupils <= HUMAN_MM[1]:
+    elif pupils is not None and not human_apart(pupils):
         found.append(
             f"The pupils are {apart_words(pupils)}, a person's {HUMAN_MM[0]:g} to {HUMAN_MM[1]:g} mm: give --unit-mm "
             "if one unit of the file is not "

@@ -9,6 +9,7 @@ from capture_plan.expressions.settings import PackingSettings
 from capture_plan.reader.read_cache import ROOMS, everything_of
 from capture_plan.rig import Rig
 
+COLLIDING = (*ROOMS, "transfer", "anatomy", "sequence", "expressions")
 ENTRIES = 64  # a few kilobytes each
 
 
@@ -24,5 +25,5 @@ def collide(rig: Rig, used: tuple[str, ...], settings: PackingSettings) -> tuple
     def found() -> Arrays:
         return {"pairs": np.array(colliding_pairs(rig, used, together), dtype=str).reshape(-1, 2)}
 
-    name = digest([code_digest(*ROOMS, "expressions"), repr((used, together)), *everything_of(rig)])
+    name = digest([code_digest(*COLLIDING), repr((used, together)), *everything_of(rig)])
     return tuple((a, b) for a, b in cached(found, "collisions", name, entries=ENTRIES)["pairs"].tolist())

@@ -156,10 +156,14 @@ def _framed(
     frame = find_frame(straight, unit_mm=unit_mm, up=found.up, facing=found.facing, shape=shape)
     if found.doubted and not (up and facing):
         frame = replace(frame, axes=replace_struct(frame.axes, sure=False))
-    if up or facing or (raised := lifted(straight, frame)) is None:
+    if up or facing:
         return straight, found.Q, frame
-    straight, Q = raised
-    return straight, Q @ found.Q, find_frame(straight, unit_mm=unit_mm, up=None, facing=None)
+    raised = lifted(straight, frame)
+    if raised.doubted:
+        frame = replace(frame, axes=replace_struct(frame.axes, sure=False))
+    elif raised.raw is not straight:
+        frame = find_frame(raised.raw, unit_mm=unit_mm, up=None, facing=None)
+    return raised.raw, raised.Q @ found.Q, frame
 
 
 def left_to_body(

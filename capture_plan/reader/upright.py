@@ -6,8 +6,12 @@ Rotation R        rows left, up, facing: left = s x with s = 1 or -1, up = (0, c
                   largest  U . up + F . facing + L . left  over s and the pitch (c, t)
 Nod      pitch of a head that lies along axes but bows or looks up in them: by what moves and looks which way,
          atan2(U_z - F_y, U_y + F_z), and by the line from the mouth to the eyes, each less what it is on upright
-         heads; heeded where both exceed NODS, and where what goes up (U) and what looks forward (F) tell one pitch. A
-         snout tips the line alone, so no other line counts as a sign of the way
+         heads; heeded where both exceed NODS, where what goes up (U) and what looks forward (F) tell one pitch, where
+         its signs agree on it (Doubt), and where no neck is cut level. A snout tips the line alone, so no other line
+         counts as a sign of the way. A head that may bow, but for these, is left as it is, and doubted without such a
+         neck
+Level    an open edge below the mouth that lies in one plane, within FLAT of its size, whose normal is an axis of the
+         file: a head that was tipped with it would have that edge aslant
 The pitch is a matter of taste: human rigs that stand upright in their files are told within 10 degrees of it.
 Doubt    the standard error of the pitch, by how its signs scatter: e = sqrt(sum w a^2 / sum w) / sqrt(n) with a their
          angles from it, w their weights and n = (sum w)^2 / sum w^2; sure below ERROR from at least SIGNS of them
@@ -21,7 +25,7 @@ from scipy.spatial import KDTree
 
 from capture_plan.face.axes import PAIRS, Vote, axes_matrix, sharpness, together
 from capture_plan.face.frame import Frame, head_shape, votes_of
-from capture_plan.face.shape import Shape
+from capture_plan.face.shape import Shape, border_loops
 from capture_plan.formats.raw import RawRig
 from capture_plan.mesh.mirror import SAMPLE, Plane, find_mirror_plane, mirror_plane
 
@@ -33,6 +37,8 @@ ONE_PITCH = 30.0  # degrees between that of U and that of F: heads that are tipp
 BY_SIGNS, BY_LINE = 10.0, -10.0  # degrees: the middle of these
 ERROR_DEGREES, SIGNS = 8.5, 5.0  # 5 heads in 150 subsets of their movements: so 12 degrees off at most, else up to 54
 RIGHT_ANGLE = 90.0  # degrees: a sign that points elsewhere altogether counts as so far off
+LEAST_OF_EDGE = 8  # vertices: fewer lie in a plane by chance
+FLAT, LEVEL_DEGREES = 0.02, 3.0  # of an edge's size, from its plane; between its normal and up: a cut that was meant
 TILTED_DEGREES = 5.0  # more than an artist leaves by chance, less than a head that was turned
 
 
@@ -138,11 +144,21 @@ def straightened(raw: RawRig, shape: Shape, up: str | None = None, facing: str |
     return Straight(_noted(turned, told), Q, *given, doubted=not pose.sure)
 
 
-def lifted(raw: RawRig, frame: Frame) -> tuple[RawRig, Float[np.ndarray, "3 3"]] | None:
-    """The rig upright, with a note, and the rotation that was made; None where its head neither bows nor looks up."""
+@dataclasses.dataclass(frozen=True, eq=False)
+class Lifted:
+    """A rig upright, with a note, and the rotation Q that was made; `doubted`: it may bow, and was left as it is."""
+
+    raw: RawRig
+    Q: Float[np.ndarray, "3 3"]
+    doubted: bool = False
+
+
+def lifted(raw: RawRig, frame: Frame) -> Lifted:
+    """The rig with its head upright; itself where its head neither bows nor looks up, or may not."""
+    same = Lifted(raw, np.eye(3))
     eyes, mouth = frame.points.eyes, frame.points.mouth
     if not (eyes.sure and mouth.sure) or eyes.places is None or mouth.places is None:
-        return None
+        return same
     R = axes_matrix(frame.up, frame.facing)
     line = eyes.places.mean(axis=0) - mouth.places[0]
     ways = [vote for vote in frame.votes if not vote.line]
@@ -151,15 +167,32 @@ def lifted(raw: RawRig, frame: Frame) -> tuple[RawRig, Float[np.ndarray, "3 3"]]
     by_line = np.degrees(np.arctan2(line[2], line[1])) - BY_LINE
     apart = abs(np.degrees(np.arctan2(U[2] * F[2] + U[1] * F[1], U[1] * F[2] - U[2] * F[1])))
     if min(abs(by_signs), abs(by_line)) < NODS or by_signs * by_line < 0 or apart > ONE_PITCH:
-        return None
+        return same
     nod = (by_signs + by_line) / 2
-    told = (
-        f"the head is tipped by about {abs(nod):.0f} degrees from the axes of its file: it was put upright, "
-        f"to about {PITCH_DEGREES:.0f}"
-    )
     c, t = np.cos(np.radians(nod)), np.sin(np.radians(nod))
-    Q = R.T @ np.array([[1, 0, 0], [0, c, t], [0, -t, c]]) @ R
-    return _noted(dataclasses.replace(rotated(raw, Q), up=None, facing=None), told), Q
+    raised = np.array([[1, 0, 0], [0, c, t], [0, -t, c]]) @ R
+    sure, level = pitch_is_sure(ways, raised), neck_is_level(raw, R, mouth.places[0])
+    told = f"the head is tipped by about {abs(nod):.0f} degrees from the axes of its file"
+    if not sure and level:
+        return same
+    if level or not sure:
+        why = "its neck is cut level" if level else "its signs do not agree on how far"
+        told = told.replace("is tipped", "may be tipped") + f"; {why}, so it was left as it is"
+        return Lifted(_noted(raw, told), np.eye(3), doubted=True)
+    told += f": it was put upright, to about {PITCH_DEGREES:.0f}"
+    Q = R.T @ raised
+    return Lifted(_noted(dataclasses.replace(rotated(raw, Q), up=None, facing=None), told), Q)
+
+
+def neck_is_level(raw: RawRig, R: Float[np.ndarray, "3 3"], mouth: Float[np.ndarray, " 3"]) -> bool:
+    """Whether the longest open edge below the mouth lies in a plane across up; R turns the file into our axes, in which
+    the mouth is."""
+    loops = (raw.neutral[loop] @ R.T for loop in border_loops(raw.triangles))
+    neck = next((loop for loop in loops if len(loop) >= LEAST_OF_EDGE and loop[:, 1].max() < mouth[1]), None)
+    if neck is None:
+        return False
+    _, spread, axes = np.linalg.svd(neck - neck.mean(axis=0), full_matrices=False)
+    return bool(spread[2] < FLAT * spread[0] and abs(axes[2, 1]) > np.cos(np.radians(LEVEL_DEGREES)))
 
 
 def _noted(raw: RawRig, told: str) -> RawRig:

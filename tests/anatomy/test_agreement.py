@@ -3,13 +3,16 @@
 from dataclasses import replace
 
 import msgspec
+import numpy as np
 import pytest
 
 from capture_plan.anatomy import agreement
 from capture_plan.anatomy.agreement import agreed_meanings, name_doubts
 from capture_plan.anatomy.meaning import arkit_by_motion
 from capture_plan.audit.audit import audit_rig
+from capture_plan.face.of_rig import rig_channels
 from capture_plan.face.reading import face_reading
+from capture_plan.mesh import vertex_areas
 from capture_plan.rig.understood import Eyes
 
 
@@ -70,3 +73,25 @@ def test_what_a_house_name_does_is_told_in_arkits_words_only_where_the_motion_ag
         "mouthSmileLeft",
     ]
     assert arkit_by_motion(renamed(rig, mouthSmileLeft="Fcl_EYE_Close_L"), "Fcl_EYE_Close_L") is None
+
+
+def test_a_few_large_triangles_do_not_say_where_an_eye_moves(rig):
+    """Four vertices of a neck that a blink drags along, with more area than two lids have."""
+    deltas = rig.deltas.copy()
+    mouth = face_reading(rig).mouth.at[1]
+    area = vertex_areas(rig.neutral, rig.triangles) * (rig.neutral[:, 1] < mouth - 60)
+    blink = rig.names.index("eyeBlinkLeft")
+    stray = area.argsort()[-4:]
+    neutral = rig.neutral.copy()
+    neutral[stray] += [0, 0, -60]
+    deltas[blink, stray] = [0, -12, 0]
+    assert name_doubts(replace(rig, neutral=neutral, deltas=deltas)) == ()
+
+
+def test_a_brow_that_rises_at_one_end_is_not_said_to_move_down(rig):
+    deltas, row = rig.deltas.copy(), {name: k for k, name in enumerate(rig.names)}
+    inner = np.where(np.abs(rig.neutral[:, :1]) < 8, 3.0, 0) * deltas[row["browInnerUp"]]
+    deltas[row["browInnerUp"]] = inner - 2.4 * (deltas[row["browOuterUpLeft"]] + deltas[row["browOuterUpRight"]])
+    tilted = renamed(replace(rig, deltas=deltas), browInnerUp="eye_brow_up")
+    assert rig_channels(tilted).direction[row["browInnerUp"], 1] < -0.4
+    assert name_doubts(tilted) == ()

@@ -149,4 +149,43 @@ def test_eyes_that_turn_under_lids_that_close_are_told_no_look():
                    deltas=np.concatenate([SAMPLE.deltas, SAMPLE.deltas[rows].sum(axis=0)[None]]))  # fmt: skip
     assert arkit_by_motion(shut, "eye_close") is None
     assert "turn" not in sentence(shut, ("eye_close",)).lower()
-    assert arkit_by_motion(replace(shut, names=(*SAMPLE.names, "shape_9")), "shape_9") == "eyeLookDownRight"
+    assert arkit_by_motion(replace(shut, names=(*SAMPLE.names, "shape_9")), "shape_9") is None  # one turns, both close
+
+
+def rocking(rig, shape, which, degrees=6.0):
+    """The rig with its blendshape `shape` turning the balls `which` about their middles, to the side."""
+    deltas, k = rig.deltas.copy(), rig.names.index(shape)
+    for ball in which:
+        r = rig.neutral[ball] - rig.neutral[ball].mean(axis=0)
+        deltas[k, ball] = np.cross(np.radians([0, degrees, 0]), r)
+    return replace(rig, deltas=deltas)
+
+
+def both_lids_closing():
+    """The sample whose first blendshape closes both eyes and has a name that says nothing."""
+    rig = with_only(TRUTH)
+    blinks = rig.deltas[[rig.names.index(name) for name in ("eyeBlinkLeft", "eyeBlinkRight")]].sum(axis=0)
+    return replace(rig, names=("eye_V", *rig.names), deltas=np.concatenate([blinks[None], rig.deltas]))
+
+
+def test_one_ball_that_rocks_while_both_lids_close_is_no_look():
+    rig = both_lids_closing()
+    balls = eyeballs(rig)[:2]
+    assert "eye_V" not in gazes(rocking(rig, "eye_V", balls[:1]))
+    assert gazes(rocking(rig, "eye_V", balls))["eye_V"].eye == 0
+    assert gazes(rocking(rig, "eyeBlinkLeft", [min(balls, key=lambda one: -rig.neutral[one, 0].mean())]))[
+        "eyeBlinkLeft"
+    ].eye == 1  # fmt: skip
+
+
+@pytest.mark.parametrize(("shrunk", "away"), [(1.0, 60.0), (0.1, 0.0)])
+def test_a_bead_and_a_speck_are_no_eyeballs(shrunk, away):
+    rig = both_lids_closing()
+    neutral = rig.neutral.copy()
+    balls = eyeballs(rig)[:2]
+    for ball in balls:
+        middle = neutral[ball].mean(axis=0)
+        neutral[ball] = middle + shrunk * (neutral[ball] - middle) + [0, away, 0]
+    deltas = rig.deltas * ~np.any(balls, axis=0)[:, None]
+    moved = rocking(replace(rig, neutral=neutral, deltas=deltas), "eye_V", balls)
+    assert "eye_V" not in gazes(moved)

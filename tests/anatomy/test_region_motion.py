@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from capture_plan.anatomy.region_motion import clearly_moved, moved_together
+from capture_plan.anatomy.region_motion import clearly_moved, moved_together, with_the_chin
 from capture_plan.anatomy.regions import REGIONS, face_regions
 from capture_plan.reader.read import rig_from_raw
 from capture_plan.sample import sample_rig
@@ -89,3 +89,42 @@ def test_without_names_the_lines_decide_alone():
     rig = sample_rig()
     unnamed = replace(rig, names=tuple(f"shape_{k}" for k in range(len(rig.names))))
     assert clearly_moved(unnamed) == {}
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_what_goes_down_with_the_chin_is_no_neck(named):
+    rig = sample_rig()
+    rig = rig if named else replace(rig, names=tuple(f"shape_{k}" for k in range(len(rig.names))))
+    regions = face_regions(rig)
+    jaw = rig.displacement[sample_rig().names.index("jawOpen")]
+    chin, neck = ((regions.of_vertex == REGIONS.index(name)) & rig.skin for name in ("chin", "neck"))
+    near = neck & (np.linalg.norm(rig.neutral - regions.anchors.chin, axis=1) < 30)
+    assert (jaw[near] < 0.7 * np.median(jaw[chin])).all()
+    assert np.median(jaw[neck]) < 0.1 * np.median(jaw[chin])
+
+
+def test_a_head_that_bows_makes_no_chin_of_its_neck():
+    rig = sample_rig()
+    without = [k for k, name in enumerate(rig.names) if "jaw" not in name]
+    nods = np.broadcast_to(np.array([0, -20.0, 0], dtype=np.float32), rig.neutral.shape)
+    nodding = replace(
+        rig,
+        names=(*(rig.names[k] for k in without), "nod"),
+        deltas=np.concatenate([rig.deltas[without], nods[None]]).astype(np.float32),
+    )
+    chin = face_regions(rig).of_vertex == REGIONS.index("chin")
+    assert not with_the_chin(nodding, chin, face_regions(rig).anchors)[~chin].any()
+
+
+@pytest.mark.parametrize("narrow", [1.0, 0.6, 0.3])
+def test_mouth_corners_are_the_ends_of_the_lips_however_narrow_the_mouth(narrow):
+    def squeeze(v):
+        x, y, _ = v.T
+        near = np.exp(-(((y - 661) / 40) ** 4))
+        inner, outer = np.abs(x) <= 30, np.clip((60 - np.abs(x)) / 30, 0, 1)
+        return v - np.stack([(1 - narrow) * near * np.where(inner, x, np.sign(x) * 30 * outer), 0 * x, 0 * x], axis=1)
+
+    rig = as_rig(bend(sample_head(), squeeze))
+    regions = face_regions(rig)
+    corner = (regions.of_vertex == REGIONS.index("mouth corner")) & rig.skin
+    assert 0.2 < corner[regions.anchors.lips].mean() < 0.6

@@ -159,3 +159,42 @@ def test_exchanged_sides_are_told():
     words = [one.words for one in disagreements(rig)]
     assert "mouthSmileLeft is called left and moves the subject's right" in words
     assert len(words) == 2
+
+
+def off_by(rig, name):
+    (found,) = [image for image in symmetry_report(rig).blendshapes if image.blendshape == name]
+    assert found.partner is not None
+    return found.percent
+
+
+def with_vertices(rig, places, deltas, *, skin):
+    """The rig with vertices added that hang on no triangle of another piece."""
+    count = len(places)
+    triangles = len(rig.neutral) + np.arange(count // 3 * 3).reshape(-1, 3)
+    return replace(
+        rig,
+        neutral=np.concatenate([rig.neutral, places]),
+        triangles=np.concatenate([rig.triangles, triangles]),
+        deltas=np.concatenate([rig.deltas, deltas.astype(np.float32)], axis=1),
+        skin=np.concatenate([rig.skin, np.full(count, skin)]),
+        parts=np.concatenate([rig.parts, np.zeros(count, dtype=rig.parts.dtype)]),
+        source_index=np.arange(len(rig.neutral) + count),
+    )
+
+
+def test_a_highlight_on_one_side_has_no_mirror_image_and_is_no_fault_of_a_blink():
+    rig = sample_rig()
+    eye = rig.neutral[rig.displacement[rig.names.index("eyeBlinkLeft")].argmax()]
+    places = np.random.default_rng(0).normal(eye + np.array([0, -4, 4]), 0.5, (60, 3))
+    lit = with_vertices(rig, places, np.zeros((len(rig.names), 60, 3)), skin=False)
+    before = off_by(rig, "eyeBlinkLeft"), off_by(rig, "eyeBlinkRight")
+    assert (off_by(lit, "eyeBlinkLeft"), off_by(lit, "eyeBlinkRight")) == pytest.approx(before, abs=0.1)
+
+
+def test_of_two_vertices_in_one_place_the_one_that_moves_alike_is_the_mirror_image():
+    """A brow drawn onto the skin: its vertices lie on those of the face, and rest when the face moves."""
+    rig = sample_rig()
+    lid = np.flatnonzero(rig.skin & (rig.displacement[rig.names.index("eyeBlinkLeft")] > 2))[:30]
+    rim = np.concatenate([lid, mirror_map(rig.neutral)[lid]])
+    drawn = with_vertices(rig, rig.neutral[rim], np.zeros((len(rig.names), len(rim), 3)), skin=True)
+    assert off_by(drawn, "eyeBlinkLeft") < off_by(rig, "eyeBlinkLeft") + 0.5

@@ -38,7 +38,7 @@ def test_every_zone_is_found_on_the_sample_and_lies_on_skin(rig, zones):
         ("wet lip", {"upper lip", "lower lip", "mouth corner"}),
         ("nostril rim", {"nose", "upper lip"}),
         ("hairline", {"scalp", "forehead", "temple", "ear", "neck"}),
-        ("helmet strap", {"temple", "cheek", "jaw", "neck", "scalp", "forehead"}),
+        ("helmet strap", {"temple", "cheek", "jaw", "chin", "neck", "scalp", "forehead"}),
     ],
 )
 def test_a_zone_lies_in_its_regions(regions, zones, name, inside):

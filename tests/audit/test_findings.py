@@ -10,6 +10,7 @@ from capture_plan.anatomy.delta_relations import motionless
 from capture_plan.audit.audit import audit_rig
 from capture_plan.audit.report import audit_text, verdict
 from capture_plan.face.flying import flying
+from capture_plan.face.sense import side_senses
 from capture_plan.formats.raw import RawRig
 from capture_plan.reader.read import rig_from_raw
 from capture_plan.sample import sample_rig
@@ -95,6 +96,32 @@ def test_exchanged_sides_go_back_to_the_rigger(rig):
     assert finding.urgency == "rigger"
     assert "2 of 6 sided blendshapes move the other side" in finding.message
     assert verdict(found).startswith("Yes")
+
+
+def test_a_name_map_of_the_user_silences_names_that_say_another_side(rig):
+    exchanged = renamed(rig, {"browDownLeft": "browDownRight", "browDownRight": "browDownLeft"})
+    mapped = replace(exchanged, meanings=(("browDownLeft", "browDownRight"), ("browDownRight", "browDownLeft")))
+    found = audit_rig(mapped)
+    assert of_kind(found, "name") == []
+    assert found.reading.sides.disagree == ()
+    assert "disagree" not in audit_text(found)
+
+
+def test_what_moves_the_other_side_alone_is_counted_with_its_likes(rig):
+    """One half of a pair is gone: the finding and the answer about sides tell of the same blendshapes."""
+    some = replace(rig, names=rig.names[1:], deltas=rig.deltas[1:])
+    found = audit_rig(renamed(some, {"browDownRight": "browDownLeft"}))
+    (told,) = [finding for finding in of_kind(found, "name") if "move the other side" in finding.message]
+    assert told.blendshapes == found.reading.sides.disagree == ("browDownLeft",)
+    assert "1 of 5 sided" in told.message
+
+
+def test_where_as_many_names_err_as_agree_the_verdict_asks_to_look_first(rig):
+    told = [name for name in NAMES if not name.startswith("jaw")]
+    two = replace(rig, names=tuple(told[:4]), deltas=np.stack([delta(rig, name) for name in told[:4]]))
+    crossed = renamed(two, {"browDownLeft": "browDownRight", "browDownRight": "browDownLeft"})
+    assert not all(sense.holds for sense in side_senses(crossed))
+    assert not verdict(audit_rig(crossed)).startswith("Yes")
 
 
 def test_exchanged_partners_are_told(rig):

@@ -48,6 +48,17 @@ def test_a_sentence_that_leaves_the_jaw_out_is_caught(rig):
         assert f"39 mm ({jaw})" in (largest_unsaid(rig, changed(shot, sentence=said), packing.drivers) or "")
 
 
+def test_a_phrase_for_one_eye_does_not_say_what_moves_both():
+    deltas = RIG.deltas.copy()
+    deltas[NAMES.index("eyeBlinkLeft")] += deltas[NAMES.index("eyeBlinkRight")]
+    both = replace(RIG, deltas=deltas)
+    (shot,) = [one for one in packed(RIG).expressions if "eyeBlinkLeft" in one.blendshapes]
+    one = changed(shot, blendshapes=("eyeBlinkLeft",), sentence="Wink: close your left eye.")
+    assert largest_unsaid(RIG, changed(one, sentence=sentence(RIG, ("eyeBlinkLeft",))), ()) is None
+    text = sentence(both, ("eyeBlinkLeft",))
+    assert "eyeBlinkLeft" in (largest_unsaid(both, changed(one, sentence=text), ()) or "")
+
+
 def test_the_sum_at_one_place_is_the_largest_movement_and_other_millimetres_are_not():
     deltas = NAMELESS.deltas.copy()
     deltas[0] = -0.4 * deltas[3]

@@ -17,13 +17,13 @@ from capture_plan.expressions.early import (
     PRICE,
     SURELY,
     Model,
+    _neighbours,
     can_be_lowered,
     chains,
     early,
     in_best_order,
     in_places,
     moves,
-    neighbours,
 )
 from capture_plan.expressions.instance import FREE, Instance
 from capture_plan.expressions.pack import pack
@@ -113,7 +113,7 @@ def test_a_list_can_be_lowered_where_a_single_move_does_and_not_where_a_search_e
     model, lists = small(seed)
     for parts in lists[:4]:
         own = replace(model, to_beat=tuple(model.left([model.ordered(parts)])))
-        near = [other for a, b in combinations(range(3), 2) for other in neighbours(own, parts, a, b)]
+        near = [other for a, b in combinations(range(3), 2) for other in _neighbours(own, parts, a, b)]
         lower = any(own.value(other) < own.value(parts) - SURELY for other in near)
         assert can_be_lowered(model, parts) == lower
     if lists:

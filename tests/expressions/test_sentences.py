@@ -8,7 +8,7 @@ import pytest
 
 from capture_plan.expressions.compatibility import base_name
 from capture_plan.expressions.groups import grouped, said_as_one
-from capture_plan.expressions.movement import Movement, _one_place, movements
+from capture_plan.expressions.movement import _Movement, _one_place, movements
 from capture_plan.expressions.pack import pack
 from capture_plan.expressions.sentences import from_rest, mistakes, movements_in_words, phrases, sentence, spoken
 from capture_plan.expressions.settings import PackingSettings
@@ -232,5 +232,16 @@ def test_lips_that_part_while_no_jaw_goes_down_are_told():
 def test_movements_are_seen_at_one_place_where_region_and_side_are_shared_or_a_lip_goes_against_the_jaw(
     one, other, same
 ):
-    a, b = (Movement(region, side, (way,), 5.0) for region, side, way in (one, other))
+    a, b = (_Movement(region, side, (way,), 5.0) for region, side, way in (one, other))
     assert _one_place(a, b) == _one_place(b, a) == same
+
+
+def test_lips_that_part_are_told_without_a_jaw_that_has_a_name():
+    parts = {"mouthUpperUpLeft": 1.5, "mouthUpperUpRight": 1.5, "mouthLowerDownLeft": 1.5, "mouthLowerDownRight": 1.5}
+    parted = mixed(**parts)
+    rows = [k for k, name in enumerate(parted.names) if not name.startswith("jaw")]
+    nameless = replace(
+        parted, names=tuple("shape" if k == rows[-1] else f"t{k}" for k in rows), deltas=parted.deltas[rows]
+    )
+    for rig in (parted, nameless):
+        assert any(words.startswith("your lips apart by ") for words in movements(rig, ("shape",)))

@@ -84,7 +84,9 @@ def test_signs_are_told_for_and_against():
 
 def test_a_unit_that_a_sign_would_fit_is_told_as_a_unit_and_not_as_a_distance(read):
     signs = (Sign("the format", "1000 mm", 4.5), Sign("the distance between the pupils", "304.8 mm", -2.0))
-    told = next(one for one in answers(replace(read, unit=replace(read.unit, signs=signs))) if one.label == "Unit")
+    told = next(
+        one for one in answers(replace(read, unit=replace(read.unit, mm=304.8, signs=signs))) if one.label == "Unit"
+    )
     assert signs_words(told.signs) == (
         "rests on: the format; against it: the distance between the pupils would fit 1 unit = 304.8 mm"
     )

@@ -11,11 +11,17 @@ from capture_plan.anatomy.symmetry import symmetry_report
 from capture_plan.audit.audit import audit_rig
 from capture_plan.audit.report import audit_text, verdict
 from capture_plan.audit.sides import misnamed
+from capture_plan.face.anchors import face_anchors, looks_elsewhere
 from capture_plan.face.axes import AXES, axes_matrix
 from capture_plan.face.facts import reading_facts
+from capture_plan.face.of_rig import rig_channels
 from capture_plan.face.reading import face_reading
 from capture_plan.face.sense import contradicted, pose_senses, side_senses
 from capture_plan.face.sense_size import likely_unit, size_sense
+from capture_plan.face.unit import human_apart
+from capture_plan.face.votes import names_agree
+from capture_plan.face.words import answers
+from capture_plan.rig.understood import Sign
 from capture_plan.sample import sample_rig
 
 NAMES = ("browInnerUp", "browDownLeft", "browDownRight", "eyeBlinkLeft", "eyeBlinkRight", "jawOpen", "mouthSmileLeft")
@@ -114,6 +120,29 @@ def test_a_unit_that_the_file_states_is_a_reason(rig):
     assert "the file itself states its unit" in size_sense(giant).found
 
 
+def test_a_unit_that_the_file_states_stops_no_shoot_that_its_check_lets_pass(rig):
+    giant = change(rig, neutral=rig.neutral * 1.4, deltas=rig.deltas * 1.4, unit_mm=10.0, unit_found="format")
+    assert size_sense(giant).holds
+    (size,) = [finding for finding in audit_rig(giant).findings if finding.kind == "size"]
+    assert size.urgency == "know"
+    (asked,) = [one for one in audit_rig(change(giant, unit_found="detected")).findings if one.kind == "size"]
+    assert asked.urgency == "stop"
+
+
+def test_pupils_are_judged_as_they_are_told():
+    assert human_apart(80.04)
+    assert not human_apart(80.06)
+    assert human_apart(49.96)
+
+
+def test_a_unit_is_hinted_only_where_a_person_would_have_the_size(rig):
+    read = reading_facts(rig)
+    for says, told in (("10 mm", "another unit"), ("1.2 mm", "1 unit = 1.2 mm")):
+        doubted = replace(read, unit=replace(read.unit, mm=1.0, signs=(Sign("the size of the mesh", says, -1.0),)))
+        (unit,) = [one for one in answers(doubted) if one.label == "Unit"]
+        assert [sign.name for sign in unit.signs] == [f"the size of the mesh would fit {told}"]
+
+
 def test_a_unit_that_failed_is_not_the_better_one():
     assert likely_unit(10.0, 45.0) == pytest.approx(14, abs=0.1)
     assert likely_unit(1000.0, 157.0) == pytest.approx(401, abs=1)  # feet would make the pupils 48 mm
@@ -151,3 +180,26 @@ def test_no_eyes_no_question_about_them(rig, monkeypatch):
     nothing = replace(face_reading(rig), eyes=replace(face_reading(rig).eyes, left=None, right=None))
     monkeypatch.setattr("capture_plan.face.sense.face_reading", lambda rig: nothing)
     assert "the eyes lie above the mouth" not in [sense.what for sense in pose_senses(rig)]
+
+
+def test_the_jaw_is_asked_where_brows_are_called_by_the_other_side(rig):
+    """Names that contradict each other about sides say nothing against the jaw: what is called so moves most, too."""
+    exchanged = {"browDownLeft": "browDownRight", "browDownRight": "browDownLeft"}
+    crossed = change(rig, names=tuple(exchanged.get(name, name) for name in rig.names))
+    assert not names_agree(rig_channels(crossed))
+    what = "the jaw opens downwards"
+    assert [sense.holds for sense in pose_senses(crossed) if sense.what == what] == [True]
+    unnamed = change(crossed, names=tuple("t" if name == "jawOpen" else name for name in crossed.names))
+    assert what not in [sense.what for sense in pose_senses(unnamed)]
+    mapped = change(unnamed, meanings=(("t", "jawOpen"),))
+    assert [sense.holds for sense in pose_senses(mapped) if sense.what == what] == [True]
+
+
+@pytest.mark.parametrize(("off", "against"), [(0.0, 0), (0.05, 0), (0.2, 1)])
+def test_eyes_that_lie_beside_what_looks_turn_are_doubted(off, against):
+    head = sample_rig()
+    anchors = face_anchors(head)
+    eyes = np.stack([anchors.eye_left, anchors.eye_right]) + np.array([0, off * anchors.pupils, 0])
+    assert len(looks_elsewhere(head, eyes, anchors.midline)) == against
+    blind = change(head, deltas=head.deltas * head.skin[:, None])
+    assert looks_elsewhere(blind, eyes, anchors.midline) == ()

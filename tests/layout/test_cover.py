@@ -159,7 +159,7 @@ def test_a_proof_by_reduced_costs_is_about_all_sites_though_few_are_tried(seed, 
     rng = np.random.default_rng(seed)
     near = apart([rng.choice(40, 8, replace=False) for _ in range(8)], s=40)
     price = np.rint(cost / RESOLUTION).astype(int)
-    program = Program(covers, price, np.ones(12, dtype=int), near.balls, near.table, ())
+    program = IntegerProgram(covers, price, np.ones(12, dtype=int), near.balls, near.table, ())
     monkeypatch.setattr("capture_plan.layout.cover.FIRST_SITES", 10)
     monkeypatch.setattr("capture_plan.layout.cover.FIRST_SHARE", 0)
     whole, found = branch(program), best(program)

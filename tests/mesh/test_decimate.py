@@ -7,7 +7,7 @@ from scipy.spatial import KDTree
 
 from capture_plan.errors import RigError
 from capture_plan.mesh import boundary_vertices, pieces, triangle_areas
-from capture_plan.mesh.decimate import Surface, decimate
+from capture_plan.mesh.decimate import _Surface, decimate
 from capture_plan.mesh.geometry import triangle_cross
 from capture_plan.sample import sample_rig
 
@@ -51,7 +51,7 @@ def test_a_flat_sheet_loses_triangles_for_nothing():
 def test_a_collapse_costs_the_squared_distances_from_the_planes_around_both_ends_then_the_squared_length():
     x, triangles = sheet(7)
     x = x * [1, 2, 0] + np.random.default_rng(0).normal(0, 0.3, x.shape)
-    surface, cross = Surface(x, triangles), triangle_cross(x, triangles)
+    surface, cross = _Surface(x, triangles), triangle_cross(x, triangles)
     area = np.linalg.norm(cross, axis=1) / 2
     for u, v in ((16, 17), (17, 16), (24, 32), (30, 23)):  # inside: no border planes
         off = np.einsum("fx,fx->f", x[v] - x[triangles[:, 0]], cross / (2 * area[:, None]))

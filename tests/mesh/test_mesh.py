@@ -19,7 +19,7 @@ from capture_plan.mesh import (
     vertex_areas,
     vertex_normals,
 )
-from capture_plan.mesh.geodesic import crossings
+from capture_plan.mesh.geodesic import _crossings
 
 
 @pytest.fixture(scope="module")
@@ -111,7 +111,7 @@ def test_the_way_over_an_edge_is_straight_where_the_unfolded_triangles_are_conve
     flat, folded = folded_pair(seed)
     (ax, _), (bx, _), (cx, cy), (dx, dy) = flat[:, :2]
     meets = cx + (dx - cx) * cy / (cy - dy)  # where the line from c to d meets that of the edge
-    pairs, lengths = crossings(folded, np.array([[0, 1, 2], [1, 0, 3]]))
+    pairs, lengths = _crossings(folded, np.array([[0, 1, 2], [1, 0, 3]]))
     if ax < meets < bx:
         assert set(pairs.ravel().tolist()) == {2, 3}
         assert lengths == pytest.approx([np.hypot(cx - dx, cy - dy)])

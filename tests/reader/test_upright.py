@@ -12,9 +12,18 @@ from scipy.spatial.transform import Rotation
 from capture_plan.face.axes import Vote, axes_matrix, vector
 from capture_plan.face.frame import find_frame, head_shape
 from capture_plan.face.reading import face_reading
+from capture_plan.face.shape import border_loops
 from capture_plan.formats.raw import RawRig
 from capture_plan.reader.read import read_rig, rig_from_raw
-from capture_plan.reader.upright import PITCH_DEGREES, lifted, pitch_is_sure, rotated, straightened, upright
+from capture_plan.reader.upright import (
+    PITCH_DEGREES,
+    lifted,
+    neck_is_level,
+    pitch_is_sure,
+    rotated,
+    straightened,
+    upright,
+)
 from capture_plan.sample import sample_rig
 from tests.face.test_face_decoys import raw_of
 from tests.face_heads import bend, sample_head
@@ -195,7 +204,40 @@ def test_a_head_is_lifted_only_where_what_goes_up_and_what_looks_forward_tell_on
     votes = tuple(tilted(vote, {"up": 40.0, "facing": forward}.get(vote.role, 0.0)) for vote in frame.votes)
     eyes = dataclasses.replace(frame.points.eyes, places=frame.points.eyes.places + np.array([0, 0, 45.0]))
     tipped = dataclasses.replace(frame, votes=votes, points=dataclasses.replace(frame.points, eyes=eyes))
-    assert (lifted(raw, tipped) is not None) == (forward == 40.0)
+    assert (lifted(raw, tipped).raw is not raw) == (forward == 40.0)
+
+
+def tipped_frame(raw, *, scatter=0.0):
+    """A frame whose signs and eyes tell a head that looks up by 40 degrees, each sign twice: so much more and less."""
+    frame = find_frame(raw, unit_mm=1.0, up=None, facing=None)
+    votes = tuple(tilted(vote, 40.0 + off) for vote in frame.votes for off in (scatter, -scatter))
+    eyes = dataclasses.replace(frame.points.eyes, places=frame.points.eyes.places + np.array([0, 0, 45.0]))
+    return dataclasses.replace(frame, votes=votes, points=dataclasses.replace(frame.points, eyes=eyes))
+
+
+def test_a_head_is_lifted_only_by_signs_that_agree_on_how_far():
+    raw = raw_of(sample_head())
+    assert lifted(raw, tipped_frame(raw)).raw is not raw
+    left = lifted(raw, tipped_frame(raw, scatter=60.0))
+    assert left.doubted
+    assert np.array_equal(left.Q, np.eye(3))
+    assert "left as it is" in left.raw.note
+
+
+@pytest.mark.parametrize("aslant", [0.0, 20.0])
+def test_a_head_whose_neck_is_cut_level_stands_as_its_file_says(aslant):
+    raw = raw_of(sample_head())
+    frame = tipped_frame(raw)
+    mouth = frame.points.mouth.places[0]
+    edge = next(loop for loop in border_loops(raw.triangles) if raw.neutral[loop, 1].max() < mouth[1])
+    neutral = raw.neutral.copy()
+    neutral[edge, 1] = neutral[edge, 1].min() + np.tan(np.radians(aslant)) * neutral[edge, 2]
+    cut = dataclasses.replace(raw, neutral=neutral)
+    assert neck_is_level(cut, np.eye(3), mouth) == (aslant == 0)
+    assert lifted(cut, frame).doubted == (aslant == 0)
+    assert np.array_equal(lifted(cut, frame).Q, np.eye(3)) == (aslant == 0)
+    scattered = tipped_frame(raw, scatter=60.0)
+    assert (lifted(cut, scattered).raw is cut) == (aslant == 0)
 
 
 def tilted(vote, degrees):

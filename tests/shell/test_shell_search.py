@@ -126,8 +126,8 @@ def test_rows_grow_finer_until_no_move_gains(seed):
 def test_where_markers_keep_a_spacing_none_has_a_better_place_left_also_close_to_its_own(mirrored):
     shell, mirror = symmetric_shell()
     near = near_table(surface_graph(shell.vertices, shell.triangles), shell.vertices, 50.0)
-    sites = Sites(~shell.fixed, near, mirror if mirrored else None)
-    search = Search([(shell, smooth_motion(shell, 20))], sites, (), 0.0)
+    sites = MarkerSites(~shell.fixed, near, mirror if mirrored else None)
+    search = MarkerSearch([(shell, smooth_motion(shell, 20))], sites, (), 0.0)
     search.grow(8)
     search.finish(joint=False)
     H = search.state.markers
