@@ -5,7 +5,7 @@ import pytest
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.evaluation.le2013.skinning import (
-    Sizes,
+    ShellSizes,
     coefficients,
     corrected_error,
     corrected_ratio,
@@ -24,11 +24,11 @@ from tests.solids import sphere
 
 # Le et al. 2013, Table 1 (simplified where there is a simplified mesh) and the ratios of Table 4 by number of markers
 MODELS = (
-    Sizes(23725, 46853, 384),
-    Sizes(25342, 49999, 361),
-    Sizes(25340, 49999, 77),
-    Sizes(25301, 50000, 226),
-    Sizes(25274, 49999, 321),
+    ShellSizes(23725, 46853, 384),
+    ShellSizes(25342, 49999, 361),
+    ShellSizes(25340, 49999, 77),
+    ShellSizes(25301, 50000, 226),
+    ShellSizes(25274, 49999, 321),
 )
 MARKERS = (40, 60, 80, 100)
 PRINTED = (
@@ -79,7 +79,7 @@ def test_a_correction_of_more_vectors_misses_less(take):
 
 def test_a_correction_of_no_vector_is_the_error_of_the_markers(take):
     shell, frames, markers = take
-    found = skinning(shell, motion_of(frames), markers, Sizes(len(shell.vertices), len(shell.triangles), 12))
+    found = skinning(shell, motion_of(frames), markers, ShellSizes(len(shell.vertices), len(shell.triangles), 12))
     assert corrected_error(shell, motion_of(frames), markers, 0) == pytest.approx(found.markers_mm)
     assert found.markers_mm == pytest.approx(motion_of(frames).rmse_mm(shell.weights(markers), markers))
     assert found.corrected_mm == pytest.approx(corrected_error(shell, motion_of(frames), markers, 3))
