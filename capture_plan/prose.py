@@ -9,5 +9,5 @@ def in_series(words: Sequence[str], last: str = "and") -> str:
 
 
 def count(number: int, what: str) -> str:
-    """'1 frame', '3,046 frames'."""
+    """A number with its noun: '1 frame', '3,046 frames'."""
     return f"{number:,} {what}{'' if number == 1 else 's'}"

@@ -62,8 +62,8 @@ def _unit_signs(read: ReadingFacts) -> tuple[Sign, ...]:
 
 def _unit_words(read: ReadingFacts, sign: Sign) -> str:
     """'1 unit = 25.4 mm', or another unit without its length where the pupils would then be no person's."""
-    pupils, mm = read.eyes.apart_mm, float(sign.says.removesuffix(" mm"))
-    fits = pupils is None or human_apart(pupils * mm / read.unit.mm)
+    pupils, length = read.eyes.apart_mm, sign.says.removesuffix(" mm")
+    fits = pupils is None or length == sign.says or human_apart(pupils * float(length) / read.unit.mm)
     return f"1 unit = {sign.says}" if fits else "another unit"
 
 

@@ -9,7 +9,7 @@ from capture_plan.expressions.settings import PackingSettings
 from capture_plan.reader.read_cache import ROOMS, everything_of
 from capture_plan.rig import Rig
 
-COLLIDING = (*ROOMS, "transfer", "anatomy", "sequence", "expressions")
+COLLIDING = (*ROOMS, "curves", "transfer", "anatomy", "sequence", "expressions")
 ENTRIES = 64  # a few kilobytes each
 
 

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from capture_plan.evaluation.le2013.published_algorithm import optimise_as_published, paper_move_seconds
-from capture_plan.shell import Shell, motion_of, optimise
+from capture_plan.shell import MarkerProblem, Shell, motion_of, optimise
 from capture_plan.shell.boundary import find_boundary
 from capture_plan.shell.motion import TAIL_MM
 from capture_plan.shell.search import MarkerSearch
@@ -43,7 +43,7 @@ def layout(vertices, triangles, X, count=COUNT):
     """The whole way."""
     boundary = find_boundary(vertices, triangles, np.linalg.norm(X, axis=2).max(axis=0))
     shell, motion = Shell(vertices, triangles, boundary.fixed), motion_of(X)
-    return shell, motion, boundary, optimise(shell, motion, count, candidates=boundary.moving)
+    return shell, motion, boundary, optimise(MarkerProblem([(shell, motion)], boundary.moving), count)
 
 
 def greedy_seconds(shell, motion, boundary, count=COUNT):

@@ -82,8 +82,8 @@ def stages(tmp_path_factory):
     port, folder, place = free_port(), str(notebooks_folder()), tmp_path_factory.mktemp("stages")
     rig = sample_rig()
     kept, triangles = decimate(rig.neutral, rig.triangles, len(rig.triangles) // 2)
-    arrays = {"faces": triangles, "names": np.array(rig.names[::2]), "units": "mm"}
-    np.savez(place / "coarse.npz", vertices=rig.neutral[kept], deltas=rig.deltas[::2, kept], **arrays)
+    arrays = {"faces": triangles, "names": np.array(rig.names[1::2]), "units": "mm"}
+    np.savez(place / "coarse.npz", vertices=rig.neutral[kept], deltas=rig.deltas[1::2, kept], **arrays)
     command = [sys.executable, "-m", "marimo", "run", folder, "--headless", "--no-sandbox", "--port", str(port)]
     with served([*command, "--", "--rig", str(place / "coarse.npz")], port, place) as address:
         yield address
