@@ -32,5 +32,6 @@ def explained(words: Iterable[str]) -> list[tuple[str, str]]:
     Raises:
         KeyError: the glossary has no such word.
     """
-    terms = glossary()
-    return [(word, f"{terms[word].says}{f' Unit: {terms[word].unit}.' if terms[word].unit else ''}") for word in words]
+    terms = {word: glossary()[word] for word in words}
+    measured = {"": "", "0 to 1": " From 0 to 1."}
+    return [(word, one.says + measured.get(one.unit, f" Unit: {one.unit}.")) for word, one in terms.items()]

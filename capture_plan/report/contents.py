@@ -36,7 +36,8 @@ ROLE_TEXT = {
     "head": "Holds the head's own motion: the face hardly moves here",
 }
 WORDS = (  # of the glossary that stand on the page
-    *("blendshape", "landmark", "marker", "head marker", "expression", "importance", "epsilon", "mu", "noise"),
+    *("blendshape", "landmark", "marker", "head marker", "expression", "importance", "relative displacement"),
+    *("epsilon", "mu", "noise"),
     *("rank", "condition", "predicted error", "upper estimate", "bound", "certificate", "fallback"),
 )
 SIDES = {"left": "on the left", "right": "on the right", "middle": "on the midline"}
