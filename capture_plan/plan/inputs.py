@@ -54,6 +54,14 @@ class PlanInputs:
     rules: Rules | None = None
     zones: Mapping[str, Bool[np.ndarray, " v"]] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        v = len(self.rig.neutral)
+        shapes = {f"the zone '{name}'": (mask.shape, (v,)) for name, mask in self.zones.items()}
+        shapes |= {} if self.target is None else {"the actor's neutral": (self.target.shape, (v, 3))}
+        for what, (found, expected) in shapes.items():
+            if found != expected:
+                raise PlanError(f"{what} has the shape {found}, expected {expected}: give it on the rig's own vertices")
+
 
 def read_inputs(
     rig: Rig, settings: Settings, folder: Path | str = Path(), *, names: str | None = None, takes: bool = True

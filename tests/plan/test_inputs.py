@@ -125,6 +125,19 @@ def test_settings_that_name_what_was_not_given_are_refused_with_what_to_do(rig, 
         make_plan(rig, settings)
 
 
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        ({"target": np.zeros((3, 3))}, r"the actor's neutral has the shape \(3, 3\), expected \(4939, 3\)"),
+        ({"zones": {"scar": np.ones(7, dtype=bool)}}, r"the zone 'scar' has the shape \(7,\), expected \(4939,\)"),
+    ],
+    ids=["target", "zone"],
+)
+def test_an_array_of_another_mesh_is_refused_with_both_shapes(rig, wrong, says):
+    with pytest.raises(PlanError, match=says):
+        PlanInputs(rig, **wrong)
+
+
 def test_a_preset_of_cameras_needs_no_file(rig):
     (camera,) = inputs_for(rig, Settings(cameras="frontal")).cameras
     (same,) = cameras_for("frontal", rig.neutral, rig.skin)
