@@ -34,9 +34,8 @@ BROW_X = 0.95
 LID = 0.45  # u from an eye's middle
 FOREHEAD_Y = 1.4
 ALONG, STILL = 0.6, 0.3  # of the chin's own way: more than skin half way to a neck that rests
-MOST = (
-    0.25  # of the largest motion goes a chin: with its bone 0.76 to 0.97, with drawn mouths 0.27 to 0.31, funnels 0.2
-)
+# Of the largest motion a chin goes so much: with its bone 0.76 to 0.97, with drawn mouths 0.27 to 0.31, funnels 0.2.
+MOST = 0.25
 DOWN = 0.25  # of the chin's way: jaws that open 0.3 to 0.7, jaws pushed forward 0.14
 CHIN_X = 0.42  # u from the midline
 UNDER = 0.5  # u below the chin

@@ -25,8 +25,7 @@ def wrongly_exported(rig: Rig) -> list[Finding]:
 
 def slipped(rig: Rig, used: tuple[str, ...]) -> list[Finding]:
     """A finding on blendshapes that carry the whole head along: every marker would seem to move with each of them."""
-    at = [rig.names.index(name) for name in used]
-    far = dict(zip(used, slips(rig.neutral, rig.deltas[at]).tolist(), strict=True))
+    far = dict(zip(used, slips(rig.neutral, rig.deltas[rig.rows(used)]).tolist(), strict=True))
     names = tuple(name for name in used if far[name])
     if not names:
         return []

@@ -101,7 +101,7 @@ def run_cells(path: Path) -> list[Cell]:
 
 def code_of(cell: ast.FunctionDef, source: str) -> str:
     """What a person wrote in a cell: its body without marimo's `return`; nothing where the cell hides its code."""
-    called = next(one for one in cell.decorator_list)
+    called = cell.decorator_list[0]
     if isinstance(called, ast.Call) and any(word.arg == "hide_code" for word in called.keywords):
         return ""
     lines = source.splitlines()[cell.body[0].lineno - 1 : cell.body[-1].lineno - 1]

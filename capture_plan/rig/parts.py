@@ -42,9 +42,8 @@ PART_WORDS: tuple[tuple[PartKind, str], ...] = (
     ("body", r"body"),
 )
 NOT_SKIN: frozenset[PartKind] = frozenset(PART_KINDS) - {"skin", "body", "other"}
-WORN: frozenset[PartKind] = frozenset(
-    {"glasses", "clear", "lash", "hair", "clothes"}
-)  # on skin, and does not hide it from make-up
+# On skin, and does not hide it from make-up.
+WORN: frozenset[PartKind] = frozenset({"glasses", "clear", "lash", "hair", "clothes"})
 DRAWN: frozenset[PartKind] = frozenset({"brow", "eye line"})  # on skin
 
 
