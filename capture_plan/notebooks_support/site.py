@@ -25,12 +25,12 @@ from capture_plan.output import write_whole
 from capture_plan.progress import track
 
 LESSONS = (
-    "first_plan",
-    "which_method",
-    "reading_the_numbers",
-    "where_we_differ",
-    "three_papers",
-    "cheat_sheet",
+    "lesson_1_first_plan",
+    "lesson_2_which_method",
+    "lesson_3_reading_the_numbers",
+    "lesson_4_where_we_differ",
+    "lesson_5_three_papers",
+    "lesson_6_cheat_sheet",
 )
 WRITES = ("index.html", "reference.html", *(f"{name}.html" for name in LESSONS))
 COLOURS = HtmlFormatter(style="default", nowrap=False)

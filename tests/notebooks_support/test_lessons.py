@@ -44,7 +44,7 @@ def test_every_lesson_is_on_the_site_in_the_order_of_its_number():
 
 
 def test_the_first_lesson_ends_with_printed_pages(short_plan):
-    pictures = run("learn/first_plan", plan=short_plan)["pictures"]
+    pictures = run("learn/lesson_1_first_plan", plan=short_plan)["pictures"]
     assert all(page.startswith(b"\x89PNG") for page in pictures.values())
     assert any("mirror" in title for title in pictures)
     assert sum(title.startswith("E") for title in pictures) >= 2
@@ -52,12 +52,12 @@ def test_the_first_lesson_ends_with_printed_pages(short_plan):
 
 def test_every_paper_is_reproduced_in_ten_lines(small):
     """Each cell that computes has at most ten lines, and shows what the paper shows."""
-    tree = ast.parse((LEARN / "three_papers.py").read_text())
+    tree = ast.parse((LEARN / "lesson_5_three_papers.py").read_text())
     cells = {cell.name: cell for cell in tree.body if isinstance(cell, ast.FunctionDef)}
     for name in ("landmarks_against_epsilon", "error_of_each_method", "expressions_against_mu"):
         body = cells[name].body
         assert body[-1].lineno - body[0].lineno <= 10
-    defined = run("learn/three_papers", **small)
+    defined = run("learn/lesson_5_three_papers", **small)
     fewest = [row.fewest for row in defined["rows"]]
     assert fewest == sorted(fewest)
     assert all(row.proven_optimal for row in defined["rows"])
@@ -69,21 +69,21 @@ def test_every_paper_is_reproduced_in_ten_lines(small):
 
 
 def test_each_method_is_shown_with_what_it_gives(small):
-    defined = run("learn/which_method", used=small["face"].used, **small)
+    defined = run("learn/lesson_2_which_method", used=small["face"].used, **small)
     counts = {name: len(layout.landmarks) for name, layout in defined["designed"].items()}
     assert counts["cover"] == min(counts.values())
     assert defined["packed"]["minimum"].objective == min(one.objective for one in defined["packed"].values())
 
 
 def test_the_numbers_of_the_third_lesson_are_those_of_the_default_noise():
-    defined = run("learn/reading_the_numbers")
+    defined = run("learn/lesson_3_reading_the_numbers")
     assert defined["worth"].noise_mm == 0.2
     assert defined["worth"].landmarks == 34
     assert all(one.low_mm < one.error_mm < one.high_mm for one in defined["expected"])
 
 
 def test_the_paper_s_sum_takes_more_landmarks_than_counting_them_first(small):
-    found = run("learn/where_we_differ", **small)["found"]
+    found = run("learn/lesson_4_where_we_differ", **small)["found"]
     assert len(found["lexicographic"].landmarks) < len(found["paper"].landmarks)
 
 
@@ -118,10 +118,10 @@ class Links(html.parser.HTMLParser):
 
 def test_the_site_asks_nothing_of_a_network_and_its_links_lead_somewhere(tmp_path, monkeypatch):
     """One lesson stands for all, which other tests run."""
-    monkeypatch.setattr(site, "LESSONS", ("cheat_sheet",))
-    monkeypatch.setattr(site, "WRITES", ("index.html", "reference.html", "cheat_sheet.html"))
+    monkeypatch.setattr(site, "LESSONS", ("lesson_6_cheat_sheet",))
+    monkeypatch.setattr(site, "WRITES", ("index.html", "reference.html", "lesson_6_cheat_sheet.html"))
     pages = site.write_site(notebooks_folder(), tmp_path)
-    assert [page.name for page in pages] == ["index.html", "reference.html", "cheat_sheet.html"]
+    assert [page.name for page in pages] == ["index.html", "reference.html", "lesson_6_cheat_sheet.html"]
     for page in pages:
         text = page.read_text()
         found = Links()
@@ -132,9 +132,9 @@ def test_the_site_asks_nothing_of_a_network_and_its_links_lead_somewhere(tmp_pat
 
 
 def test_code_that_a_lesson_hides_is_hidden_and_knobs_are_named():
-    cells = site.run_cells(LEARN / "cheat_sheet.py")
+    cells = site.run_cells(LEARN / "lesson_6_cheat_sheet.py")
     assert [cell.code for cell in cells] == [""] * len(cells)
-    tree = ast.parse(source := (LEARN / "reading_the_numbers.py").read_text())
+    tree = ast.parse(source := (LEARN / "lesson_3_reading_the_numbers.py").read_text())
     knobs = next(cell for cell in tree.body if isinstance(cell, ast.FunctionDef) and cell.name == "knobs")
     assert site.code_of(knobs, source).startswith("noise = mo.ui.slider(0.1")
     assert "return" not in site.code_of(knobs, source)

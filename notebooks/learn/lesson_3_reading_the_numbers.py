@@ -68,7 +68,7 @@ def figures(expected, worth):
             (
                 "Upper estimate",
                 f"{worth.error_mm:.3f} mm",
-                "Mean error of the skin where weights may have any size. It grows in proportion to the noise.",
+                "Mean error of the skin where weights may have any size. It grows with the noise.",
             ),
             *(
                 (
