@@ -96,6 +96,8 @@ def test_a_plan_says_what_was_given_in_python_and_holds_with_it(rig, hand, tmp_p
     assert [claim.what for claim in check_plan(again, given) if not claim.holds] == []
     with pytest.raises(PlanError, match="cameras given in Python, which no file has"):
         read_inputs(rig, again.settings, tmp_path)
+    with pytest.raises(PlanError, match="takes given in Python"):
+        read_inputs(rig, Settings(sequences=again.settings.sequences), tmp_path)
     with pytest.raises(PlanError, match="name cameras"):
         check_plan(again, rig)
 
