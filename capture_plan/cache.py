@@ -1,4 +1,4 @@
-"""What can be computed again, kept on disk under a name made from everything it depends on.
+"""What can be computed again, cached on disk under a name made from everything it depends on.
 
 Key      SHA-256 over the bytes of whatever went in: text, bytes, and arrays with their type and shape
 File     <user cache>/capture-plan/<shelf>/<key>.npz, the user cache being $XDG_CACHE_HOME where that is set
@@ -130,6 +130,6 @@ def _store(path: Path, answer: Arrays, entries: int) -> None:
     with whole_file(path, durable=False) as file:
         np.savez(file, allow_pickle=False, **answer, **{SEAL: np.array(_seal(path.stem, answer))})
     entries_there = [entry for entry in path.parent.glob("*.npz") if NAMED.fullmatch(entry.stem)]
-    kept = sorted(entries_there, key=lambda entry: entry.stat().st_mtime_ns, reverse=True)
-    for entry in kept[entries:]:
+    retained = sorted(entries_there, key=lambda entry: entry.stat().st_mtime_ns, reverse=True)
+    for entry in retained[entries:]:
         entry.unlink(missing_ok=True)

@@ -151,7 +151,7 @@ def audit(
     names: Names = None,
 ) -> None:
     """Say and show how a rig was understood, what is wrong with it, and what a plan will leave out and why."""
-    from capture_plan.audit.kept import audit_once
+    from capture_plan.audit.audit_cache import audit_once
     from capture_plan.audit.report import audit_text, can_be_planned
     from capture_plan.output import refuse_place
 
@@ -166,9 +166,9 @@ def audit(
         print(text, end="")
     else:
         say([text.removesuffix("\n")])
-    told = f"{rig}{options_again(unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)}"
-    look = [f"capture-plan audit {told} -o audit.png shows how it was understood"] if output is None else []
-    plan = [f"capture-plan plan {told}"] if can_be_planned(report) else []
+    message = f"{rig}{options_again(unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)}"
+    look = [f"capture-plan audit {message} -o audit.png shows how it was understood"] if output is None else []
+    plan = [f"capture-plan plan {message}"] if can_be_planned(report) else []
     if not json and (look or plan):
         say([f"Next: {'; then '.join(look + plan)}."])
 
@@ -334,7 +334,7 @@ def plan(
         refuse_to_replace(output, found, rig, settled)
     reference = refer_to(found, rig, output, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
     heard: list[str] = []
-    with listen(lambda lines: say(kept(lines, heard))):
+    with listen(lambda lines: say(noted(lines, heard))):
         made = make_plan(read_inputs(found, settled, output.parent, names=names), settled, reference=reference)
     said = replace_whole(output, plan_bytes(made))
     say([*unheard(summary(made), heard), *said])
@@ -631,7 +631,7 @@ def compare(
     """Hold our layouts of RIG against those of others: what comes back of a performance under noise."""
     import msgspec
 
-    from capture_plan.audit.kept import audit_once
+    from capture_plan.audit.audit_cache import audit_once
     from capture_plan.evaluation.compare import BUDGETS, compare_layouts
     from capture_plan.evaluation.compare_report import comparison_text
     from capture_plan.evaluation.user_layouts import read_layouts, take_weights
@@ -697,7 +697,7 @@ def motion(
     sequence = open_take(take, found, names) if take else sample_motion()
     people = people_of(subject, take) if subject else made_up(found) if rig == "sample" else None
     text = motion_text(evaluate_all(found, sequence, counts=markers or (), people=people))
-    say(unheard(text.split("\n"), sequence.told() if take else ()))
+    say(unheard(text.split("\n"), sequence.messages() if take else ()))
 
 
 @app.command()
@@ -804,8 +804,8 @@ def json_text(record: object) -> str:
 
 def options_again(**given: float | str | None) -> str:
     """What a person gave of how to read a rig, as the next command has to say it again."""
-    told = {name: value if isinstance(value, str) else f"{value:g}" for name, value in given.items() if value}
-    return "".join(f" --{name.replace('_', '-')} {shlex.quote(value)}" for name, value in told.items())
+    message = {name: value if isinstance(value, str) else f"{value:g}" for name, value in given.items() if value}
+    return "".join(f" --{name.replace('_', '-')} {shlex.quote(value)}" for name, value in message.items())
 
 
 def write_audit(report: "Audit", rig: "Rig", path: Path, text: str) -> None:
@@ -918,7 +918,7 @@ def say(lines: Iterable[str]) -> None:
             print("\n".join(map(printable, line.split("\n"))), file=sys.stderr)
 
 
-def kept(lines: Iterable[str], heard: list[str]) -> list[str]:
+def noted(lines: Iterable[str], heard: list[str]) -> list[str]:
     """Lines as they are, remembered in `heard`."""
     said = list(lines)
     heard += said
@@ -927,8 +927,8 @@ def kept(lines: Iterable[str], heard: list[str]) -> list[str]:
 
 def unheard(lines: Iterable[str], heard: Iterable[str]) -> list[str]:
     """Lines without the notes that were said while the take was read."""
-    told = " ".join(" ".join(heard).split())
-    notes = [note.strip() for note in told.split("note: ")[1:]]
+    message = " ".join(" ".join(heard).split())
+    notes = [note.strip() for note in message.split("note: ")[1:]]
     return [
         line for line in lines if not (line.lower().startswith("note: ") and any(said(line, note) for note in notes))
     ]

@@ -96,7 +96,7 @@ def about_models():
 def models(face, knobs, rig, sitter):
     with parts.working():
         shown = [(sitter, face)] + [
-            (figures.sit(other), see_face(other, audit_rig(other).used)) for other in parts.rigs_beside(rig)[1:]
+            (figures.sit(other), see_face(other, audit_rig(other).used)) for other in parts.neighbouring_rigs(rig)[1:]
         ]
         covered = [(one, of_rig, single_cover(of_rig, parts.cover_settings(knobs))) for one, of_rig in shown]
     parts.figure_view(figures.models(covered), "One layout for each rig, at the epsilon above.", name="models")

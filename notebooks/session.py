@@ -127,9 +127,9 @@ def landmark_knobs(takes):
 @app.cell
 def designed(face, landmarks, packing, takes):
     with parts.working():
-        wished = parts.landmark_settings(landmarks, face, takes, packing.poses)
-        layout = design_layout(face, wished, takes=takes, poses=packing.poses)
-    return layout, wished
+        layout_settings = parts.landmark_settings(landmarks, face, takes, packing.poses)
+        layout = design_layout(face, layout_settings, takes=takes, poses=packing.poses)
+    return layout, layout_settings
 
 
 @app.cell
@@ -188,8 +188,8 @@ def about_the_head():
 
 
 @app.cell
-def planned(cameras, expressions, layout, packing, report, rig, wished):
-    settings = parts.session_settings(wished, expressions, cameras, sequences=parts.given_takes())
+def planned(cameras, expressions, layout, packing, report, rig, layout_settings):
+    settings = parts.session_settings(layout_settings, expressions, cameras, sequences=parts.given_takes())
     plan = assemble_plan(rig, settings, report, layout, packing, reference=parts.rig_reference(rig))
     return (plan,)
 

@@ -11,7 +11,7 @@ with app.setup:
     from capture_plan.audit.audit import audit_rig
     from capture_plan.evaluation.le2013 import claims as paper_claims
     from capture_plan.evaluation.le2013 import report as page
-    from capture_plan.evaluation.le2013.evaluation_cache import kept_evaluation
+    from capture_plan.evaluation.le2013.evaluation_cache import cached_evaluation
     from capture_plan.layout.face import see_face
     from capture_plan.shell.take import face_take
 
@@ -66,7 +66,7 @@ def numbers_of_markers(knob):
 @app.cell
 def evaluated(counts, face, people, take):
     with parts.working():
-        found = kept_evaluation(take, face, counts, people)
+        found = cached_evaluation(take, face, counts, people)
     return (found,)
 
 

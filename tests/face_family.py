@@ -192,9 +192,9 @@ def judged(case: Case) -> tuple[dict[str, str], str]:
     except RigError as error:
         return dict.fromkeys(QUESTIONS, "wrong"), str(error)
     off = distances(rig, reading, case.truth)
-    told = f"up {reading.axes.up} facing {reading.axes.facing} unit {reading.unit.mm:.4g}"
-    told += f" eyes {off['eyes']:.0f} mm off, mouth {off['mouth']:.0f} mm off"
-    return judge(rig, reading, case.truth), told
+    message = f"up {reading.axes.up} facing {reading.axes.facing} unit {reading.unit.mm:.4g}"
+    message += f" eyes {off['eyes']:.0f} mm off, mouth {off['mouth']:.0f} mm off"
+    return judge(rig, reading, case.truth), message
 
 
 # ---------------------------------------------------------------- the command
@@ -216,11 +216,11 @@ def measure(count: int, *, plain: bool, seed: int = 0, workers: int = 2) -> bool
             some = [verdicts for chosen, verdicts, _ in results if chosen[factor] == value]
             name = "/".join(value) if isinstance(value, tuple) else value
             print(f"  {name:30}", *(_row([_of(v, q) for v in some]) for q in ("all four", *QUESTIONS)))
-    wrong = [(i, chosen, v, told) for i, (chosen, v, told) in enumerate(results) if "wrong" in v.values()]
+    wrong = [(i, chosen, v, message) for i, (chosen, v, message) in enumerate(results) if "wrong" in v.values()]
     print(f"{len(wrong)} wrong; one alone: python -m tests.face_family SEED:INDEX")
-    for i, chosen, verdicts, told in wrong:
+    for i, chosen, verdicts, message in wrong:
         what = ", ".join(question for question in QUESTIONS if verdicts[question] == "wrong")
-        print(f"  {seed}:{i} {in_words(chosen)}\n      WRONG {what}: {told}")
+        print(f"  {seed}:{i} {in_words(chosen)}\n      WRONG {what}: {message}")
     return not wrong
 
 

@@ -66,9 +66,9 @@ def visible_skin(head: Head) -> np.ndarray:
 
 
 # ---------------------------------------------------------------- operations
-def cut(head: Head, kept: np.ndarray) -> Head:
+def cut(head: Head, retained: np.ndarray) -> Head:
     """The triangles all of whose vertices are kept."""
-    triangles = head.triangles[kept[head.triangles].all(axis=1)]
+    triangles = head.triangles[retained[head.triangles].all(axis=1)]
     used = np.unique(triangles)
     return replace(
         head,

@@ -66,9 +66,9 @@ def bytes_of(data: bytes, rng: random.Random) -> bytes:
     if rng.random() < 0.2:
         return bytes(found[: rng.randrange(len(found) + 1)])
     for _ in range(rng.choice((1, 1, 2, 5, 30))):
-        reach = len(found) if rng.random() < 0.5 else min(len(found), 2000)
-        if reach:
-            at = rng.randrange(reach)
+        extent = len(found) if rng.random() < 0.5 else min(len(found), 2000)
+        if extent:
+            at = rng.randrange(extent)
             spark = rng.choice(SPARKS)
             found[at : at + (len(spark) or 1)] = bytes([rng.randrange(256)]) if rng.random() < 0.5 else spark
     return bytes(found)

@@ -29,10 +29,10 @@ def small() -> dict[str, Any]:
     """The skin of the bundled head in few vertices: arrays as an NPZ rig has them."""
     head = sample_head()
     head = cut(head, visible_skin(head) & (head.neutral[:, 1] > 630))
-    kept, triangles = decimate(head.neutral, head.triangles, 600)
+    retained, triangles = decimate(head.neutral, head.triangles, 600)
     rows = [head.names.index(name) for name in NAMES]
-    names, deltas = np.array(NAMES), head.deltas[rows][:, kept]
-    return {"vertices": head.neutral[kept], "faces": triangles, "deltas": deltas, "names": names, "units": "mm"}
+    names, deltas = np.array(NAMES), head.deltas[rows][:, retained]
+    return {"vertices": head.neutral[retained], "faces": triangles, "deltas": deltas, "names": names, "units": "mm"}
 
 
 @cache

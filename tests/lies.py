@@ -11,9 +11,9 @@ Document = dict[str, Any]
 OTHER = {"left": "right", "right": "left", "Left": "Right", "Right": "Left"}
 
 
-def worths(plan: Document) -> Iterator[Document]:
+def informations(plan: Document) -> Iterator[Document]:
     """What the layout and all that stand beside it are worth."""
-    yield from (plan["layout"]["worth"], *plan["layout"]["references"].values())
+    yield from (plan["layout"]["information"], *plan["layout"]["references"].values())
 
 
 def expected(plan: Document) -> Iterator[Document]:
@@ -43,8 +43,8 @@ def renamed(value: Any, names: dict[str, str]) -> Any:
 def without(value: Any, names: set[str]) -> Any:
     """The value without every entry of these names, and without pairs and records that are about them."""
     if isinstance(value, list):
-        kept = [one for one in value if not (isinstance(one, str) and one in names)]
-        return [without(one, names) for one in kept if not (isinstance(one, dict) and one.get("name") in names)]
+        retained = [one for one in value if not (isinstance(one, str) and one in names)]
+        return [without(one, names) for one in retained if not (isinstance(one, dict) and one.get("name") in names)]
     return {name: without(one, names) for name, one in value.items()} if isinstance(value, dict) else value
 
 
@@ -80,7 +80,7 @@ def forbidden_together(plan: Document) -> None:
 def all_errors_smaller(plan: Document) -> None:
     """A fifth less error: of the layout, its curve, its predictions and its bound."""
     layout = plan["layout"]
-    for record in (layout["worth"], *layout["predictions"], layout["error_bound"], layout):
+    for record in (layout["information"], *layout["predictions"], layout["error_bound"], layout):
         scaled(record, 0.8)
 
 
@@ -100,7 +100,7 @@ def rivals_elsewhere(plan: Document) -> None:
 
 def more_told_apart(plan: Document) -> None:
     """One mix more that the rig and every layout tell apart."""
-    for one in worths(plan):
+    for one in informations(plan):
         one["rank"], one["full_rank"] = one["rank"] + 1, one["full_rank"] + 1
     plan["audit"]["rank"] += 1
 
@@ -108,7 +108,7 @@ def more_told_apart(plan: Document) -> None:
 def quieter_markers(plan: Document) -> None:
     """Half the noise, at the same error."""
     plan["settings"]["landmarks"]["noise_mm"] /= 2
-    for one in (*worths(plan), *expected(plan)):
+    for one in (*informations(plan), *expected(plan)):
         one["noise_mm"] /= 2
 
 

@@ -46,10 +46,10 @@ FREE = {
     r"seal": "it is made anew",
     r"versions(\.\*)?": "a plan may have been made elsewhere, said to be unchecked",
     r"packing\.solver_bound": "the solver's word, said to be unchecked",
-    r"packing\.kept": "what a person did: the list that stood there before is not in the plan",
+    r"packing\.unmoved": "what a person did: the list that stood there before is not in the plan",
     r"layout\.programs(\.#\.bound)?": "under a budget the fewest landmarks are the solver's word, said to be unchecked",
     r"layout\.(error|target)_bound\..*": "a share of a thousandth, or at another vertex, proves the same",
-    r"settings\..*": "a wish that the plan keeps as well as the one it was made for",
+    r"settings\..*": "a constraint that the plan keeps as well as the one it was made for",
     r"rig\.(up|facing|unit_mm|skin)": "a correction to what was found anyway",
 }
 KINDS = ("default", "budget", "cameras", "edited", "motion of two people")
@@ -181,12 +181,12 @@ def answers_kept() -> Iterator[None]:
     with ExitStack() as patches:
         for room, name in slow:
             if not hasattr(function := getattr(room, name), "answers"):
-                patches.enter_context(patch.object(room, name, _kept(function)))
+                patches.enter_context(patch.object(room, name, _answered(function)))
         yield
 
 
 @cache
-def _kept(function: Any) -> Any:
+def _answered(function: Any) -> Any:
     answers: dict[tuple[Any, ...], Any] = {}
     alive = []  # so that no identity is given away twice
 
@@ -270,10 +270,10 @@ def main() -> None:
     with TemporaryDirectory() as folder, patch.dict(os.environ, XDG_CACHE_HOME=folder):  # what was planned once, too
         for name, path in plans(Path(folder)).items():
             for resealed in (False, True) if not asked or name in asked else ():
-                told(name, outcomes(path, int(count), int(seed), resealed=resealed), resealed=resealed)
+                message(name, outcomes(path, int(count), int(seed), resealed=resealed), resealed=resealed)
 
 
-def told(name: str, found: Counter[tuple[str, str]], *, resealed: bool) -> None:
+def message(name: str, found: Counter[tuple[str, str]], *, resealed: bool) -> None:
     """Print how often each verdict fell, and on which kinds of field a change was not caught."""
     total = Counter({said: 0 for said in ("caught", "refused", "same", "uncaught")})
     for (said, _), times in found.items():

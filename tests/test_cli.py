@@ -31,7 +31,7 @@ def test_a_plan_is_checked_and_data_go_to_standard_output(folder):
 
 def test_a_plan_that_lies_exits_with_one(folder):
     plan = json.loads((folder / "plan.json").read_text())
-    plan["layout"]["worth"]["rank"] = 12
+    plan["layout"]["information"]["rank"] = 12
     (folder / "lie.json").write_text(json.dumps(plan))
     checked = run("check", "lie.json", cwd=folder)
     assert checked.returncode == 1
@@ -69,9 +69,9 @@ def test_after_an_audit_a_plan_is_the_next_step_only_where_one_can_be_made(folde
         run("audit", "sample", cwd=folder).stderr
     )
     assert "Next: capture-plan plan sample." in run("audit", "sample", "-o", "a.txt", cwd=folder).stderr
-    told = run(*nothing_moves, cwd=folder).stderr
-    assert "Shoot with it?      No: " in told
-    assert "capture-plan plan" not in told
+    message = run(*nothing_moves, cwd=folder).stderr
+    assert "Shoot with it?      No: " in message
+    assert "capture-plan plan" not in message
     assert "Next: " not in run(*nothing_moves, "-o", "b.txt", cwd=folder).stderr
 
 

@@ -21,8 +21,8 @@ def test_every_export_is_there_and_says_what_it_is(name):
 def test_no_room_hides_an_export():
     code = "import capture_plan, capture_plan.cli\nimport capture_plan.audit.audit\n"
     code += "print(*(type(getattr(capture_plan, n)).__name__ for n in capture_plan.__all__))"
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert "module" not in told.split()
+    message = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert "module" not in message.split()
 
 
 def test_a_rig_that_is_not_there_is_a_rig_error(tmp_path):

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from capture_plan.audit.kept import AUDITING
+from capture_plan.audit.audit_cache import AUDITING
 from capture_plan.plan.collide import COLLIDING
 from capture_plan.reader.read_cache import ROOMS
 
@@ -139,7 +139,7 @@ def asked_by(*modules):
     ("rooms", "modules"),
     [
         (ROOMS, ["reader/read.py", "reader/read_cache.py"]),
-        (AUDITING, ["audit/audit.py", "audit/kept.py"]),
+        (AUDITING, ["audit/audit.py", "audit/audit_cache.py"]),
         (COLLIDING, ["expressions/collision.py", "expressions/compatibility.py"]),
     ],
 )

@@ -104,8 +104,8 @@ def _ways(rig: Rig) -> Float[np.ndarray, "k 2"]:
 
 def _against_place(rig: Rig, heights: Float[np.ndarray, "k 2"]) -> list[str | None]:
     """What speaks against each name by where it moves, and by the way of jaws and brows."""
-    told = zip(rig.names, movements_of(rig.names), heights, _ways(rig), strict=True)
-    return [movement and _against(name, movement, height, way) for name, movement, height, way in told]
+    message = zip(rig.names, movements_of(rig.names), heights, _ways(rig), strict=True)
+    return [movement and _against(name, movement, height, way) for name, movement, height, way in message]
 
 
 def _against_motion(rig: Rig, means: dict[str, Recognised | None]) -> list[str | None]:

@@ -121,8 +121,8 @@ def _moving_no_skin(
             message = f"{names[0]} moves {moved} by up to {at_most[0]}, the skin {skin_text}"
             advice = "Capture it without markers, from a close-up or a scan, if the character needs it."
         else:
-            told = ", ".join(f"{name} ({mm})" for name, mm in zip(names, at_most, strict=True))
-            message = f"{len(own)} blendshapes move {moved} and not the skin: {told}"
+            listing = ", ".join(f"{name} ({mm})" for name, mm in zip(names, at_most, strict=True))
+            message = f"{len(own)} blendshapes move {moved} and not the skin: {listing}"
             advice = "Capture them without markers, from a close-up or a scan, if the character needs them."
         findings.append(Finding("non-face", names, message, advice, True))
     return findings
@@ -135,8 +135,8 @@ def _too_weak(found: list[tuple[str, float]]) -> list[Finding]:
     message = f"{names[0]} moves the skin by {found[0][1]:.2g} mm at most, less than a marker can show ({NOISE_MM} mm)"
     advice = "Make it stronger, or check the unit of the rig if every blendshape is that small."
     if len(found) > 1:
-        told = ", ".join(f"{name} ({mm:.2g} mm)" for name, mm in found)
-        message = f"{len(found)} blendshapes move the skin by less than a marker can show ({NOISE_MM} mm): {told}"
+        listing = ", ".join(f"{name} ({mm:.2g} mm)" for name, mm in found)
+        message = f"{len(found)} blendshapes move the skin by less than a marker can show ({NOISE_MM} mm): {listing}"
         advice = "Make them stronger, or check the unit of the rig if every blendshape is that small."
     return [Finding("noise", names, message, advice, True, "rigger")]
 
@@ -145,11 +145,11 @@ def duplicates(names: tuple[str, ...], gram: Float[np.ndarray, "k k"]) -> list[F
     """Blendshapes that move every vertex the same way as an earlier one, as strongly or not; gram = D D^T."""
     length = np.sqrt(np.diag(gram))
     cosine = gram / np.outer(length, length)
-    findings, kept = [], []
+    findings, retained = [], []
     for k, name in enumerate(names):
-        first = next((i for i in kept if cosine[i, k] >= 1 - SAME), None)
+        first = next((i for i in retained if cosine[i, k] >= 1 - SAME), None)
         if first is None:
-            kept.append(k)
+            retained.append(k)
             continue
         strength = length[k] / length[first]
         times = "" if abs(strength - 1) < 0.01 else f", {strength:.2f} times as strong"
@@ -160,10 +160,10 @@ def duplicates(names: tuple[str, ...], gram: Float[np.ndarray, "k k"]) -> list[F
 
 
 def dependent(names: tuple[str, ...], gram: Float[np.ndarray, "k k"]) -> list[Finding]:
-    """Blendshapes of which two sums are one movement: their weights, never negative, cannot be told apart from a face.
+    """Blendshapes of which two sums are one movement: no face tells their weights, never negative, from each other.
 
     The part of d[k] that the earlier ones leave over has the squared length G[k, k] - G[k, m] G[m, m]^-1 G[m, k]. A
-    blendshape that only takes back what earlier ones do is told apart from them by its direction, and is no finding.
+    blendshape that only takes back what earlier ones do is distinguished from them by its direction, and is no finding.
     """
     length = np.sqrt(np.diag(gram))
     cosine = gram / np.outer(length, length)
@@ -189,13 +189,13 @@ def _same_movement(name: str, weights: dict[str, float]) -> str:
     takes = {other: -weight for other, weight in weights.items() if weight < 0}
     if not takes:
         return f"{name} is the sum {_sum(adds)}: its weight cannot be told from theirs"
-    return f"{_sum({name: 1.0} | takes)} is the same movement as {_sum(adds)}: their weights cannot be told apart"
+    return f"{_sum({name: 1.0} | takes)} is the same movement as {_sum(adds)}: their weights cannot be distinguished"
 
 
 def _sum(weights: dict[str, float]) -> str:
     """'0.50 smile + 1.00 squint', four at most."""
-    told = " + ".join(f"{weight:.2f} {name}" for name, weight in list(weights.items())[:4])
-    return told + (" + ..." if len(weights) > 4 else "")
+    message = " + ".join(f"{weight:.2f} {name}" for name, weight in list(weights.items())[:4])
+    return message + (" + ..." if len(weights) > 4 else "")
 
 
 def opposites(names: tuple[str, ...], gram: Float[np.ndarray, "k k"], sideways: Pairs) -> list[Finding]:
@@ -210,8 +210,8 @@ def opposites(names: tuple[str, ...], gram: Float[np.ndarray, "k k"], sideways: 
     ]
     if not pairs:
         return []
-    told = ", ".join(f"{a} and {b} ({100 * -c:.0f} %)" for c, a, b in sorted(pairs))
-    message = f"these move the same skin in opposite ways: {told}"
+    listing = ", ".join(f"{a} and {b} ({100 * -c:.0f} %)" for c, a, b in sorted(pairs))
+    message = f"these move the same skin in opposite ways: {listing}"
     advice = "They are shot in different expressions. Let no solver use negative weights, or one stands for the other."
     involved = tuple(dict.fromkeys(name for pair in sorted(pairs) for name in pair[1:]))
     return [Finding("opposite", involved, message, advice, False)]

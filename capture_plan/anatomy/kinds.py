@@ -15,7 +15,7 @@ from msgspec import Struct
 
 from capture_plan.anatomy.blendshape_pairs import blendshape_pairs
 from capture_plan.anatomy.delta_relations import SAME, STILL_MM
-from capture_plan.anatomy.motion_kinds import FACE_REACH, MotionKind, motion_kinds
+from capture_plan.anatomy.motion_kinds import FACE_EXTENT, MotionKind, motion_kinds
 from capture_plan.anatomy.whole_head import Sphere
 from capture_plan.face.flying import flying
 from capture_plan.face.misexported import misexported
@@ -87,8 +87,8 @@ def _kinds(rig: Rig) -> list[Kind]:
 
 def _called(rig: Rig) -> tuple[MotionKind | None, ...]:
     """What the names say of what moves, where they say it plainly."""
-    told = movements_of([dict(rig.meanings).get(name, name) for name in rig.names])
-    return tuple(SAYS.get(one.kind) if one is not None and one.confidence >= PLAINLY else None for one in told)
+    message = movements_of([dict(rig.meanings).get(name, name) for name in rig.names])
+    return tuple(SAYS.get(one.kind) if one is not None and one.confidence >= PLAINLY else None for one in message)
 
 
 def set_apart(kinds: tuple[Kind, ...]) -> tuple[Kind, ...]:
@@ -114,7 +114,7 @@ def face_sphere(rig: Rig) -> Sphere | None:
         return None
     eyes = np.array([left, right])
     pupils = float(np.linalg.norm(eyes[0] - eyes[1]))
-    return Sphere((eyes.mean(axis=0) + np.array(mouth)) / 2, FACE_REACH * pupils)
+    return Sphere((eyes.mean(axis=0) + np.array(mouth)) / 2, FACE_EXTENT * pupils)
 
 
 def _kind(rig: Rig, k: int, kind: MotionKind, said: MotionKind | None, share: Float[np.ndarray, " k"]) -> Kind:

@@ -99,8 +99,8 @@ def _confirmed(rig: Rig, name: str, said: str | None, gaze: Gaze | None, side: f
     if said.startswith(LOOK):
         return _turned(said) if turned else said
     moves = "Left" if side > 0 else "Right"
-    told = base_name(said) == said or said.endswith(moves) or abs(side) < ONE_SIDED
-    return said if told else _exchanged(said)
+    message = base_name(said) == said or said.endswith(moves) or abs(side) < ONE_SIDED
+    return said if message else _exchanged(said)
 
 
 def _look(gaze: Gaze) -> str:

@@ -23,7 +23,7 @@ MotionKind = Literal["moves nothing", "head movement", "not of the face", "calls
 KINDS: tuple[MotionKind, ...] = get_args(MotionKind)
 STILL = 1e-6  # of the largest extent: no file is finer
 INSIDE = 0.1  # of e within reach of the face: a breath that pulls at the neck has less
-FACE_REACH = 2.6  # pupil distances around the middle between eyes and mouth: brow, chin and ears, no chest
+FACE_EXTENT = 2.6  # pupil distances around the middle between eyes and mouth: brow, chin and ears, no chest
 
 
 class Motions(NamedTuple):

@@ -41,7 +41,7 @@ CHIN_X = 0.42  # u from the midline
 UNDER = 0.5  # u below the chin
 LIP_CORNER = 0.4  # u from the midline: corners of the mouths of four human heads 0.35 to 0.4
 NARROW = 0.32  # u: an opening narrower than that ends inside the lips
-BESIDE = 0.16  # u around the corner
+MARGIN = 0.16  # u around the corner
 
 
 class Places(NamedTuple):
@@ -124,10 +124,10 @@ def _places_of(neutral: Float[np.ndarray, "v 3"], anchors: Anchors) -> Places:
     half = float(np.abs(corners[:, 0] - anchors.midline).mean()) / u
     outwards, level = x - half, np.abs(neutral[:, 1] - corners[:, 1].mean()) / u
     depth = neutral[:, 2] > corners[:, 2].mean() - u / 2
-    reach = LIP_CORNER - half + BESIDE
+    extent = LIP_CORNER - half + MARGIN
     return Places(
         brow=front & (y > BROW_Y[0]) & (y < BROW_Y[1]) & (x < BROW_X),
         lid=to_eye < LID * u,
         forehead=front & (y > BROW_Y[0]) & (y < FOREHEAD_Y),
-        corner=depth & (half < NARROW) & (np.hypot(outwards / reach, level / BESIDE) < 1),
+        corner=depth & (half < NARROW) & (np.hypot(outwards / extent, level / MARGIN) < 1),
     )

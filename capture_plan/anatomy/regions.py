@@ -184,10 +184,10 @@ def _ring(
     edge = neutral[border] if len(border) else centres
     away = KDTree(edge).query(neutral[at])[0]
     centre = centres[KDTree(centres).query(neutral[at])[1]]
-    reach = 0.35 * np.linalg.norm(centres[0] - centres[1])
+    extent = 0.35 * np.linalg.norm(centres[0] - centres[1])
     offset = neutral[at] - centre
     above, below = (
-        at[(sign * offset[:, 1] > reach / 2) & (np.abs(offset) < reach * 2).all(axis=1)] for sign in (1, -1)
+        at[(sign * offset[:, 1] > extent / 2) & (np.abs(offset) < extent * 2).all(axis=1)] for sign in (1, -1)
     )
     if len(border) == 0 or len(above) == 0 or len(below) == 0:
         return away, offset[:, 1] > 0

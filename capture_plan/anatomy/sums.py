@@ -22,28 +22,28 @@ Halves = tuple[tuple[int, int], ...]
 
 
 def calls(
-    deltas: Float[np.ndarray, "k v 3"], among: Int[np.ndarray, " n"], halves: Halves = ()
+    deltas: Float[np.ndarray, "k v 3"], subset: Int[np.ndarray, " n"], halves: Halves = ()
 ) -> Float[np.ndarray, "k k"]:
-    """Weights of those blendshapes of `among` that are plain sums of others of it, a row each; 0 for the rest."""
+    """Weights of those blendshapes of `subset` that are plain sums of others of it, a row each; 0 for the rest."""
     shares = np.zeros((len(deltas), len(deltas)))
-    d = deltas[among].reshape(len(among), deltas[0].size).astype(float)
+    d = deltas[subset].reshape(len(subset), deltas[0].size).astype(float)
     moving = d.any(axis=1)
-    among, d = among[moving], d[moving]
+    subset, d = subset[moving], d[moving]
     gram = d @ d.T
     length = np.sqrt(np.diag(gram))
     cosine = gram / np.outer(length, length)
-    kept, found = np.ones(len(among), dtype=bool), []
+    retained, found = np.ones(len(subset), dtype=bool), []
     for k in sorted(_dependent(cosine).tolist(), key=lambda k: -length[k]):
-        kept[k] = False
-        w = sum_of(cosine, k, np.flatnonzero(kept)) * length[k] / length
+        retained[k] = False
+        w = sum_of(cosine, k, np.flatnonzero(retained)) * length[k] / length
         at = np.flatnonzero((w > PART) & (w * length > UNEXPLAINED * length[k]))  # what is shorter explains nothing
         shows = cosine[k, at] * length[k] / (w[at] * length[at])
-        parts = among[at].tolist()
+        parts = subset[at].tolist()
         plain = len(at) > 1 and w.max() <= FULL and shows.min() >= SHOWS and set(parts) not in [set(p) for p in halves]
-        kept[k] = not plain
+        retained[k] = not plain
         if plain:
-            shares[among[k], parts] = w[at]
-            found.append(int(among[k]))
+            shares[subset[k], parts] = w[at]
+            found.append(int(subset[k]))
     return _of_planned(shares, found)
 
 
@@ -68,15 +68,15 @@ def _dependent(cosine: Float[np.ndarray, "n n"]) -> Int[np.ndarray, " _"]:
     return np.flatnonzero(1 / inverse <= 2 * UNEXPLAINED**2)
 
 
-def sum_of(cosine: Float[np.ndarray, "n n"], k: int, kept: Int[np.ndarray, " m"]) -> Float[np.ndarray, " n"]:
-    """Weights, none negative, of the `kept` ones that give k, all of length 1; 0 where they do not."""
+def sum_of(cosine: Float[np.ndarray, "n n"], k: int, retained: Int[np.ndarray, " m"]) -> Float[np.ndarray, " n"]:
+    """Weights, none negative, of the `retained` ones that give k, all of length 1; 0 where they do not."""
     weights = np.zeros(len(cosine))
-    C, c = cosine[np.ix_(kept, kept)], cosine[kept, k]
+    C, c = cosine[np.ix_(retained, retained)], cosine[retained, k]
     # |d_k - D w|^2 = 1 - 2 c w + w C w with C = V L V^T: least squares in L^1/2 V^T w - L^-1/2 V^T c
     values, vectors = np.linalg.eigh(C)
     some = values > ROUNDING
     root = np.sqrt(values[some])
     w, _ = nnls(root[:, None] * vectors[:, some].T, vectors[:, some].T @ c / root)
     if 1 - 2 * c @ w + w @ C @ w <= UNEXPLAINED**2:
-        weights[kept] = w
+        weights[retained] = w
     return weights

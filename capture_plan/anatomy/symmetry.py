@@ -60,8 +60,8 @@ class SymmetryReport:
 
     def text(self) -> str:
         """The report as lines to read."""
-        told = [image for image in self.blendshapes if image.partner is not None]
-        off = sorted((image.percent for image in told), reverse=True)
+        messages = [image for image in self.blendshapes if image.partner is not None]
+        off = sorted((image.percent for image in messages), reverse=True)
         lines = [
             f"neutral: skin {self.neutral_median_mm:.2f} mm from its mirror image (median), 95 % within "
             f"{self.neutral_p95_mm:.2f} mm, at most {self.neutral_max_mm:.1f} mm; "
@@ -69,7 +69,7 @@ class SymmetryReport:
         ]
         if off:
             lines.append(f"blendshapes: {np.median(off):.0f} % off their mirror image (median), at most {off[0]:.0f} %")
-        for image in sorted(told, key=lambda image: -image.percent)[:5]:
+        for image in sorted(messages, key=lambda image: -image.percent)[:5]:
             whose = "its own" if image.partner == image.blendshape else f"{image.partner}'s"
             worst = f"{image.worst_percent:.0f} % at the worst vertex"
             lines.append(f"  {image.blendshape} is {image.percent:.0f} % off {whose} mirror image, {worst}")
@@ -125,9 +125,9 @@ def possible_partners(
     """Vertices that may be the mirror image of each vertex, and which of them are: the partner alone on a symmetric
     neutral with what lies in one place with it, else all of its kind within `p95` millimetres of the reflection."""
     if p95 <= LOPSIDED_MM:
-        away, beside = KDTree(rig.neutral).query(rig.neutral[partners], k=min(TWINS, len(partners)))
-        near = np.column_stack([partners, beside])
-        twin = (away <= TIE_MM) & (rig.skin[beside] == rig.skin[partners][:, None])
+        away, twins = KDTree(rig.neutral).query(rig.neutral[partners], k=min(TWINS, len(partners)))
+        near = np.column_stack([partners, twins])
+        twin = (away <= TIE_MM) & (rig.skin[twins] == rig.skin[partners][:, None])
         return near, np.column_stack([np.ones(len(near), dtype=bool), twin])
     near = np.repeat(partners[:, None], 1 + NEAREST, axis=1)
     allowed = np.zeros(near.shape, dtype=bool)
@@ -230,8 +230,8 @@ def pair_disagreements(rig: Rig, images: tuple[MirrorImage, ...]) -> tuple[Disag
 def _other_partner(image: MirrorImage, named: list[str]) -> str:
     """How the partner by name of a blendshape differs from the one by shape, in words."""
     name, other = image.blendshape, image.partner
-    told = f"{name} and {named[0]} are partners by name"
+    message = f"{name} and {named[0]} are partners by name"
     if other in named:
-        return f"{told}; they mirror each other, and are no halves of one movement by shape"
+        return f"{message}; they mirror each other, and are no halves of one movement by shape"
     shape = "none" if other is None else "its own" if other == name else other
-    return f"{told}; by shape the mirror image of {name} is {shape}"
+    return f"{message}; by shape the mirror image of {name} is {shape}"

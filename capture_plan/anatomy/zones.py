@@ -188,8 +188,8 @@ class Ground:
     def _is(self, region: str) -> Bool[np.ndarray, " v"]:
         return self.regions.of_vertex == self.regions.names.index(region)
 
-    def _near(self, points: Float[np.ndarray, "p 3"], reach: float) -> Bool[np.ndarray, " v"]:
-        return KDTree(points).query(self.rig.neutral)[0] <= reach
+    def _near(self, points: Float[np.ndarray, "p 3"], extent: float) -> Bool[np.ndarray, " v"]:
+        return KDTree(points).query(self.rig.neutral)[0] <= extent
 
     def _strap(self, margin_mm: float) -> Bool[np.ndarray, " v"]:
         """Skin near the line of a strap in the side view (z, y): over the temple, before the ear, under the chin."""

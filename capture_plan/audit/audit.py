@@ -66,7 +66,7 @@ class Symmetry(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Audit(Struct, frozen=True, forbid_unknown_fields=True):
-    """`used` are the blendshapes that are planned for, in the rig's order; `rank` of them can be told apart at all.
+    """`used` are the blendshapes that are planned for, in the rig's order; `rank` of them can be distinguished at all.
 
     `unit_mm`, `up` and `facing` are those of the artist's file, and `note` says how they were found and what else the
     reader had to say. `details` has every blendshape in the rig's order, `apart` those that are no expression of the

@@ -14,12 +14,12 @@ def wrongly_exported(rig: Rig) -> list[Finding]:
         if not found:
             continue
         names, several = tuple(one.name for one in found), len(found) > 1
-        told = "; ".join(f"{one.name} {one.why}" for one in found)
+        message = "; ".join(f"{one.name} {one.why}" for one in found)
         if several and all(one.why == words.one for one in found):
-            told = f"{len(found)} blendshapes {words.several}: {', '.join(names)}"
+            message = f"{len(found)} blendshapes {words.several}: {', '.join(names)}"
         change = words.change_several if several else words.change
         until = "they are not planned" if several else "it is not planned"
-        findings.append(Finding("export", names, told, f"{change} Until then {until}.", True, "stop"))
+        findings.append(Finding("export", names, message, f"{change} Until then {until}.", True, "stop"))
     return findings
 
 
@@ -29,9 +29,9 @@ def slipped(rig: Rig, used: tuple[str, ...]) -> list[Finding]:
     names = tuple(name for name in used if far[name])
     if not names:
         return []
-    told = ", ".join(f"{name} ({far[name]:.1f} mm)" for name in names)
+    listing = ", ".join(f"{name} ({far[name]:.1f} mm)" for name in names)
     several = len(names) > 1
-    message = f"the whole head goes along in {told}"
+    message = f"the whole head goes along in {listing}"
     change = "Lay these heads onto the neutral's" if several else "Lay this head onto the neutral's"
     until = f"{change}, by what the face does not move. Until then markers seem to move that do not."
     return [Finding("export", names, message, until, False, "stop")]

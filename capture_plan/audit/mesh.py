@@ -58,8 +58,8 @@ def sizes(rig: Rig, pupils_mm: float | None, used: tuple[str, ...], unit: float)
     largest = {name: rig.displacement[k, rig.skin].max() for k, name in enumerate(rig.names) if name in used}
     far = tuple(name for name, mm in largest.items() if mm > FAR * unit)
     if far:
-        told = ", ".join(f"{name} ({largest[name]:,.0f} mm)" for name in far)
-        message = f"further than a face can move: {told}"
+        listing = ", ".join(f"{name} ({largest[name]:,.0f} mm)" for name in far)
+        message = f"further than a face can move: {listing}"
         advice = "Export these again with weight 1 as offsets from the neutral. Expressions cannot be posed with them."
         found.append(Finding("size", far, message, advice, False, "stop"))
     return found
@@ -70,8 +70,8 @@ def flown(rig: Rig) -> list[Finding]:
     far = np.flatnonzero(flying(rig.neutral, rig.triangles, rig.deltas))
     if not len(far):
         return []
-    told = ", ".join(f"{rig.names[k]} ({rig.displacement[k].max():,.0f} mm)" for k in far)
-    message = f"a few vertices fly off, further than a face can move: {told}"
+    listing = ", ".join(f"{rig.names[k]} ({rig.displacement[k].max():,.0f} mm)" for k in far)
+    message = f"a few vertices fly off, further than a face can move: {listing}"
     advice = "Put these vertices back or clean the mesh, and export them again. Until then they are not planned."
     return [Finding("size", tuple(rig.names[k] for k in far), message, advice, True, "stop")]
 
@@ -165,9 +165,9 @@ def holes(rig: Rig, anchors: Anchors) -> list[Finding]:
     if not found:
         return []
     regions = face_regions(rig)
-    told = [f"{regions.label(int(h[0]))} ({np.ptp(rig.neutral[h], axis=0).max():.0f} mm)" for h in found]
-    more = f" and {len(told) - 6} more" if len(told) > 6 else ""
-    message = f"{len(told)} hole{'s' * (len(told) > 1)} in the skin: {', '.join(told[:6])}{more}"
+    messages = [f"{regions.label(int(h[0]))} ({np.ptp(rig.neutral[h], axis=0).max():.0f} mm)" for h in found]
+    more = f" and {len(messages) - 6} more" if len(messages) > 6 else ""
+    message = f"{len(messages)} hole{'s' * (len(messages) > 1)} in the skin: {', '.join(messages[:6])}{more}"
     advice = "Close them if they are not meant: distances between markers go round a hole, and what is in it shows."
     return [Finding("geometry", (), message, advice, False, "rigger")]
 
@@ -200,7 +200,7 @@ def untidy(rig: Rig) -> list[Finding]:
 
 
 def is_fine(rig: Rig) -> bool:
-    """Whether the skin has more vertices than there are places that can be told apart."""
+    """Whether the skin has more vertices than there are places that can be distinguished."""
     return int(rig.skin.sum()) > FINE
 
 

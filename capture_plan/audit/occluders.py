@@ -55,8 +55,8 @@ def covers(rig: Rig) -> list[Finding]:
         return []
     whole = area[seen.any(axis=1)].sum()
     share = float(area[hidden].sum() / whole)
-    told = ", ".join(f"{name} ({cm2:.1f} cm²)" for cm2, name in sorted(covered, reverse=True))
-    message = f"{100 * share:.2g} % of the skin that a camera in front sees lies behind {told}: "
+    listing = ", ".join(f"{name} ({cm2:.1f} cm²)" for cm2, name in sorted(covered, reverse=True))
+    message = f"{100 * share:.2g} % of the skin that a camera in front sees lies behind {listing}: "
     message += "markers stand there only where they are still seen past it"
     much = share > MUCH
     advice = "Export the head without what the actor does not wear." if much else "Nothing to do, unless it is needed."

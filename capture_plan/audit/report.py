@@ -55,8 +55,8 @@ def verdict(found: Audit) -> str:
         if len(wrong) == found.blendshapes:
             return "No: every blendshape was exported wrongly; see below what to change."
         return "No: no blendshape moves the face skin."
-    kept = planned_words(len(found.used), found.blendshapes)
-    return _not_yet(found, kept) or _yes(found, kept)
+    retained = planned_words(len(found.used), found.blendshapes)
+    return _not_yet(found, retained) or _yes(found, retained)
 
 
 def planned_words(used: int, k: int) -> str:
@@ -67,32 +67,32 @@ def planned_words(used: int, k: int) -> str:
     return f"{every.get(k, f'all {k} blendshapes are')} planned"
 
 
-def _not_yet(found: Audit, kept: str) -> str:
+def _not_yet(found: Audit, retained: str) -> str:
     """What has to be looked at before anything is shot; nothing where all is well."""
     stops = [finding for finding in found.findings if finding.urgency == "stop"]
     if any(finding.kind == "winding" for finding in stops):
-        return f"Not yet: {kept}, but the faces point inwards; reverse the normals first."
+        return f"Not yet: {retained}, but the faces point inwards; reverse the normals first."
     wrong = some([name for finding in stops for name in finding.blendshapes])
     unsure = unsure_words(found.reading) if found.reading else ""
     if wrong:
-        return f"Not yet: {kept}, but {wrong} cannot be right."
+        return f"Not yet: {retained}, but {wrong} cannot be right."
     if unsure and (not stops or unsure != "the unit is not certain"):
-        return f"Look at how it was understood first: {kept}, but {unsure}."
+        return f"Look at how it was understood first: {retained}, but {unsure}."
     if stops:
         pupils = found.interpupillary_mm
         apart = "" if pupils is None else f", with pupils {apart_words(pupils)}"
-        return f"Check the size first: {kept}{apart}."
+        return f"Check the size first: {retained}{apart}."
     return ""
 
 
-def _yes(found: Audit, kept: str) -> str:
+def _yes(found: Audit, retained: str) -> str:
     if found.blendshapes - len(found.used) > MIXED_UP * found.blendshapes:
-        return f"Look at what is left out first: {kept}."
+        return f"Look at what is left out first: {retained}."
     if len(found.used) < FEW:
-        return f"Yes, but they are few: {kept}. Characters mostly have 20 or more; ask the rigger for the others."
+        return f"Yes, but they are few: {retained}. Characters mostly have 20 or more; ask the rigger for the others."
     if found.rank < len(found.used):
-        return f"Yes, but only {found.rank} movements can be told apart: {kept}."
-    return f"Yes: {kept}{_left_out_words(found)}."
+        return f"Yes, but only {found.rank} movements can be distinguished: {retained}."
+    return f"Yes: {retained}{_left_out_words(found)}."
 
 
 def unsure_words(read: ReadingFacts) -> str:
@@ -159,7 +159,7 @@ def facts(found: Audit) -> list[tuple[str, str]]:
         ("Face skin", f"{found.skin_vertices:,} vertices ({100 * skin:.0f} %): markers may go there"),
         ("Size", f"1 unit of the file = {found.unit_mm:g} mm; pupils {pupils}"),
         ("Axes of the file", f"up {found.up}, facing {found.facing}"),
-        ("Told apart", f"{found.rank} of {len(found.used)} planned movements, by their shape on the skin"),
+        ("Distinguished", f"{found.rank} of {len(found.used)} planned movements, by their shape on the skin"),
         ("Names", names_words(found)),
     ]
     if found.symmetry:
@@ -172,12 +172,14 @@ def facts(found: Audit) -> list[tuple[str, str]]:
 def names_words(found: Audit) -> str:
     """How many names follow which standard, and which follow none."""
     count = Counter(one.standard for one in found.details if one.standard)
-    told = [f"{number} of {found.blendshapes} by {standard}" for standard, number in sorted(count.items())]
+    messages = [f"{number} of {found.blendshapes} by {standard}" for standard, number in sorted(count.items())]
     unknown = [one.name for one in found.details if not one.standard]
     if unknown:
-        own = f"{len(unknown)} by no known standard: {some(unknown, 12)}" if told else "none follows a known standard"
-        told.append(f"{own} (paired by shape; for recorded weights say in a --names file what they are)")
-    return "; ".join(told) if told else "none"
+        own = (
+            f"{len(unknown)} by no known standard: {some(unknown, 12)}" if messages else "none follows a known standard"
+        )
+        messages.append(f"{own} (paired by shape; for recorded weights say in a --names file what they are)")
+    return "; ".join(messages) if messages else "none"
 
 
 def symmetry_words(found: Audit) -> str:
@@ -261,10 +263,10 @@ def asked_words(asked: Sequence[Finding]) -> str:
     if not asked:
         return "Nothing: the rigger has nothing to change."
     count = Counter(finding.kind for finding in asked)
-    told = ", ".join(
+    message = ", ".join(
         noun + (f" ({count[kind]})" if count[kind] > 1 else "") for kind, noun in NOUNS.items() if count[kind]
     )
-    return f"{len(asked)} thing{'s' * (len(asked) > 1)} to change, listed below: {told}."
+    return f"{len(asked)} thing{'s' * (len(asked) > 1)} to change, listed below: {message}."
 
 
 def _left_out_words(found: Audit) -> str:

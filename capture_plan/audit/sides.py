@@ -47,16 +47,16 @@ def overlaps(rig: Rig, used: tuple[str, ...]) -> list[Finding]:
     """Left and right halves that move the same skin around the midline (Carrigan et al. 2020 allow it in a pair)."""
     lengths = {name: rig.displacement[k, rig.skin] for k, name in enumerate(rig.names) if name in used}
     active = {name: length >= ACTIVE * length.max() for name, length in lengths.items()}
-    told, involved = [], []
+    messages, involved = [], []
     for left, right in blendshape_pairs(rig):
         if {left, right} <= set(used):
             both = (active[left] & active[right]).sum() / min(active[left].sum(), active[right].sum())
             if both > SHARED:
-                told.append(f"{left} and {right} ({100 * both:.0f} %)")
+                messages.append(f"{left} and {right} ({100 * both:.0f} %)")
                 involved += [left, right]
-    if not told:
+    if not messages:
         return []
-    message = f"these halves share much of the skin that they move, as a part of the smaller: {', '.join(told)}"
+    message = f"these halves share much of the skin that they move, as a part of the smaller: {', '.join(messages)}"
     advice = "In an expression that shows both, the scan holds their sum. Shoot them one at a time too, if both matter."
     return [Finding("overlap", tuple(involved), message, advice, False)]
 
@@ -83,9 +83,9 @@ def misnamed(rig: Rig, symmetry: SymmetryReport) -> list[Finding]:
         findings.append(_to_exchange(rig, names, message, advice))
     findings += _turned(rig)
     if others:
-        told = "; ".join(one.words for one in others)
+        listing = "; ".join(one.words for one in others)
         advice = "Rename them if the shapes are right. The plan pairs them by what moves."
-        findings.append(Finding("name", tuple(one.blendshape for one in others), told, advice, False))
+        findings.append(Finding("name", tuple(one.blendshape for one in others), listing, advice, False))
     return findings
 
 

@@ -80,10 +80,10 @@ def made_again(plan: Plan, report: Audit, layout: Layout, given: Stated) -> Plan
 def packing_again(plan: Plan, given: Stated) -> Packing:
     """The list of the same expressions."""
     rig, settings, said, problem = given.rig, given.settings, plan.packing, given.problem
-    worth = blendshape_importance(rig, problem.names, settings, given.target)
+    importance = blendshape_importance(rig, problem.names, settings, given.target)
     clique = tuple(name for name in problem.names if name in said.clique)
     proofs = Proofs(said.solver_bound, order_proven=order_stands(given, said), clique=clique)
-    return packing_record(rig, problem, settings, given.chosen, worth, proofs, kept=said.kept)
+    return packing_record(rig, problem, settings, given.chosen, importance, proofs, unmoved=said.unmoved)
 
 
 def order_stands(given: Stated, said: Packing) -> bool:

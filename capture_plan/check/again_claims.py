@@ -42,5 +42,5 @@ def again_claims(plan: Plan, again: Plan) -> list[Claim]:
 def _same(part: str, what: str, said: object, found: object) -> Claim:
     apart = list(differences(said, found, part))
     more = f"; {len(apart) - SHOWN:,} more" if len(apart) > SHOWN else ""
-    told = "; ".join(map(str, apart[:SHOWN])) + more if apart else "word for word, number for number"
-    return claim(what, not apart, told)
+    message = "; ".join(map(str, apart[:SHOWN])) + more if apart else "word for word, number for number"
+    return claim(what, not apart, message)

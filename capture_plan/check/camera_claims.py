@@ -17,7 +17,7 @@ def camera_claims(plan: Plan, face: Face) -> list[Claim]:
     if not face.cameras and not any(mark.views for mark in marks):
         return []
     found = [views_of(face, plan.settings.landmarks, mark.vertex) for mark in marks]
-    wrong = [told for mark, views in zip(marks, found, strict=True) if (told := difference(mark, views))]
+    wrong = [message for mark, views in zip(marks, found, strict=True) if (message := difference(mark, views))]
     stated = f" ({plan.settings.cameras})" if plan.settings.cameras else ""
     also = f"; {len(wrong)} of {len(marks)} markers in all" if len(wrong) > 1 else ""
     return [

@@ -1,9 +1,9 @@
 """Check a plan: recompute every claim from the rig, by code that knows no solver; ask whether the rig was read right.
 
 All that follows from the decisions of a plan is made again and compared, word for word (`again.py`). What was decided
-is asked to keep every wish and to prove what it claims: each claim is one function that says what was found; it holds
-or it does not. A proof that only the solver has is checked as far as its certificate goes: the dual prices of the set
-cover, the clique of blendshapes no two of which fit together.
+is asked to keep every constraint and to prove what it claims: each claim is one function that says what was found; it
+holds or it does not. A proof that only the solver has is checked as far as its certificate goes: the dual prices of the
+set cover, the clique of blendshapes no two of which fit together.
 """
 
 from collections.abc import Iterator
@@ -12,12 +12,12 @@ import numpy as np
 from msgspec.structs import replace
 
 from capture_plan.audit.audit import audit_rig
-from capture_plan.audit.kept import audit_once
+from capture_plan.audit.audit_cache import audit_once
 from capture_plan.check.again import made_again, stated_list
 from capture_plan.check.again_claims import again_claims, audit_claim, draft_claim, seal_claim
 from capture_plan.check.apart_claims import apart_claims
 from capture_plan.check.camera_claims import camera_claims
-from capture_plan.check.landmark_claims import bound_claims, landmark_claims, worth_claims
+from capture_plan.check.landmark_claims import bound_claims, information_claims, landmark_claims
 from capture_plan.check.list_claims import list_claims
 from capture_plan.check.motion_claims import motion_claims
 from capture_plan.check.reading_claims import reading_claims
@@ -68,7 +68,7 @@ def claims_of(plan: Plan, inputs: Rig | PlanInputs, *, quick: bool = False) -> I
     face = see_face(rig, report.used, given.cameras, given.zones)
     task = task_of(face, plan.settings.landmarks)
     if plan.layout.head:
-        task = task.beside(np.array([m.vertex for m in plan.layout.head]))
+        task = task.with_head_markers(np.array([m.vertex for m in plan.layout.head]))
     takes = None if quick else given.takes
     listed = stated_list(plan, given, plan.packing.colliding if quick else None)
     decided = decided_in(plan.layout, task)
@@ -79,7 +79,7 @@ def claims_of(plan: Plan, inputs: Rig | PlanInputs, *, quick: bool = False) -> I
     yield from landmark_claims(plan, task)
     yield from camera_claims(plan, face)
     yield from bound_claims(plan, task)
-    yield from worth_claims(plan, task)
+    yield from information_claims(plan, task)
     yield from refuted_claims(plan, task, decided)
     yield from () if quick else motion_claims(plan, task, takes)
     yield from expression_claims(plan, given)

@@ -60,7 +60,7 @@ def _failing(plan: Plan, inputs: Rig | PlanInputs, *, quick: bool) -> tuple[Clai
 
 def as_draft(plan: Plan, broken: tuple[Claim, ...]) -> Plan:
     """The plan with what is wrong with it, so that everything made of it says so."""
-    fresh = [_line(one) for one in told(broken) if one.what != NO_DRAFT]
+    fresh = [_line(one) for one in named_first(broken) if one.what != NO_DRAFT]
     return replace(plan, draft=tuple(dict.fromkeys((*plan.draft, *fresh)))) if fresh else plan
 
 
@@ -80,7 +80,7 @@ def as_far_as_it_goes(plan: Plan) -> Iterator[None]:
         raise PlanError(f"nothing can be made of this draft ({kind}: {error}): plan again") from error
 
 
-def told(broken: tuple[Claim, ...]) -> tuple[Claim, ...]:
+def named_first(broken: tuple[Claim, ...]) -> tuple[Claim, ...]:
     """The lies that are named: what the plan says otherwise than its rig, before that its seal is broken."""
     return tuple(sorted(broken, key=lambda one: one.what == SEALED))[:NAMED]
 
@@ -89,7 +89,7 @@ def refusal(plan: Path, broken: tuple[Claim, ...]) -> list[str]:
     """Why nothing is made of the plan, a line for each lie that is named, and what to do."""
     return [
         f"{plan} does not hold:",
-        *(f"  FAILS  {_line(one)}" for one in told(broken)),
+        *(f"  FAILS  {_line(one)}" for one in named_first(broken)),
         f"Nothing was made of it. `capture-plan check {plan}` tells all that is wrong. Plan again, or go on with "
         "--force: everything will say DRAFT.",
     ]
@@ -97,7 +97,7 @@ def refusal(plan: Path, broken: tuple[Claim, ...]) -> list[str]:
 
 def insisted(plan: Path, broken: tuple[Claim, ...]) -> list[str]:
     """What is said where a person goes on with such a plan."""
-    return [f"{plan} does not hold; this is a DRAFT:", *(f"  FAILS  {_line(one)}" for one in told(broken))]
+    return [f"{plan} does not hold; this is a DRAFT:", *(f"  FAILS  {_line(one)}" for one in named_first(broken))]
 
 
 def _line(one: Claim) -> str:

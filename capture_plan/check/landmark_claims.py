@@ -1,4 +1,4 @@
-"""What a plan says of its landmarks, recomputed: places, wishes, costs, bounds, worth."""
+"""What a plan says of its landmarks, recomputed: places, constraints, costs, bounds, worth."""
 
 import numpy as np
 
@@ -16,10 +16,10 @@ HARDLY = 1e-3  # of a landmark: prices carry six decimals, rounded down
 
 
 def landmark_claims(plan: Plan, task: Task) -> list[Claim]:
-    """Skin, coverage, symmetry, spacing, wishes and the bound of every program."""
+    """Skin, coverage, symmetry, spacing, constraints and the bound of every program."""
     settings, landmarks, face = task.settings, plan.layout.landmarks, task.face
     vertices = np.array([m.vertex for m in landmarks])
-    covers = face.reach(settings)[:, vertices] >= settings.epsilon
+    covers = face.relative_displacement(settings)[:, vertices] >= settings.epsilon
     missed = [name for name, row in zip(face.used, covers, strict=True) if not row.any()]
     claims = [
         claim("every landmark lies on the skin", face.rig.skin[vertices].all(), f"{len(vertices)} landmarks"),
@@ -43,7 +43,7 @@ def landmark_claims(plan: Plan, task: Task) -> list[Claim]:
                 f"nearest two {straight:.1f} mm straight, {along:.1f} mm along the skin",
             )
         )
-    claims += [method_claim(plan), *wish_claims(plan, task)]
+    claims += [method_claim(plan), *constraint_claims(plan, task)]
     if plan.layout.method in BY_ERROR:
         return [*claims, *error_claims(plan, task)]
     return [
@@ -91,7 +91,7 @@ def _other_side(label: str) -> str:
     return f"{ {'left': 'right', 'right': 'left'}.get(side, side) } {rest}".strip()
 
 
-def wish_claims(plan: Plan, task: Task) -> list[Claim]:
+def constraint_claims(plan: Plan, task: Task) -> list[Claim]:
     """Every pin, keep-out, cap, number and view that the settings ask for."""
     vertices = [m.vertex for m in plan.layout.landmarks]
     chosen = np.flatnonzero(np.isin(task.sites.vertices, vertices).all(axis=1))
@@ -137,7 +137,7 @@ def error_claims(plan: Plan, task: Task) -> list[Claim]:
         unseen = set(plan.audit.used) - {plan.audit.used[k] for k in task.reachable}
         held &= set(layout.uncovered) == unseen and layout.programs[0].bound <= len(layout.landmarks)
         held &= layout.programs[0].bound <= layout.programs[0].objective + TOLERANCE
-        found += f", at least {layout.programs[0].bound:g} to see every blendshape under these wishes"
+        found += f", at least {layout.programs[0].bound:g} to see every blendshape under these constraints"
     what = f"keeps its budget of {budget} landmarks" if layout.method == "budget" else "has a landmark on all it can"
     claims = [claim(f"the layout {what}", held, found)]
     if not layout.error_bound:
@@ -149,8 +149,10 @@ def error_claims(plan: Plan, task: Task) -> list[Claim]:
         claims.append(
             claim(
                 f"no layout of {budget} landmarks has an upper estimate below {said:.3f} mm",
-                (shares >= 0).all() and abs(proved - said) < TOLERANCE and said <= layout.worth.error_mm + TOLERANCE,
-                f"the shares prove {proved:.3f} mm, this layout has {layout.worth.error_mm:.3f} mm",
+                (shares >= 0).all()
+                and abs(proved - said) < TOLERANCE
+                and said <= layout.information.error_mm + TOLERANCE,
+                f"the shares prove {proved:.3f} mm, this layout has {layout.information.error_mm:.3f} mm",
             )
         )
     return [*claims, *target_claims(plan, task)]
@@ -204,13 +206,13 @@ def bound_claims(plan: Plan, task: Task) -> list[Claim]:
     ]
 
 
-def worth_claims(plan: Plan, task: Task) -> list[Claim]:
+def information_claims(plan: Plan, task: Task) -> list[Claim]:
     """Rank, condition and upper estimate of the error."""
-    said = plan.layout.worth
-    found = task.observation.worth(np.array([m.vertex for m in plan.layout.landmarks]))
+    said = plan.layout.information
+    found = task.observation.information(np.array([m.vertex for m in plan.layout.landmarks]))
     return [
         claim(
-            f"{said.rank} of {said.full_rank} mixes of blendshapes are told apart",
+            f"{said.rank} of {said.full_rank} mixes of blendshapes are distinguished",
             (found.rank, found.full_rank) == (said.rank, said.full_rank),
             f"rank {found.rank}, {found.full_rank} at most",
         ),

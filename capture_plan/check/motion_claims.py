@@ -60,19 +60,19 @@ def order_claim(task: Task, takes: Takes, chosen: Int[np.ndarray, " n"]) -> Clai
     return claim(what, off < SAME_MM, f"the order found again leaves {off:.4f} mm less or more at most")
 
 
-def subject_claims(takes: Takes, vertices: Int[np.ndarray, " m"], told: tuple[SubjectFit, ...]) -> list[Claim]:
+def subject_claims(takes: Takes, vertices: Int[np.ndarray, " m"], messages: tuple[SubjectFit, ...]) -> list[Claim]:
     """The error of every person, where the takes are of several."""
     if len(takes.subjects) == 1:
-        return [claim("the takes are of one person", False, f"{len(told)} are told apart")] if told else []
+        return [claim("the takes are of one person", False, f"{len(messages)} are distinguished")] if messages else []
     names = [tuple(recording.sequence.name for recording in one.recordings) for one in takes.subjects]
     errors = [np.sqrt(direct_squares(one, vertices) / one.motion.weights.sum()) for one in takes.subjects]
-    same = [(one.sequences, one.frames) for one in told] == [
+    same = [(one.sequences, one.frames) for one in messages] == [
         (own, one.frames) for own, one in zip(names, takes.subjects, strict=True)
     ]
-    off = max(abs(one.rmse_mm - mm) for one, mm in zip(told, errors, strict=True)) if same else np.inf
+    off = max(abs(one.rmse_mm - mm) for one, mm in zip(messages, errors, strict=True)) if same else np.inf
     return [
         claim(
-            f"the takes are of {len(told)} people: {', '.join(f'{one.rmse_mm:.3f}' for one in told)} mm",
+            f"the takes are of {len(messages)} people: {', '.join(f'{one.rmse_mm:.3f}' for one in messages)} mm",
             bool(off < SAME_MM),
             f"{', '.join(f'{mm:.4f}' for mm in errors)} mm by solving each one's shell directly",
         )
@@ -83,8 +83,8 @@ def reference_claims(face: Face, takes: Takes, fit: MotionFit) -> list[Claim]:
     """What 68 points lose of the take; no other layout can be had again without a solver."""
     if face.points68 is None:
         return []
-    lost, told = direct_error(takes, np.unique(face.points68)), fit.references_mm.get(SIXTY_EIGHT, np.inf)
-    return [claim(f"{SIXTY_EIGHT} lose {told:.3f} mm of the take", abs(lost - told) < SAME_MM, f"{lost:.4f} mm")]
+    lost, message = direct_error(takes, np.unique(face.points68)), fit.references_mm.get(SIXTY_EIGHT, np.inf)
+    return [claim(f"{SIXTY_EIGHT} lose {message:.3f} mm of the take", abs(lost - message) < SAME_MM, f"{lost:.4f} mm")]
 
 
 def curve_claims(
@@ -97,8 +97,8 @@ def curve_claims(
     by_weights = np.array(takes.errors(vertices, every.tolist()))
     some = np.array([*quarters(len(vertices)), len(vertices)])
     direct = np.array([direct_error(takes, vertices[:m]) for m in some.tolist()])
-    told = np.array(curve_mm) if whole else np.full(len(vertices), np.inf)
-    off = float(max(np.abs(by_weights - told).max(), np.abs(direct - told[some - 1]).max()))
+    message = np.array(curve_mm) if whole else np.full(len(vertices), np.inf)
+    off = float(max(np.abs(by_weights - message).max(), np.abs(direct - message[some - 1]).max()))
     return [
         claim(
             "the curve of a take is that of the first landmarks of the order",

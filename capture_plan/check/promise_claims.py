@@ -18,7 +18,7 @@ from capture_plan.layout.problem import Task, search_of
 from capture_plan.layout.second_look import greedy_cover
 from capture_plan.layout.settings import BY_ERROR
 from capture_plan.layout.spacing import taken_by
-from capture_plan.layout.studio import WORTHWHILE, Goal, ceiling
+from capture_plan.layout.studio import LEAST_GAIN, Goal, ceiling
 from capture_plan.plan.claims import Claim, claim
 from capture_plan.plan.record import Plan
 
@@ -51,7 +51,7 @@ def studio_claims(plan: Plan, task: Task, decided: Decided) -> list[Claim]:
         gain = best_gain(task.apart_in(plan.packing.poses), decided) if goal.error(chosen) > target_mm else 0.0
         more = f"the default reaches the error of {name}, or another landmark is not worth its while"
         found = f"{goal.error(chosen):.3f} mm against {target_mm:.3f} mm, another would take {gain:.1%} of it"
-        claims.append(claim(more, gain < 2 * WORTHWHILE, found))
+        claims.append(claim(more, gain < 2 * LEAST_GAIN, found))
     return claims
 
 
@@ -60,9 +60,9 @@ def best_gain(task: Task, decided: Decided) -> float:
     chosen = tuple(decided.further.tolist())
     cover = int(task.sites.size[decided.programs[0].sites].sum()) if decided.programs else 0
     search = search_of(task, ceiling(cover, task.observation.full_rank))
-    among, gains = search.next(chosen), search.gains(chosen)
+    subset, gains = search.next(chosen), search.gains(chosen)
     squared = float(np.sum(search.observation.gram * gains.C))
-    each = gains.all(among) / search.size[among]
+    each = gains.all(subset) / search.size[subset]
     return float(each.max(initial=0.0)) / (2 * squared)  # the square falls twice as fast
 
 
@@ -73,15 +73,15 @@ def budget_claims(plan: Plan, task: Task, decided: Decided) -> list[Claim]:
     if not decided.programs:
         least, found = plan.layout.certificate.landmarks, greedy_cover(search_of(task, most))
         if least > most or found is not None:
-            told = f"at least {least} landmarks are needed, the budget is {most}"
+            message = f"at least {least} landmarks are needed, the budget is {most}"
             at_hand = f"; {search_of(task, most).landmarks(found)} landmarks see all" if found is not None else ""
-            claims.append(claim(NO_COVER, found is None, told + at_hand))
+            claims.append(claim(NO_COVER, found is None, message + at_hand))
     left = len(search_of(task, most, covered=False).next(chosen))
     return [*claims, claim("the budget is spent as far as there is room", not left, f"{left} places have room")]
 
 
 def exchange_claim(task: Task, decided: Decided) -> Claim:
-    """No landmark, or pair, stands where another of as many tells clearly more, as many mixes told apart."""
+    """No landmark, or pair, stands where another of as many tells clearly more, as many mixes distinguished."""
     chosen = tuple(decided.further.tolist())
     search = search_of(task, int(task.sites.size[decided.further].sum()), covered=bool(decided.programs))
     goal, gains = Goal(search, 0.0), search.gains(chosen)
@@ -90,9 +90,9 @@ def exchange_claim(task: Task, decided: Decided) -> Claim:
         rest = tuple(other for other in chosen if other != site)
         for new in search.instead(gains, search.everywhere, (site,), rest, int(search.size[site]))[:1].tolist():
             other = (*rest, new)
-            better += [site] if goal.error(other) < (1 - WORTHWHILE) * error and goal.rank(other) >= rank else []
+            better += [site] if goal.error(other) < (1 - LEAST_GAIN) * error and goal.rank(other) >= rank else []
     found = f"{len(better) or 'none'} of {len(chosen)} places have a better one"
-    return claim(f"no other place in one's stead lowers the error by {WORTHWHILE:.0%}", not better, found)
+    return claim(f"no other place in one's stead lowers the error by {LEAST_GAIN:.0%}", not better, found)
 
 
 def rounds_claims(task: Task, decided: Decided) -> list[Claim]:
@@ -108,5 +108,5 @@ def rounds_claims(task: Task, decided: Decided) -> list[Claim]:
     left = (*(limit.after(chosen) for limit in task.limits), shut)
     covers = sites.covers(task.settings.epsilon)[rows]
     found = greedy_cover(Search(task.observation, sites, covers, task.spacing, int(sites.size.sum()), left))
-    told = f"{len(rows)} blendshapes are crowded and {len(found or ())} more sites see them"
-    return [] if found is None else [claim(NO_ROUND, holds=False, found=told)]
+    message = f"{len(rows)} blendshapes are crowded and {len(found or ())} more sites see them"
+    return [] if found is None else [claim(NO_ROUND, holds=False, found=message)]

@@ -60,9 +60,9 @@ def _heard(senses: tuple[Sense, ...]) -> tuple[Sense, ...]:
     if len(against) >= CONTRADICTED:
         return senses
     agreeing = sum(sense.about == "axes" and sense.holds for sense in senses)
-    told = f"; {agreeing} other signs agree with how it lies"
+    message = f"; {agreeing} other signs agree with how it lies"
     return tuple(
-        replace(one, holds=True, found=one.found + told) if one in against and agreeing >= CONTRADICTED else one
+        replace(one, holds=True, found=one.found + message) if one in against and agreeing >= CONTRADICTED else one
         for one in senses
     )
 
@@ -108,13 +108,13 @@ def strongest_kinds(plan: Plan, rig: Rig, markers: list[Landmark]) -> list[tuple
     rows = [rig.names.index(name) for name in plan.audit.used]
     kinds = kinds_of(rig) if names_agree(rig_channels(rig)) else (None,) * len(rig.names)
     jaw = largest_downward(rig)
-    told = []
+    messages = []
     for m in markers:
         k = rows[int(rig.displacement[rows, m.vertex].argmax())]
         kind = kinds[k]
         moves = rig.displacement[k, m.vertex] > STILL * rig.displacement[rows].max()  # its mirror image alone may
-        told.append((rig.names[k], (kind.kind if kind else "jaw open" if k == jaw else None) if moves else None))
-    return told
+        messages.append((rig.names[k], (kind.kind if kind else "jaw open" if k == jaw else None) if moves else None))
+    return messages
 
 
 def largest_downward(rig: Rig) -> int | None:

@@ -3,8 +3,8 @@
 Program    no answer that leaves a site out, or exchanges one or two for another, costs less, whether
            the bound proves it or not; of methods that ask for several sites of each blendshape, each has them
 Order      the last of the first n landmarks, or pairs, is the one that is missed least, for every n
-Single     the paper's cover, of any site and without wishes, sees every blendshape, none that is at hand is smaller,
-           and no exchange makes it cheaper
+Single     the paper's cover, of any site and without constraints, sees every blendshape, none that is at hand is
+           smaller, and no exchange makes it cheaper
 What a method promises besides is asked in `promise_claims`.
 """
 
@@ -74,8 +74,8 @@ def costs_less(plan: Plan, task: Task, decided: Decided, number: int) -> bool:
         return True
     few = most if task.settings.weights == "lexicographic" and not counts else np.inf
     return known and any(
-        (np.where(size[among] + size[rest].sum() <= few, price[among], np.inf) + price[rest].sum() < floor).any()
-        for rest, among in room.exchanges(chosen)
+        (np.where(size[subset] + size[rest].sum() <= few, price[subset], np.inf) + price[rest].sum() < floor).any()
+        for rest, subset in room.exchanges(chosen)
     )
 
 
@@ -89,11 +89,11 @@ def order_claim(task: Task, decided: Decided) -> Claim:
     return claim("each landmark of the order is missed least of those up to it", not wrong, found)
 
 
-def missed_least(search: Search, kept: Int[np.ndarray, " n"]) -> bool:
+def missed_least(search: Search, retained: Int[np.ndarray, " n"]) -> bool:
     """Whether the last site is the one that is missed least, for each of its landmarks."""
-    C = search.observation.covariance(search.sites.members(kept))
-    gains = gains_at(search.observation, search.all_rows[kept], C)
-    lost = np.array([gains.loss(search.rows((site,))) / search.size[site] for site in kept.tolist()])
+    C = search.observation.covariance(search.sites.members(retained))
+    gains = gains_at(search.observation, search.all_rows[retained], C)
+    lost = np.array([gains.loss(search.rows((site,))) / search.size[site] for site in retained.tolist()])
     return bool(lost[-1] <= lost.min() + AS_GOOD * np.abs(lost).max())
 
 

@@ -13,17 +13,17 @@ def check_lines(claims: Sequence[Claim], unchecked: Sequence[str], *, every: boo
     holding = sum(claim.holds for claim in claims)
     number = f"{holding} of {len(claims)} claims" if holding < len(claims) else f"All {len(claims)} claims"
     lines = [_line(claim) for claim in claims] if every else _by_correction(claims)
-    told = f"{number} hold." if every or not holding else f"{number} hold; --all lists each."
-    return [*lines, told, *(f"Not checked: {what}." for what in unchecked)]
+    message = f"{number} hold." if every or not holding else f"{number} hold; --all lists each."
+    return [*lines, message, *(f"Not checked: {what}." for what in unchecked)]
 
 
 def as_rows(claims: Sequence[Claim]) -> list[dict[str, str | bool]]:
     """The claims for programs: what, whether it holds, what was found with what to correct."""
-    return [{"what": claim.what, "holds": claim.holds, "found": claim.told} for claim in claims]
+    return [{"what": claim.what, "holds": claim.holds, "found": claim.explanation} for claim in claims]
 
 
 def _line(claim: Claim) -> str:
-    return f"{'holds ' if claim.holds else 'FAILS '} {claim.what}: {claim.told}"
+    return f"{'holds ' if claim.holds else 'FAILS '} {claim.what}: {claim.explanation}"
 
 
 def _by_correction(claims: Sequence[Claim]) -> list[str]:

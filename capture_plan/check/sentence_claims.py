@@ -58,11 +58,11 @@ def largest_unsaid(rig: Rig, expression: Expression, drivers: tuple[tuple[str, s
         name: _furthest(rig, (name, *(base for of, base in drivers if of == name))) for name in expression.blendshapes
     }
     name = max(far, key=lambda name: far[name])
-    told = [float(mm) for mm in MILLIMETRES.findall(expression.sentence)]
+    messages = [float(mm) for mm in MILLIMETRES.findall(expression.sentence)]
     both = (far[name], _in_pose(rig, name, expression.blendshapes, drivers))
-    if not told and PICTURE in expression.sentence.lower() and not movements(rig, (name,)):
+    if not messages and PICTURE in expression.sentence.lower() and not movements(rig, (name,)):
         return None  # neither its name nor its place has words: the picture shows it
-    if min(both) < SMALL_MM or any(SAID * mine <= mm <= mine + 1 for mine in both for mm in told):
+    if min(both) < SMALL_MM or any(SAID * mine <= mm <= mine + 1 for mine in both for mm in messages):
         return None
     arkit = arkit_by_motion(rig, name)
     said = any(phrase in expression.sentence.lower() for phrase in _phrases_for(arkit))

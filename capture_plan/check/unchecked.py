@@ -40,12 +40,12 @@ def _solver_alone(plan: Plan) -> list[str]:
     if packing.method == "early":
         other = f"other lists of {packing.objective} expressions"
         found.append(f"whether {other} leave less error early on (a search chose this one)")
-    if packing.kept is not None and not packing.order_proven:
+    if packing.unmoved is not None and not packing.order_proven:
         found.append("whether another order of the edited list covers more earlier (the order is not proved)")
-    if packing.kept is not None:
+    if packing.unmoved is not None:
         found.append(
-            f"whether a person changed the list that '{packing.method}' makes, and {packing.kept} blendshapes stayed "
-            "where they were then"
+            f"whether a person changed the list that '{packing.method}' makes, and {packing.unmoved} blendshapes "
+            "stayed where they were then"
         )
     if layout.method in ORDERED:
         found.append("whether other landmarks would serve better, or fewer as well (a search chose them)")
@@ -56,7 +56,7 @@ def _solver_alone(plan: Plan) -> list[str]:
     if layout.method in BY_ERROR:
         unproved = [one.bound for one in layout.programs if one.bound > layout.certificate.landmarks]
         found += [
-            f"whether fewer than {bound:g} landmarks see every blendshape under these wishes" for bound in unproved
+            f"whether fewer than {bound:g} landmarks see every blendshape under these constraints" for bound in unproved
         ]
     made_with = ", ".join(f"{name} {number}" for name, number in plan.versions.items())
     return [*found, f"whether no cheaper {SINGLE_COVER} exists", f"whether {made_with} made the plan"]

@@ -29,7 +29,7 @@ MOST_TAIL = 10  # rows: in shorter tables a last row without a time is taken as 
 SAME_RATE = 0.02
 
 
-def told_rate(lines: Sequence[str]) -> float | None:
+def stated_rate(lines: Sequence[str]) -> float | None:
     """The frame rate that lines above the names tell; None where they tell none, or several."""
     rates = {float(match[1].replace(",", ".")) for line in lines for match in RATE.finditer(line)}
     return rates.pop() if len(rates) == 1 and max(rates) > 0 else None
@@ -39,13 +39,13 @@ def in_time(timing: Timing, fps: float | None) -> Timing:
     """The timing of a table whose lines above the names tell a rate: its times are followed where they tell another."""
     if timing.fps is None or fps is None or abs(timing.fps - fps) < SAME_RATE * fps:
         return replace(timing, fps=fps or timing.fps)
-    told = f"it says {fps:g} frames in a second, but its times make it {timing.fps:g}: the times are followed"
-    return replace(timing, notes=(*timing.notes, told))
+    message = f"it says {fps:g} frames in a second, but its times make it {timing.fps:g}: the times are followed"
+    return replace(timing, notes=(*timing.notes, message))
 
 
 def without_doubles(table: TextTable) -> TextTable:
     """The table with columns of one name read once. RigError where two of weights hold other numbers."""
-    names, told = list(table.names), []
+    names, messages = list(table.names), []
     for c, name in enumerate(table.names):
         first = table.names.index(name)
         if not name or first == c:
@@ -53,8 +53,8 @@ def without_doubles(table: TextTable) -> TextTable:
         if not kind_of(name) and table.column(c) != table.column(first):
             raise RigError(f"has two columns '{name}' with other numbers: give each its own name")
         names[c] = ""
-        told.append(f"'{name}' stands twice: its first column is read")
-    return replace(table, names=tuple(names), notes=(*table.notes, *dict.fromkeys(told))) if told else table
+        messages.append(f"'{name}' stands twice: its first column is read")
+    return replace(table, names=tuple(names), notes=(*table.notes, *dict.fromkeys(messages))) if messages else table
 
 
 def without_sums(table: TextTable) -> TextTable:
@@ -75,8 +75,8 @@ def without_sums(table: TextTable) -> TextTable:
     gone, shown = set(words), ", ".join(f"'{cells[t]}'" for t in words[:2])
     some = "1 row has" if len(words) == 1 else f"{len(words):,} rows have"
     rows = f"{some} {'nothing' if not cells[words[0]] else 'a word' if len(words) == 1 else 'words'}"
-    told = f"{rows} in place of '{table.names[c]}' and {'is' if len(words) == 1 else 'are'} left out ({shown})"
-    return replace(table.at([t for t in range(len(cells)) if t not in gone]), notes=(*table.notes, told))
+    message = f"{rows} in place of '{table.names[c]}' and {'is' if len(words) == 1 else 'are'} left out ({shown})"
+    return replace(table.at([t for t in range(len(cells)) if t not in gone]), notes=(*table.notes, message))
 
 
 def begins_again(table: TextTable) -> tuple[str, ...]:
@@ -100,8 +100,8 @@ def refuse_joined(texts: Sequence[str], first: int, delimiter: str) -> None:
     lead = texts[first].partition(delimiter)[0]
     for t in range(first + 2, len(texts)):
         if texts[t] != texts[first] and texts[t].partition(delimiter)[0] == lead and is_names(texts[t], delimiter):
-            told = f"other names stand in front of frame {t - first - 1:,}: '{texts[t][:40].strip()}'"
-            raise RigError(f"holds several tables, one below the other ({told}): save each as a file of its own")
+            message = f"other names stand in front of frame {t - first - 1:,}: '{texts[t][:40].strip()}'"
+            raise RigError(f"holds several tables, one below the other ({message}): save each as a file of its own")
     again = [t for t in range(first + 2, len(texts) - 1) if texts[t] == texts[first]]
     names = [name.strip().strip('"') for name in split(texts[first], delimiter)]
     clock = clock_in(names)
@@ -111,8 +111,8 @@ def refuse_joined(texts: Sequence[str], first: int, delimiter: str) -> None:
         before, after = ([*split(texts[at], delimiter), *names][clock].strip() for at in (t - 1, t + 1))
         numbers = to_number(before), to_number(after)
         if numbers[1] < numbers[0] or (not np.isfinite(numbers).any() and after < before):
-            told = f"the names stand again in front of frame {t - first - 1:,}, and '{names[clock]}' goes back there"
-            raise RigError(f"holds several takes, one below the other ({told}): save each as a file of its own")
+            message = f"the names stand again in front of frame {t - first - 1:,}, and '{names[clock]}' goes back there"
+            raise RigError(f"holds several takes, one below the other ({message}): save each as a file of its own")
 
 
 def is_names(text: str, delimiter: str) -> bool:

@@ -31,11 +31,11 @@ def without_words(
     broken = np.isinf(x)
     x = np.where(broken, np.nan, x)
     some = broken[:, faces].any(axis=1) & np.isfinite(x[:, faces]).any(axis=1)
-    told = {}
+    message = {}
     for t in np.flatnonzero(some).tolist():
         c = chosen[int((broken[t] & faces).argmax())]
-        told[t] = f"line {table.numbers[t]:,} has '{table.cells(table.rows[t])[c].strip()}' for '{table.names[c]}'"
-    return x, {**told, **faults}
+        message[t] = f"line {table.numbers[t]:,} has '{table.cells(table.rows[t])[c].strip()}' for '{table.names[c]}'"
+    return x, {**message, **faults}
 
 
 def _number_of(cell: str) -> float:
@@ -103,6 +103,6 @@ def _uneven(table: TextTable, t: int, chosen: Sequence[int]) -> tuple[Float[np.n
     fields = table.cells(table.rows[t])
     x = np.array([_number_of(fields[c]) if c < len(fields) else np.nan for c in chosen])
     whole = len(fields) == len(table.names) or not np.isfinite(x).any()
-    told = f"line {table.numbers[t]:,} has {len(fields)} values, expected {len(table.names)}"
+    message = f"line {table.numbers[t]:,} has {len(fields)} values, expected {len(table.names)}"
     commas = table.delimiter == "," and len(fields) > len(table.names)
-    return x, "" if whole else told + (", decimal commas between commas?" if commas else "")
+    return x, "" if whole else message + (", decimal commas between commas?" if commas else "")

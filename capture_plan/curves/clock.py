@@ -52,7 +52,7 @@ def timing_of(cells: Sequence[str], unit_s: float | None = None) -> Timing:
         good = [t for t in filled if fits(texts[t])]
         if len(good) > max(1, len(filled) // 2):
             clock = read([texts[t] for t in good])
-            clock = clock if unit_s is None or clock.unit_s else replace(clock, told_s=unit_s)
+            clock = clock if unit_s is None or clock.unit_s else replace(clock, stated_s=unit_s)
             return untimed(_measure(clock, np.array(good), len(texts)), len(good), len(texts))
     return Timing(None)
 
@@ -61,8 +61,8 @@ def untimed(timing: Timing, good: int, count: int) -> Timing:
     """The timing of a take, and a sentence where many of its frames have no time."""
     if timing.fps is None or count - good <= UNTIMED * count:
         return timing
-    told = f"only {good:,} of {count:,} frames have a time: the others are taken as evenly between these"
-    return replace(timing, notes=(*timing.notes, told))
+    message = f"only {good:,} of {count:,} frames have a time: the others are taken as evenly between these"
+    return replace(timing, notes=(*timing.notes, message))
 
 
 def _measure(clock: Clock, at: Int[np.ndarray, " t"], count: int) -> Timing:
@@ -94,8 +94,8 @@ def by_numbers(name: str, cells: Sequence[str]) -> Timing:
     """The order that the numbers of frames under this name tell; they tell no rate."""
     texts = [cell.strip().strip('"').strip() for cell in cells]
     order = _order_of(plain_numbers(texts).ticks) if len(texts) > 1 and all(map(is_clock_number, texts)) else None
-    told = f"frames do not stand in the order of '{name}': they are sorted by it"
-    return Timing(None, () if order is None else (told,), order)
+    message = f"frames do not stand in the order of '{name}': they are sorted by it"
+    return Timing(None, () if order is None else (message,), order)
 
 
 def unwrapped(clock: Clock) -> Float[np.ndarray, " t"]:
@@ -114,18 +114,18 @@ def unwrapped(clock: Clock) -> Float[np.ndarray, " t"]:
 
 def from_step(clock: Clock, step: float, notes: tuple[str, ...]) -> Timing:
     """Timing of times by their usual step."""
-    if clock.unit_s is None and clock.told_s is None and step == 1 and (clock.ticks == np.round(clock.ticks)).all():
+    if clock.unit_s is None and clock.stated_s is None and step == 1 and (clock.ticks == np.round(clock.ticks)).all():
         return Timing(None, notes)  # 0, 1, 2, ... only counts the frames
     unit = clock.unit_s or unit_by(clock, step)
-    if clock.told_s is not None and unit != clock.told_s:
+    if clock.stated_s is not None and unit != clock.stated_s:
         notes = (*notes, f"its times step by {step:g}, which is taken as {step * unit:.3g} s whatever their name says")
     return Timing(usual(1 / (step * unit)), notes)
 
 
 def unit_by(clock: Clock, step: float) -> float:
-    """Seconds in the unit of times: the one told where it gives a usual rate, else by the size of their step."""
+    """Seconds in the unit of times: the one stated where it gives a usual rate, else by the size of their step."""
     likely = next((unit for unit in UNITS_S if step * unit < 1 or unit == UNITS_S[-1]), 1.0)
-    return clock.told_s if clock.told_s is not None and 1e-3 <= step * clock.told_s <= 1 else likely
+    return clock.stated_s if clock.stated_s is not None and 1e-3 <= step * clock.stated_s <= 1 else likely
 
 
 def _near(d: Float[np.ndarray, " t"], step: float) -> Bool[np.ndarray, " t"]:
@@ -174,8 +174,8 @@ def steps(
     gap = each > (GAP + n - 1) / n * median
     if gap.any():
         lost = int(np.round(d[gap] / median - n[gap]).sum())
-        told = "1 gap in its times," if gap.sum() == 1 else f"{gap.sum():,} gaps in its times,"
-        notes.append(f"{told} {lost:,} frames long in all: frames are missing there")
+        message = "1 gap in its times," if gap.sum() == 1 else f"{gap.sum():,} gaps in its times,"
+        notes.append(f"{message} {lost:,} frames long in all: frames are missing there")
     return step, tuple(notes)
 
 

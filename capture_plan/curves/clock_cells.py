@@ -25,12 +25,12 @@ DAY_S = 86_400
 class Clock:
     """Ticks of a clock, so many in a second: `rate` of timecodes, `unit_s` seconds each of times where that is known.
 
-    `told_s` is what their name says; `sure` whether timecodes show their clock; `factor` is 1000/1001 of drop-frame.
+    `stated_s` is what their name says; `sure` whether timecodes show their clock; `factor` is 1000/1001 of drop-frame.
     """
 
     ticks: Float[np.ndarray, " t"]
     unit_s: float | None = None
-    told_s: float | None = None
+    stated_s: float | None = None
     rate: int | None = None
     sure: bool = True
     factor: float = 1.0

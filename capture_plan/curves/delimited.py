@@ -27,7 +27,7 @@ from capture_plan.curves.around import (
     begins_again,
     in_time,
     refuse_joined,
-    told_rate,
+    stated_rate,
     without_doubles,
     without_sums,
 )
@@ -98,7 +98,7 @@ def weights_of(table: TextTable) -> WeightTable:
     faces = np.array([known(table.names[c]) for c in chosen])
     x, faults = without_words(table, chosen, *parse(table, chosen), faces if faces.any() else ~faces)
     lost, other = lost_rows(table, x)
-    x, told = fill_cells(
+    x, message = fill_cells(
         x,
         ~lost & ~np.isin(np.arange(len(x)), list(faults)),
         faces if faces.any() else ~faces,
@@ -119,7 +119,7 @@ def weights_of(table: TextTable) -> WeightTable:
         rows,
         timing.fps,
         skipped,
-        (*table.notes, *other, *([told] if told else []), *begins_again(table), *timing.notes),
+        (*table.notes, *other, *([message] if message else []), *begins_again(table), *timing.notes),
         table.stated,
     )
 
@@ -138,7 +138,7 @@ def find_table(lines: Lines) -> TextTable:
     before = "the line before the line of names is" if first == 1 else f"the {first} lines before the line of names are"
     notes = (*lines.notes, f"{before} left out") if first else lines.notes
     refuse_joined(lines.texts, first, delimiter)
-    at, units, told = frame_lines(lines.texts, first, delimiter)
+    at, units, messages = frame_lines(lines.texts, first, delimiter)
     rows, numbers = tuple(lines.texts[t] for t in at), tuple(lines.numbers[t] for t in at)
     if not rows:
         raise RigError("has no frames: it needs a line of names and one line for each frame")
@@ -153,8 +153,8 @@ def find_table(lines: Lines) -> TextTable:
         comma=commas > sum("." in cell and bool(NUMBER.fullmatch(cell)) for cell in cells),
         percent=(percent := any(cell.strip().endswith("%") for fields in some for cell in fields)),
         stated=100.0 if percent else stated_in(units),
-        notes=(*notes, *told),
-        fps=told_rate((*lines.comments, *lines.texts[:first])),
+        notes=(*notes, *messages),
+        fps=stated_rate((*lines.comments, *lines.texts[:first])),
     )
 
 
@@ -172,8 +172,8 @@ def frame_lines(texts: Sequence[str], first: int, delimiter: str) -> tuple[list[
     gone = set(none)
     shown = ", ".join(f"'{texts[t][:24].strip()}'" for t in none[:2])
     lines, out = ("line holds", "is") if len(none) == 1 else ("lines hold", "are")
-    told = f"{len(none):,} {lines} no frame and {out} left out ({shown})"
-    return [t for t in at if t not in gone], below if units else [], (told,) if none else ()
+    message = f"{len(none):,} {lines} no frame and {out} left out ({shown})"
+    return [t for t in at if t not in gone], below if units else [], (message,) if none else ()
 
 
 def is_no_frame(text: str, delimiter: str) -> bool:
@@ -219,9 +219,9 @@ def _one_face(table: TextTable) -> TextTable:
         if kind_of(name) == "take":
             refuse_takes(name, table.column(c))
         if kind_of(name) == "face" and not is_flag(table, c):
-            other, told = other_faces(name, table.column(c))
-            if told:
-                table = replace(table.at(np.flatnonzero(~other).tolist()), notes=(*table.notes, told))
+            other, message = other_faces(name, table.column(c))
+            if message:
+                table = replace(table.at(np.flatnonzero(~other).tolist()), notes=(*table.notes, message))
     return table
 
 
@@ -241,11 +241,11 @@ def lost_rows(table: TextTable, x: Float[np.ndarray, "t c"]) -> tuple[Bool[np.nd
     for c, name in enumerate(table.names):
         kind = "tracked" if kind_of(name) == "face" and is_flag(table, c) else kind_of(name)
         if kind in ("tracked", "lost", "confidence", "weights"):
-            failed, told = without_face(name, table.column(c), opposite=kind == "lost")
+            failed, message = without_face(name, table.column(c), opposite=kind == "lost")
             if kind == "weights":
                 failed &= ~np.nan_to_num(x).any(axis=1)
             lost |= failed
-            notes += [told] if told and kind in ("tracked", "lost") else []
+            notes += [message] if message and kind in ("tracked", "lost") else []
     return lost, tuple(notes)
 
 
@@ -257,6 +257,6 @@ def _timing_in(table: TextTable) -> Timing:
         for c, name in enumerate(table.names)
         if kind_of(name) == kind
     ]
-    told = [timing for timing in timings if timing.fps is not None]
+    messages = [timing for timing in timings if timing.fps is not None]
     numbers = (by_numbers(name, table.column(c)) for c, name in enumerate(table.names) if kind_of(name) == "count")
-    return next(iter((*told, *timings, *numbers)), Timing(None))
+    return next(iter((*messages, *timings, *numbers)), Timing(None))

@@ -102,19 +102,19 @@ class ChosenFrames:
 
 
 @dataclass(frozen=True, eq=False)
-class KeptFrames:
-    """The frames `kept` of `frames`, in ascending order: a take without what does not show its mesh."""
+class SelectedFrames:
+    """The frames `indices` of `frames`, in ascending order: a take without what does not show its mesh."""
 
     frames: Frames
-    kept: Int[np.ndarray, " n"]
+    indices: Int[np.ndarray, " n"]
 
     def __len__(self) -> int:
-        return len(self.kept)
+        return len(self.indices)
 
     def block(self, start: int, stop: int) -> Float[np.ndarray, "n v 3"]:
         """Frames `start` to `stop` - 1 of those kept, each run of neighbours read at once."""
-        kept = self.kept[start:stop]
-        some = np.split(kept, np.flatnonzero(np.diff(kept) > 1) + 1)
+        indices = self.indices[start:stop]
+        some = np.split(indices, np.flatnonzero(np.diff(indices) > 1) + 1)
         return np.concatenate([self.frames.block(int(run[0]), int(run[-1]) + 1) for run in some])
 
 

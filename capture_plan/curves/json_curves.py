@@ -41,10 +41,10 @@ def curve_take(document: Any, fps: float | None) -> WeightTable | None:
     at = frames_at(every, step)
     x = np.column_stack([sampled(at, *curve) for curve in curves.values()])
     rate = fps if counted or fps else round(1 / step, 3) or None
-    told = f"it holds curves: they are read at {len(at):,} frames, each curve straight between its keys"
+    message = f"it holds curves: they are read at {len(at):,} frames, each curve straight between its keys"
     few = any(len(times) < len(at) for times, _ in curves.values())
     rows = Rows(tuple(curves), x, np.zeros(len(at), dtype=bool), {})
-    return table_of(rows, rate, (), (told,) if few else ())
+    return table_of(rows, rate, (), (message,) if few else ())
 
 
 def frames_at(every: Float[np.ndarray, " n"], step: float) -> Float[np.ndarray, " t"]:

@@ -8,7 +8,7 @@
     [weight, ...]                                           with names beside the frames: Audio2Face
 How names and weights of one face stand: `json_weights.py`; names that frames leave out: `sparse.py`. A frame whose
 weights are null or empty has lost the face; one in which a weight is no number is damaged. Faces with numbers or names
-of their own are told apart, and one of them is the take (`presence.py`).
+of their own are distinguished, and one of them is the take (`presence.py`).
 """
 
 import re
@@ -49,7 +49,7 @@ OWN_KEYS = ("id", "uuid", "index", "name")
 NUMBERED_FACE = re.compile(r"(?:face|person|subject|actor|user|player|performer|head)(?:\d{1,3}|[a-h])")
 SAME_RATE = 0.02
 CONTAINERS = {dict, list, type(None)}
-BESIDE = ("code", "time", "count", "tracked", "lost", "confidence", "face", "take")
+ASIDE = ("code", "time", "count", "tracked", "lost", "confidence", "face", "take")
 SOME = 6  # names listed in a sentence
 
 
@@ -75,13 +75,13 @@ class DamagedFrameError(Exception):
 class FrameRecording:
     """Frames as they come. `orders`: rows of weights by the names in their order; `names` those of bare numbers.
 
-    `wordy[name]` is what rows hold in place of a number, by row; `beside[kind, key]` what they say beside their
+    `wordy[name]` is what rows hold in place of a number, by row; `facts[kind, key]` what they say beside their
     weights, by row too: times, faces, whether one was tracked.
     """
 
     names: Sequence[str] = ()
     orders: dict[tuple[str, ...], tuple[list[int], list[np.ndarray]]] = field(default_factory=dict)
-    beside: dict[tuple[str, str], dict[int, str]] = field(default_factory=dict)
+    facts: dict[tuple[str, str], dict[int, str]] = field(default_factory=dict)
     times: Sequence[str] = ()
     unit_s: float | None = None
     lost: list[bool] = field(default_factory=list)
@@ -111,7 +111,7 @@ class FrameRecording:
         else:
             self.keep(t, named, values)
         if isinstance(frame, dict):
-            self.look_beside(t, frame)
+            self.look_around(t, frame)
 
     def numbers(self, named: Mapping[str, Any]) -> np.ndarray:
         """The weights of a frame as numbers."""
@@ -129,21 +129,21 @@ class FrameRecording:
         """The weights of frame t."""
         self.lost[t] = named is None
         if named is not None and values is not None:
-            rows, kept = self.orders.setdefault(tuple(named), ([], []))
+            rows, retained = self.orders.setdefault(tuple(named), ([], []))
             rows.append(t)
-            kept.append(values)
+            retained.append(values)
 
-    def look_beside(self, t: int, frame: Mapping[str, Any]) -> None:
+    def look_around(self, t: int, frame: Mapping[str, Any]) -> None:
         """What frame t says beside its weights: its time, whether a face was tracked, and whose."""
         for key, value in frame.items():
             if type(value) not in CONTAINERS:
                 kind = kind_of(key)
-                if kind in BESIDE:
-                    self.beside.setdefault((kind, key), {}).setdefault(t, str(value))
+                if kind in ASIDE:
+                    self.facts.setdefault((kind, key), {}).setdefault(t, str(value))
             elif type(value) is dict and plain(key) in NEST_KEYS:
-                self.look_beside(t, value)
-            elif type(value) is dict and plain(key) in SHAPE_KEYS and (own := beside_names(tuple(value))):
-                self.look_beside(t, {name: value[name] for name in own})
+                self.look_around(t, value)
+            elif type(value) is dict and plain(key) in SHAPE_KEYS and (own := list_names(tuple(value))):
+                self.look_around(t, {name: value[name] for name in own})
 
     def weights_in(self, value: Any) -> Mapping[str, Any] | None:
         """The weights by name in a part of a frame; None where it holds no face."""
@@ -170,7 +170,7 @@ class FrameRecording:
     def shapes_and_more(self, value: Mapping[str, Any]) -> Mapping[str, Any] | None:
         """The weights of an object that holds one of weights, with what it names of a face beside that."""
         found = self.shapes_in(by_key(value, SHAPE_KEYS))
-        more = {} if found is None else named_beside(value)
+        more = {} if found is None else named_lists(value)
         return {**more, **found} if found and more else found
 
     def shapes_in(self, value: Any) -> Mapping[str, Any] | None:
@@ -206,7 +206,7 @@ class FrameRecording:
             refuse_takes(key, cells)
         mine, whose = self.one_face()
         timing = self.timing(fps, mine)
-        kept = np.flatnonzero(mine) if timing.order is None else np.flatnonzero(mine)[timing.order]
+        retained = np.flatnonzero(mine) if timing.order is None else np.flatnonzero(mine)[timing.order]
         names = tuple(dict.fromkeys(name for order in self.face_orders for name in order))
         check_cells(len(mine), len(names))
         check_names(names, "")
@@ -219,16 +219,16 @@ class FrameRecording:
         self.aside = {name: None for name in self.aside if name not in place}
         for name in self.wordy.keys() & place.keys():
             self.faults |= {t: f"frame {t:,} has '{word}' for '{name}'" for t, word in self.wordy[name].items()}
-        faults = {t: self.faults[row] for t, row in enumerate(kept.tolist()) if row in self.faults}
-        x, sound = x[kept], ~np.isin(np.arange(len(kept)), list(faults))
-        x[sound], left_out = fill(x[sound], given[kept][sound], names)
-        gone, told = self.gone()
-        rows = Rows(names, x, gone[kept], faults)
+        faults = {t: self.faults[row] for t, row in enumerate(retained.tolist()) if row in self.faults}
+        x, sound = x[retained], ~np.isin(np.arange(len(retained)), list(faults))
+        x[sound], left_out = fill(x[sound], given[retained][sound], names)
+        gone, messages = self.gone()
+        rows = Rows(names, x, gone[retained], faults)
         return table_of(
             rows,
             timing.fps,
             (),
-            (*whose, *left_out, *self.said(), *told, *timing.notes),
+            (*whose, *left_out, *self.said(), *messages, *timing.notes),
             100.0 if self.written and not self.mixed else None,
         )
 
@@ -242,9 +242,9 @@ class FrameRecording:
         """Rows of the one face that is read, and what has to be said of others."""
         mine, notes = np.ones(len(self.lost), dtype=bool), []
         for key, cells in self.columns("face"):
-            other, told = other_faces(key, cells)
+            other, message = other_faces(key, cells)
             mine &= ~other
-            notes += [told] if told else []
+            notes += [message] if message else []
         return mine, tuple(notes)
 
     def gone(self) -> tuple[Bool[np.ndarray, " t"], tuple[str, ...]]:
@@ -254,14 +254,14 @@ class FrameRecording:
             lost[self.orders[order][0]] = True
         for kind in ("tracked", "lost", "confidence"):
             for key, cells in self.columns(kind):
-                failed, told = without_face(key, cells, opposite=kind == "lost")
+                failed, message = without_face(key, cells, opposite=kind == "lost")
                 lost |= failed
-                notes += [told] if told and kind != "confidence" else []
+                notes += [message] if message and kind != "confidence" else []
         return lost, tuple(notes)
 
     def columns(self, kind: str) -> Iterator[tuple[str, list[str]]]:
         """What rows say under each name of a kind, one cell for each row."""
-        for (of, key), said in self.beside.items():
+        for (of, key), said in self.facts.items():
             if of == kind:
                 yield key, [said.get(t, "") for t in range(len(self.lost))]
 
@@ -284,8 +284,8 @@ class FrameRecording:
         found = self.own_timing(mine)
         if found.fps is None or fps is None or abs(found.fps - fps) < SAME_RATE * fps:
             return replace(found, fps=fps or found.fps)
-        told = f"it says {fps:g} frames in a second, but its times make it {found.fps:g}: the times are followed"
-        return replace(found, notes=(*found.notes, told))
+        message = f"it says {fps:g} frames in a second, but its times make it {found.fps:g}: the times are followed"
+        return replace(found, notes=(*found.notes, message))
 
     def own_timing(self, mine: Bool[np.ndarray, " t"]) -> Timing:
         """The timing that the frames tell: timecodes first, then times, times beside the frames, numbers of frames."""
@@ -365,12 +365,12 @@ def identified(faces: Mapping[str, Any] | Sequence[Any]) -> list[dict[str, Any]]
 
 
 @lru_cache(MANY)
-def beside_names(names: tuple[str, ...]) -> tuple[str, ...]:
+def list_names(names: tuple[str, ...]) -> tuple[str, ...]:
     """Those of an object's names that say something beside its weights; asked once for objects of the same names."""
-    return tuple(name for name in names if kind_of(name) in BESIDE)
+    return tuple(name for name in names if kind_of(name) in ASIDE)
 
 
-def named_beside(value: Mapping[str, Any]) -> dict[str, Any]:
+def named_lists(value: Mapping[str, Any]) -> dict[str, Any]:
     """Weights of a face that stand beside the object of weights, some in objects of their own."""
     rest = {name: x for name, x in value.items() if plain(name) not in (*SHAPE_KEYS, *NEST_KEYS) and not why_not(name)}
     return {name: x for name, x in named_numbers(rest).items() if x is not None and known(name)} if rest else {}

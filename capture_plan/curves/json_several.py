@@ -45,8 +45,8 @@ def only_take(document: Any) -> _Take | None:
         return takes[0] if takes else None
     some = ", ".join(f"'{take.name}' with {count(take.frames, 'frame')}" for take in takes[:FEW])
     more = f" and {len(takes) - FEW:,} more" if len(takes) > FEW else ""
-    told = f"holds {len(takes):,} takes or faces, each with frames of its own ({some}{more})"
-    raise RigError(f"{told}: save each as a file of its own, and give one")
+    message = f"holds {len(takes):,} takes or faces, each with frames of its own ({some}{more})"
+    raise RigError(f"{message}: save each as a file of its own, and give one")
 
 
 def takes_in(value: Any, deep: int = 0) -> Iterator[_Take]:

@@ -20,7 +20,7 @@ import msgspec
 
 from capture_plan.curves.columns import kind_of, plain, unit_of, why_not
 from capture_plan.curves.json_curves import curve_take
-from capture_plan.curves.json_frames import BESIDE, SHAPE_KEYS, FrameRecording
+from capture_plan.curves.json_frames import ASIDE, SHAPE_KEYS, FrameRecording
 from capture_plan.curves.json_long import gathered
 from capture_plan.curves.json_several import is_frame, only_take
 from capture_plan.curves.json_weights import is_category, is_number, is_weight, known, number_in
@@ -64,11 +64,14 @@ def take_in(text: str, notes: tuple[str, ...]) -> WeightTable:
     ):
         document = parts_again(rows)
     take = None if is_plain(document) else only_take(_whole(document))
-    told = (*notes, *([f"of the file, '{take.name}' is read"] if take and plain(take.name) not in USUAL_KEYS else []))
+    messages = (
+        *notes,
+        *([f"of the file, '{take.name}' is read"] if take and plain(take.name) not in USUAL_KEYS else []),
+    )
     part = document if take is None else parts_again(take.part)
     for dialect in DIALECTS:
         if table := dialect(part):
-            return replace(table, fps=table.fps or rate_in(head_of(document)), notes=(*told, *table.notes))
+            return replace(table, fps=table.fps or rate_in(head_of(document)), notes=(*messages, *table.notes))
     if table := curve_take(_whole(document), rate_in(head_of(document))):
         return replace(table, notes=(*notes, *table.notes))
     raise RigError('holds no weights: expected frames such as {"blendShapes": {"jawOpen": 0.5}}')
@@ -137,8 +140,8 @@ def _frames(document: Document) -> WeightTable | None:
     if clock:
         recording.times, recording.unit_s = [str(one) for one in opened(head[clock])], unit_of(clock)
     table = recording.table(rate_in(head))
-    told = f"it holds a list for each of {len(names):,} names, not for each frame: it is turned"
-    return replace(table, notes=(told, *table.notes)) if across else table
+    message = f"it holds a list for each of {len(names):,} names, not for each frame: it is turned"
+    return replace(table, notes=(message, *table.notes)) if across else table
 
 
 def is_turned(rows: Sequence[Any], names: int) -> bool:
@@ -171,10 +174,10 @@ def _columns(document: Document) -> WeightTable | None:
     if uneven := [key for key, values in named.items() if len(values) != usual]:
         few = f"has {len(named[uneven[0]]):,} numbers for '{uneven[0]}'"
         raise RigError(f"{few}, {usual:,} for other names: export the take again")
-    beside = {key: values for key, values in lists.items() if kind_of(key) in BESIDE and len(values) == usual}
+    aside = {key: values for key, values in lists.items() if kind_of(key) in ASIDE and len(values) == usual}
     recording = FrameRecording()
-    for row in zip(*named.values(), *beside.values(), strict=True):
-        recording.add(dict(zip((*named, *beside), row, strict=True)))
+    for row in zip(*named.values(), *aside.values(), strict=True):
+        recording.add(dict(zip((*named, *aside), row, strict=True)))
     return recording.table(rate_in(head))
 
 

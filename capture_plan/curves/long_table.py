@@ -41,7 +41,7 @@ VALUE = re.compile(
     r"(?:blendshape|shape|morph|expression)?(?:values?|val|weights?|scores?|intensity|coefficients?|amount)"
 )
 WHOSE = ("face", "take")  # columns that part frames
-BESIDE = ("tracked", "lost", "confidence")  # columns of which a frame has what its first row says
+ASIDE = ("tracked", "lost", "confidence")  # columns of which a frame has what its first row says
 TWICE = 0.05  # of the rows may have the time and the name of another
 MOST_INT = 1 << 62
 FAR = 8  # times as many as there are: numbers up to there are counted without sorting
@@ -195,7 +195,7 @@ def at_times(notes: tuple[str, ...], body: _Body, found: Columns, clock: int) ->
     """The table of frames that are rows of one time, and of one face or take where columns tell these."""
     kinds = {c: kind_of(title) for c, title in enumerate(found.titles) if c not in (found.value, clock)}
     key = [clock, *(c for c, kind in kinds.items() if kind in WHOSE)]
-    shown = [*key, *(c for c, kind in kinds.items() if kind in BESIDE)]
+    shown = [*key, *(c for c, kind in kinds.items() if kind in ASIDE)]
     frame, first = _in_order(joint([body.codes[c] for c in key]))
     names = body.words[found.name]
     place = frame * len(names) + body.codes[found.name]
@@ -206,11 +206,11 @@ def at_times(notes: tuple[str, ...], body: _Body, found: Columns, clock: int) ->
     head = [found.titles[c] for c in shown] if found.titles else ["time"]
     table = zip(about, cells.reshape(len(first), len(names)).tolist(), strict=True)
     texts = [DELIMITER.join([*head, *names]), *(DELIMITER.join([*left, *weights]) for left, weights in table)]
-    told = f"its lines hold one weight each: they make {len(first):,} frames of {len(names):,} names"
+    message = f"its lines hold one weight each: they make {len(first):,} frames of {len(names):,} names"
     twice = len(place) - _distinct(place)
     some = "1 of its lines has" if twice == 1 else f"{twice:,} of its lines have"
     again = [f"{some} the time and the name of one before: left out"] if twice else []
-    return Lines(tuple(texts), range(len(texts)), DELIMITER, (*notes, told, *again))
+    return Lines(tuple(texts), range(len(texts)), DELIMITER, (*notes, message, *again))
 
 
 def joint(columns: Sequence[Int[np.ndarray, " r"]]) -> Int[np.ndarray, " r"]:

@@ -93,8 +93,8 @@ def map_weights(
         if rank > best[blendshape] or (rank > 0 and taken.get(blendshape, column) != column):
             beaten[column] = f"{blendshape} is driven by another column already"
             continue
-        worth = 1 / INTENSITY_FULL if INTENSITY.fullmatch(column) else scale
-        drives.append(Drive(column, blendshape, (share or 1 / parts[blendshape]) * worth, HOW[rank]))
+        unit = 1 / INTENSITY_FULL if INTENSITY.fullmatch(column) else scale
+        drives.append(Drive(column, blendshape, (share or 1 / parts[blendshape]) * unit, HOW[rank]))
     driving, driven = {drive.column for drive in drives}, {drive.blendshape for drive in drives}
     if not drives:
         raise RigError(

@@ -148,8 +148,8 @@ def of_osc(lines: Lines) -> Lines:
             other[match[0] if (match := ADDRESS.search(text)) else text.strip()[:40]] = None
         else:
             messages.append(message)
-    told = f"messages without one number are left out ({listed(other)})"
-    return across(message_frames(messages), "are messages of OSC", (*lines.notes, *([told] if other else [])))
+    listing = f"messages without one number are left out ({listed(other)})"
+    return across(message_frames(messages), "are messages of OSC", (*lines.notes, *([listing] if other else [])))
 
 
 def osc_message(text: str, number: int) -> Message | None:
@@ -213,7 +213,7 @@ def across(frames: Sequence[_Frame], what: str, notes: Sequence[str]) -> Lines:
     names = list(dict.fromkeys(name for frame in frames for name in frame.cells))
     timed = any(frame.time for frame in frames) and not any(kind_of(name) in ("time", "code") for name in names)
     rows = [[frame.time] * timed + [frame.cells.get(name, "") for name in names] for frame in frames]
-    told = f"its lines {what}: they make {len(frames):,} frames of {len(names):,} names"
+    message = f"its lines {what}: they make {len(frames):,} frames of {len(names):,} names"
     texts = [DELIMITER.join(cells) for cells in ([TIME] * timed + names, *rows)]
     numbers = [0, *(frame.number for frame in frames)]
-    return Lines(tuple(texts), tuple(numbers), DELIMITER, (*notes, told))
+    return Lines(tuple(texts), tuple(numbers), DELIMITER, (*notes, message))

@@ -67,7 +67,7 @@ def as_blinks(
     x = take.weights.copy()
     for column in turned:
         x[:, take.columns.index(column)] = full - x[:, take.columns.index(column)]
-    return _without(replace(take, weights=x, notes=(*take.notes, *_told([*turned], apart))), apart), {
+    return _without(replace(take, weights=x, notes=(*take.notes, *_messages([*turned], apart))), apart), {
         column: "blink" if len(blinks) > 1 else "".join(blinks) for column, blinks in turned.items()
     }
 
@@ -80,16 +80,18 @@ def _without(take: WeightTable, apart: Sequence[str]) -> WeightTable:
     return replace(take, columns=tuple(take.columns[c] for c in stay), weights=take.weights[:, stay], skipped=skipped)
 
 
-def _told(turned: Sequence[str], apart: Sequence[str]) -> list[str]:
-    told = []
+def _messages(turned: Sequence[str], apart: Sequence[str]) -> list[str]:
+    messages = []
     if turned:
-        told.append(
+        messages.append(
             f"{_listed(turned)} near 1 at rest: how far an eye is open, no wide eye; 1 less the value is "
             "taken as the blink"
         )
     if apart:
-        told.append(f"{_listed(apart)} near 1 at rest: how far an eye is open, no wide eye; left out beside the blink")
-    return told
+        messages.append(
+            f"{_listed(apart)} near 1 at rest: how far an eye is open, no wide eye; left out beside the blink"
+        )
+    return messages
 
 
 def _listed(columns: Sequence[str]) -> str:

@@ -44,5 +44,5 @@ def without_wild(take: WeightTable, driving: Collection[str]) -> WeightTable:
     gone = wild.any(axis=1)
     frames = "its frame was" if gone.sum() == 1 else f"their {gone.sum():,} frames were"
     more = ", ..." if len(cells) > SHOWN else ""
-    told = f"{some} far outside all others ({shown}{more}): {frames} left out"
-    return replace(take, weights=take.weights[~gone], notes=(*take.notes, told))
+    message = f"{some} far outside all others ({shown}{more}): {frames} left out"
+    return replace(take, weights=take.weights[~gone], notes=(*take.notes, message))

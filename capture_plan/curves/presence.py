@@ -85,8 +85,8 @@ def other_faces(name: str, cells: Sequence[str]) -> tuple[Bool[np.ndarray, " t"]
     listed = ", ".join(f"'{face}' {n:,}" for face, n in counts.most_common(FEW))
     more = f" and {len(counts) - FEW:,} more" if len(counts) > FEW else ""
     tie = ", the first of those with the most rows," if list(counts.values()).count(most) > 1 else ""
-    told = f"it holds {len(counts):,} faces by '{name}' (rows: {listed}{more}): only '{mine}'{tie} is read"
-    return np.array([bool(face) and face != mine for face in faces]), told
+    message = f"it holds {len(counts):,} faces by '{name}' (rows: {listed}{more}): only '{mine}'{tie} is read"
+    return np.array([bool(face) and face != mine for face in faces]), message
 
 
 def refuse_takes(name: str, cells: Sequence[str]) -> None:

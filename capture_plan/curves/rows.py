@@ -47,7 +47,7 @@ def table_of(
     """
     if not rows.columns and not rows.faults:
         raise RigError("holds no number under any name of its frames: export the weights")
-    rows, beside, whose = _one_face(rows)
+    rows, doubled, whose = _one_face(rows)
     number = np.isfinite(rows.x)
     damaged = np.isin(np.arange(len(rows.x)), list(rows.faults))
     lost = (rows.lost | ~number.any(axis=1)) & ~damaged
@@ -55,12 +55,12 @@ def table_of(
     count = number[sound].sum(axis=0)
     full = count >= max(1, ENOUGH * sound.sum())
     if sound.any() and not full.any():
-        told = f"{rows.columns[0]}: {count[0]:,} of {sound.sum():,}"
-        raise RigError(f"has no column with a number in half of its rows ({told}): export it again")
+        message = f"{rows.columns[0]}: {count[0]:,} of {sound.sum():,}"
+        raise RigError(f"has no column with a number in half of its rows ({message}): export it again")
     damaged |= sound & ~number[:, full].all(axis=1)
     if damaged.sum() > MOST_DAMAGED * len(rows.x):
-        told = f"{some_of(damaged, 'rows')} that cannot be read"
-        raise RigError(f"has {told} ({fault(rows, damaged, full)}): export it again")
+        message = f"{some_of(damaged, 'rows')} that cannot be read"
+        raise RigError(f"has {message} ({fault(rows, damaged, full)}): export it again")
     marked = ~lost & ~damaged & marks_no_face(rows.x[:, full & names_of_face(rows)])
     lost |= marked
     zeros = silent_rows(rows, ~lost & ~damaged, full)
@@ -76,29 +76,29 @@ def table_of(
     if lost.any():
         left_out.append(f"{some_of(lost, 'frames')} {have(lost)} no face and {were(lost)} left out{much(lost)}")
     if damaged.any():
-        told = f"{some_of(damaged, 'rows')} cannot be read and {were(damaged)} left out"
-        left_out.append(f"{told} ({fault(rows, damaged, full)})")
+        message = f"{some_of(damaged, 'rows')} cannot be read and {were(damaged)} left out"
+        left_out.append(f"{message} ({fault(rows, damaged, full)})")
     if zeros.any():
-        told = f"in {some_of(zeros, 'frames')} every weight is exactly 0 from one frame to the next"
-        left_out.append(f"{told}: the face was lost there, and they were left out{much(zeros)}")
+        message = f"in {some_of(zeros, 'frames')} every weight is exactly 0 from one frame to the next"
+        left_out.append(f"{message}: the face was lost there, and they were left out{much(zeros)}")
     if marked.any():
         number = f"{rows.x[marked.argmax(), int((full & names_of_face(rows)).argmax())]:g}"
         left_out.append(f"in {some_of(marked, 'frames')} every weight is {number}, which stands for no face")
     x = rows.x[np.ix_(keep, full)]
-    if told := frozen(x):
-        left_out.append(told)
+    if message := frozen(x):
+        left_out.append(message)
     columns = tuple(name for name, enough in zip(rows.columns, full, strict=True) if enough)
-    return WeightTable(columns, x, fps, (*skipped, *beside, *seldom), (*notes, *whose, *left_out), stated)
+    return WeightTable(columns, x, fps, (*skipped, *doubled, *seldom), (*notes, *whose, *left_out), stated)
 
 
 def _one_face(rows: Rows) -> tuple[Rows, list[tuple[str, str]], list[str]]:
     """The columns of one face, those of others with the reason, and a sentence about them."""
-    other, told = other_columns(rows.columns, rows.x)
+    other, message = other_columns(rows.columns, rows.x)
     if not other:
         return rows, [], []
     mine = [c for c in range(len(rows.columns)) if c not in set(other)]
-    kept = replace(rows, columns=tuple(rows.columns[c] for c in mine), x=rows.x[:, mine])
-    return kept, [(rows.columns[c], "it is of another face or version") for c in other], [told]
+    retained = replace(rows, columns=tuple(rows.columns[c] for c in mine), x=rows.x[:, mine])
+    return retained, [(rows.columns[c], "it is of another face or version") for c in other], [message]
 
 
 def silent_rows(rows: Rows, keep: Bool[np.ndarray, " t"], full: Bool[np.ndarray, " c"]) -> Bool[np.ndarray, " t"]:

@@ -59,11 +59,11 @@ class Verdict:
 
 def stated_in(texts: Sequence[str]) -> float | None:
     """The full weight that most of these names or units state, 100 of a %; None where they do not."""
-    told = [
+    messages = [
         float(match[1]) if (match := RANGE.search(text)) else 100.0 if PER_CENT.search(text) else 0.0 for text in texts
     ]
-    usual = max(set(told), key=told.count, default=0.0)
-    return usual if usual > 0 and 2 * told.count(usual) > len(told) else None
+    usual = max(set(messages), key=messages.count, default=0.0)
+    return usual if usual > 0 and 2 * messages.count(usual) > len(messages) else None
 
 
 def judge(
@@ -94,12 +94,12 @@ def scale_of(columns: Sequence[str], x: Float[np.ndarray, "t c"], stated: float 
     size = np.abs(x[list(evenly(len(x), SAMPLE))])
     moving = size.any(axis=0)
     score = float(sum(signs(size[:, moving]).values()))
-    reach = float(np.sort(highest)[-2]) if moving.sum() > 2 else float(highest.max())
+    peak = float(np.sort(highest)[-2]) if moving.sum() > 2 else float(highest.max())
     if stated is not None and stated > 1:
-        return by_statement(columns, highest, reach, stated)
+        return by_statement(columns, highest, peak, stated)
     if score <= 0:
         return weights_of_one(columns, highest, score)
-    return beyond_one(columns, size, highest, reach, whole=bool(whole_numbers(size)))
+    return beyond_one(columns, size, highest, peak, whole=bool(whole_numbers(size)))
 
 
 def driven_too_far(columns: Sequence[str], x: Float[np.ndarray, "t c"], full: float) -> list[str]:
@@ -126,22 +126,22 @@ def share_of(times: float) -> float:
 def below_zero(verdict: Verdict, columns: Sequence[str], x: Float[np.ndarray, "t c"], below: int) -> Verdict:
     """The verdict on the sizes of values that go below 0 in many columns, and the doubt about that."""
     low = x.min(axis=0)
-    told = f"weights of {below} of {len(columns)} columns go below 0"
-    told = f"{told}, one to {low.min():.4g} ({columns[int(low.argmin())]})"
-    told = f"{told}: it is not certain what that means, and they are taken as they are"
-    return Verdict(verdict.full, False, "; ".join([*([verdict.note] if verdict.note else []), told]))
+    message = f"weights of {below} of {len(columns)} columns go below 0"
+    message = f"{message}, one to {low.min():.4g} ({columns[int(low.argmin())]})"
+    message = f"{message}: it is not certain what that means, and they are taken as they are"
+    return Verdict(verdict.full, False, "; ".join([*([verdict.note] if verdict.note else []), message]))
 
 
-def by_statement(columns: Sequence[str], highest: Float[np.ndarray, " c"], reach: float, stated: float) -> Verdict:
+def by_statement(columns: Sequence[str], highest: Float[np.ndarray, " c"], peak: float, stated: float) -> Verdict:
     """Names, units or cells state the scale: so it is, unless all values lie where weights of 0 to 1 lie."""
-    told = f"weights are written as {unit_words(stated)} and reach {furthest(columns, highest)}"
-    if reach <= ONE:
-        return Verdict(1.0, False, f"{told}: it is not certain, but they are taken as they are; {STATE}{stated:g}")
-    if reach > 2 * stated:
-        return Verdict(stated, False, f"{told}: it is not certain, but they are taken so; {STATE}1")
-    if reach < TINY * stated:
-        return Verdict(stated, False, f"{told} only: it is not certain, but they are taken so; {STATE}1")
-    return Verdict(stated, True, f"{told}: they are taken so")
+    message = f"weights are written as {unit_words(stated)} and reach {furthest(columns, highest)}"
+    if peak <= ONE:
+        return Verdict(1.0, False, f"{message}: it is not certain, but they are taken as they are; {STATE}{stated:g}")
+    if peak > 2 * stated:
+        return Verdict(stated, False, f"{message}: it is not certain, but they are taken so; {STATE}1")
+    if peak < TINY * stated:
+        return Verdict(stated, False, f"{message} only: it is not certain, but they are taken so; {STATE}1")
+    return Verdict(stated, True, f"{message}: they are taken so")
 
 
 def weights_of_one(columns: Sequence[str], highest: Float[np.ndarray, " c"], score: float) -> Verdict:
@@ -149,17 +149,17 @@ def weights_of_one(columns: Sequence[str], highest: Float[np.ndarray, " c"], sco
     over, beyond = int((highest > ONE).sum()), int((highest > OVERDRIVEN).sum())
     doubt = "it is not certain, but "
     if highest.max() < TINY:
-        told = f"no weight gets beyond {furthest(columns, highest)}: {doubt}1 is taken as full"
-        return Verdict(1.0, False, f"{told}; {STATE}{highest.max():.1g}")
+        message = f"no weight gets beyond {furthest(columns, highest)}: {doubt}1 is taken as full"
+        return Verdict(1.0, False, f"{message}; {STATE}{highest.max():.1g}")
     if beyond:
         sure = abs(score) >= SURE
-        told = f"weights of {beyond} of {len(columns)} columns exceed {OVERDRIVEN:g}, one"
-        told = f"{told} reaches {furthest(columns, highest)}"
-        told = f"{'' if sure else doubt}{told}: they are taken as they are"
-        return Verdict(1.0, sure, told if sure else f"{told}; {STATE}100")
+        message = f"weights of {beyond} of {len(columns)} columns exceed {OVERDRIVEN:g}, one"
+        message = f"{message} reaches {furthest(columns, highest)}"
+        message = f"{'' if sure else doubt}{message}: they are taken as they are"
+        return Verdict(1.0, sure, message if sure else f"{message}; {STATE}100")
     if over > 0.3 * (highest > 0).sum():
-        told = f"weights of {over} of {len(columns)} columns exceed 1, one reaches {furthest(columns, highest)}"
-        return Verdict(1.0, False, f"{told}: {doubt}they are taken as they are; {STATE}100")
+        message = f"weights of {over} of {len(columns)} columns exceed 1, one reaches {furthest(columns, highest)}"
+        return Verdict(1.0, False, f"{message}: {doubt}they are taken as they are; {STATE}100")
     return Verdict(1.0, True)
 
 
@@ -167,34 +167,34 @@ def beyond_one(
     columns: Sequence[str],
     size: Float[np.ndarray, "t c"],
     highest: Float[np.ndarray, " c"],
-    reach: float,
+    peak: float,
     *,
     whole: bool,
 ) -> Verdict:
     """Values that go beyond weights: the scale that fits how far they get, and what speaks against it."""
-    if reach > SCALES[-1]:
+    if peak > SCALES[-1]:
         raise RigError(
-            f"has weights up to {reach:.3g}, beyond every usual scale: say what a full weight is at the top of a name "
+            f"has weights up to {peak:.3g}, beyond every usual scale: say what a full weight is at the top of a name "
             "map, such as full = 100000"
         )
     full = 100.0
-    if reach > PER_CENT_MOST:
-        full = next(scale for scale in SCALES if reach <= scale + 0.5)
-    elif TEN[0] < reach <= TEN[1] and highest.max() <= TEN[1]:
+    if peak > PER_CENT_MOST:
+        full = next(scale for scale in SCALES if peak <= scale + 0.5)
+    elif TEN[0] < peak <= TEN[1] and highest.max() <= TEN[1]:
         full = 10.0
     elif (
-        FIVE[0] < reach
+        FIVE[0] < peak
         and highest.max() <= FIVE[1]
         and 2 * sum(bool(UNITS.fullmatch(c)) for c in columns) > len(columns)
     ):
         full = 5.0
     exact = whole and full in SCALES and highest.max() == full
-    sure = exact or (full == 100 and HALF * full <= reach <= 1.1 * full)
-    told = f"{'' if sure else 'it is not certain, but '}weights reach {furthest(columns, highest)}"
-    told = f"{told}: they are taken as {unit_words(full)}"
-    doubts = [] if sure else [f"{STATE}{1 if full != 100 else 127 if reach > full else 10 if reach < 30 else 50:g}"]
+    sure = exact or (full == 100 and HALF * full <= peak <= 1.1 * full)
+    message = f"{'' if sure else 'it is not certain, but '}weights reach {furthest(columns, highest)}"
+    message = f"{message}: they are taken as {unit_words(full)}"
+    doubts = [] if sure else [f"{STATE}{1 if full != 100 else 127 if peak > full else 10 if peak < 30 else 50:g}"]
     doubts += mixed_columns(columns, highest, full) + mixed_frames(size, full)
-    return Verdict(full, sure and not doubts, "; ".join([told, *doubts]))
+    return Verdict(full, sure and not doubts, "; ".join([message, *doubts]))
 
 
 def mixed_columns(columns: Sequence[str], highest: Float[np.ndarray, " c"], full: float) -> list[str]:

@@ -44,13 +44,13 @@ def fill(
     as_before = (rank > LIKE_ANY and calm) or resting(held, y, here)
     filled = x.copy()
     filled[named] = held if as_before else zero
-    told = f"{seldom.sum():,} of {seldom.size:,} names are missing in some frames and "
+    message = f"{seldom.sum():,} of {seldom.size:,} names are missing in some frames and "
     some = [name for name, here_not in zip(names, seldom, strict=True) if here_not]
     which = f" ({', '.join(some)})" if len(some) <= FEW else ""
     if as_before:
-        return filled, (f"{told}keep their last value there{which}: the file seems to write only what changes",)
+        return filled, (f"{message}keep their last value there{which}: the file seems to write only what changes",)
     doubt = " (not certain: they may be unchanged instead)" if rank > LOW and calm else ""
-    return filled, (f"{told}count as 0 there{which}{doubt}",)
+    return filled, (f"{message}count as 0 there{which}{doubt}",)
 
 
 def _hold(x: Float[np.ndarray, "t c"], given: Bool[np.ndarray, "t c"]) -> Float[np.ndarray, "t c"]:
@@ -112,8 +112,8 @@ def fill_cells(
         return filled, f"numbers stand in 1 of every {every} rows: the rows between keep the last ones"
     if not many:
         return x, ""
-    filled[where], told = fill_many(x[where], given, [name for name, here in zip(names, faces, strict=True) if here])
-    return filled, told
+    filled[where], message = fill_many(x[where], given, [name for name, here in zip(names, faces, strict=True) if here])
+    return filled, message
 
 
 def fill_many(
@@ -124,14 +124,14 @@ def fill_many(
     Values that went on in between tell that numbers are missing: these cells stay blank.
     """
     y, notes = fill(x, given, names)
-    told = notes[0].replace("names are missing in some frames", "columns are blank in some rows")
+    message = notes[0].replace("names are missing in some frames", "columns are blank in some rows")
     blank = ~given.any(axis=1)
     if not held_in(y, x, given):
-        return y, told
+        return y, message
     if leaps(_hold(x, given), given):
         return x, ""
     more = f"; so do {blank.sum():,} rows without any number" if blank.any() else ""
-    return from_first(_hold(x, given), given), f"{told}{more}"
+    return from_first(_hold(x, given), given), f"{message}{more}"
 
 
 def from_first(x: Float[np.ndarray, "t c"], given: Bool[np.ndarray, "t c"]) -> Float[np.ndarray, "t c"]:

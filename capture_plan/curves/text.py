@@ -94,8 +94,8 @@ def text_of(path: Path) -> tuple[str, tuple[str, ...]]:
         if 0 in data[:SAMPLE_BYTES]:
             raise RigError("is not text: export the take again") from error
         page = 932 if is_japanese(data) else 1252
-        told = f"it is not UTF-8: its text is read as Windows code page {page}"
-        return data.decode(f"cp{page}", errors="replace"), (f"{told}{', Japanese' if page == 932 else ''}",)
+        message = f"it is not UTF-8: its text is read as Windows code page {page}"
+        return data.decode(f"cp{page}", errors="replace"), (f"{message}{', Japanese' if page == 932 else ''}",)
 
 
 def is_japanese(content: bytes) -> bool:
@@ -179,17 +179,17 @@ def of_one_delimiter(lines: Lines, first: int, delimiter: str, others: Sequence[
     """The lines with one delimiter, and a note: rows below line `first` that another one cuts into as many cells as
     there are names, more of them numbers, are joined anew; decimal commas become points."""
     whole = lines.texts[first].count(delimiter)
-    texts, told = list(lines.texts), dict.fromkeys(others, 0)
+    texts, message = list(lines.texts), dict.fromkeys(others, 0)
     for t in range(first + 1, len(texts)):
         ways = [other for other in others if other != delimiter and texts[t].count(other) == whole]
         best = max((delimiter, *ways), key=lambda way: numbers_in(split(texts[t], way))) if ways else delimiter
         if best != delimiter:
             texts[t] = delimiter.join(plain_cell(cell, delimiter) for cell in split(texts[t], best))
-            told[best] += 1
+            message[best] += 1
     notes = [
         f"{n:,} of {len(texts) - first - 1:,} rows are cut by {_spelled(other)}, not by {_spelled(delimiter)} as "
         "the names are: they are read as the others"
-        for other, n in told.items()
+        for other, n in message.items()
         if n
     ]
     return replace(lines, texts=tuple(texts), notes=(*lines.notes, *notes)) if notes else lines

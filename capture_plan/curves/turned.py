@@ -57,12 +57,12 @@ def _turned(rows: Sequence[Sequence[str]], down: int, notes: tuple[str, ...]) ->
     above = [_clock_of(row, down, wide) for row in rows[:first] if wide - 1 <= len(row) <= wide]
     columns = [row[down:] + [""] * (wide - len(row)) for row in map(list, (*above[-1:], *named))]
     frames = wide - down - 1
-    told = f"names run down and frames run across: it is turned ({len(named):,} names, {frames:,} frames)"
+    message = f"names run down and frames run across: it is turned ({len(named):,} names, {frames:,} frames)"
     lost = len(rows) - len(above[-1:]) - len(named)
     some = "1 of its lines holds" if lost == 1 else f"{lost:,} of its lines hold"
     more = (f"{some} neither weights nor times: left out",) if lost else ()
     texts = tuple(DELIMITER.join(cells) for cells in zip(*columns, strict=True))
-    return Lines(texts, tuple(range(1, len(texts) + 1)), DELIMITER, (*notes, told, *more))
+    return Lines(texts, tuple(range(1, len(texts) + 1)), DELIMITER, (*notes, message, *more))
 
 
 def _clock_of(row: Sequence[str], down: int, wide: int) -> list[str]:

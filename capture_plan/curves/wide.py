@@ -69,10 +69,10 @@ def _sentence(
     """What has to be said of the columns of other faces."""
     stem = next(stem for stem in stems[mine] if all(stem in stems[affix] for affix in others[:1]))
     alike = ", ".join(f"'{columns[stems[affix][stem]]}'" for affix in (mine, *others) if stem in stems[affix])
-    kept = f"'{columns[stems[mine][stem]]}'"
+    retained = f"'{columns[stems[mine][stem]]}'"
     return (
-        f"its columns are of {1 + len(others)} faces, or versions of one ({alike}): only those like {kept} are read, "
-        f"{left:,} of the others are left out"
+        f"its columns are of {1 + len(others)} faces, or versions of one ({alike}): only those like {retained} are "
+        f"read, {left:,} of the others are left out"
     )
 
 
@@ -101,13 +101,13 @@ def directions(affixes: Iterable[Affix]) -> set[Affix]:
 
 def _disjoint(stems: Mapping[Affix, dict[str, int]]) -> dict[Affix, dict[str, int]]:
     """Of affixes that share columns (`face0` and `face0_`) the one of most columns, of equals the longest."""
-    kept: dict[Affix, dict[str, int]] = {}
+    retained: dict[Affix, dict[str, int]] = {}
     taken: set[int] = set()
     for affix in sorted(stems, key=lambda affix: (-len(stems[affix]), -len("".join(affix)))):
         if taken.isdisjoint(stems[affix].values()):
-            kept[affix] = stems[affix]
+            retained[affix] = stems[affix]
             taken.update(stems[affix].values())
-    return kept
+    return retained
 
 
 def cuts(name: str) -> Iterator[tuple[Affix, str]]:

@@ -1,8 +1,8 @@
-"""Other layouts that are as good: what a person can have instead without losing anything worth mentioning.
+"""Other layouts that are as good: what a person can have instead without a loss that anybody could measure.
 
 Each next one is the best answer to the same settings that leaves a fifth of the places of every layout before it
-(`wishes.differences`). It counts when it is within 1 % of the first: in the cost of the program for a cover, in number
-and upper estimate of the error otherwise, in the error of the take where the first was chosen for one.
+(`constraints.differences`). It counts when it is within 1 % of the first: in the cost of the program for a cover, in
+number and upper estimate of the error otherwise, in the error of the take where the first was chosen for one.
 """
 
 import numpy as np
@@ -73,7 +73,7 @@ def compared(face: Face, settings: LayoutSettings, layout: Layout, other: Layout
     return Alternative(
         vertices=tuple(m.vertex for m in other.landmarks),
         landmarks=len(other.landmarks),
-        error_mm=other.worth.error_mm,
+        error_mm=other.information.error_mm,
         worse=round(_loss(layout, other), 4),
         leaves=tuple(layout.landmarks[i].name for i in away(layout, other)),
         takes=tuple(other.landmarks[i].label for i in away(other, layout)),
@@ -88,4 +88,4 @@ def _loss(layout: Layout, other: Layout) -> float:
     if layout.method == "motion" and layout.motion and other.motion:
         return other.motion.rmse_mm / max(layout.motion.rmse_mm, 1e-9) - 1
     number = len(other.landmarks) / len(layout.landmarks)
-    return max(number, other.worth.error_mm / max(layout.worth.error_mm, 1e-9)) - 1
+    return max(number, other.information.error_mm / max(layout.information.error_mm, 1e-9)) - 1

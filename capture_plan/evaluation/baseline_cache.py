@@ -1,4 +1,4 @@
-"""What the other methods choose at a budget, kept on disk, and how layouts fare blendshape by blendshape.
+"""What the other methods choose at a budget, cached on disk, and how layouts fare blendshape by blendshape.
 
 A baseline depends on the rig, its candidates, the number and the seed; not on noise, epsilon or spacing. Whoever turns
 those finds the baselines of the budget where they were.
@@ -38,8 +38,8 @@ def peers(face: Face, settings: LayoutSettings, count: int, *, seed: int = 0) ->
     Raises:
         InfeasibleError: there are fewer candidates.
     """
-    among = candidates(face)
-    return {name: _remembered(face, among, name, count, seed) for name in track(tuple(BASELINES), "Laying out peers")}
+    allowed = candidates(face)
+    return {name: _remembered(face, allowed, name, count, seed) for name in track(tuple(BASELINES), "Laying out peers")}
 
 
 def peers_by_budget(face: Face, settings: LayoutSettings, budgets: Sequence[int] = BUDGETS) -> dict[int, Layouts]:
@@ -98,10 +98,10 @@ def measure(face: Face, layouts: Layouts, noise_mm: float, *, seed: int = 0) -> 
     }
 
 
-def _remembered(face: Face, among: Candidates, name: str, count: int, seed: int) -> Int[np.ndarray, " m"]:
-    key = digest([METHOD, face.rig.fingerprint, *face.used, among.vertices, name, str(count), str(seed)])
+def _remembered(face: Face, candidates: Candidates, name: str, count: int, seed: int) -> Int[np.ndarray, " m"]:
+    key = digest([METHOD, face.rig.fingerprint, *face.used, candidates.vertices, name, str(count), str(seed)])
 
     def choose() -> dict[str, np.ndarray]:
-        return {"vertices": choose_baseline(name, among, count, seed)}
+        return {"vertices": choose_baseline(name, candidates, count, seed)}
 
     return cached(choose, "baselines", key, entries=ENTRIES)["vertices"]

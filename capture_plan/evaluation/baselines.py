@@ -36,7 +36,7 @@ from capture_plan.layout.farthest import Candidates, farthest_points
 from capture_plan.layout.pivoted_qr import Pivots
 from capture_plan.registration.nonrigid_icp import graph_stiffness
 
-KEPT_VARIANCE = 0.99
+RETAINED_VARIANCE = 0.99
 KMEANS_ROUNDS = 50
 RESTARTS = 5  # k-means ends in local minima: the best of five is kept
 OMEGA, CLUSTERS = 20.0, 6  # Le et al. 2013, section 6.3
@@ -44,24 +44,24 @@ NOTHING = 1e-30  # mm^2
 GROUND = 1e-6  # of L'L, whose entries are about 1: skin without any landmark stays in the neutral
 
 
-def at_random(among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
+def at_random(candidates: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
     """A random choice, the same start for every count."""
-    return np.random.default_rng(seed).permutation(among.vertices)[:count]
+    return np.random.default_rng(seed).permutation(candidates.vertices)[:count]
 
 
-def rgl15(among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
+def rgl15(candidates: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
     """Clusters of vertices that move alike."""
-    return among.vertices[nearest_to_centres(among.rows, count, seed)]
+    return candidates.vertices[nearest_to_centres(candidates.rows, count, seed)]
 
 
-def cxz02(among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
+def cxz02(candidates: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
     """Clusters of vertices that weigh alike in the principal directions."""
-    k = len(among.deltas)
-    X = among.rows.reshape(len(among.vertices), k, 3)
+    k = len(candidates.deltas)
+    X = candidates.rows.reshape(len(candidates.vertices), k, 3)
     _, sigma, A = np.linalg.svd(X.transpose(1, 0, 2).reshape(k, -1), full_matrices=False)
-    kept = 1 + int(np.searchsorted(np.cumsum(sigma**2) / np.sum(sigma**2), KEPT_VARIANCE))
-    rows = np.abs(A[:kept]).reshape(min(kept, len(A)), len(X), 3).transpose(1, 0, 2).reshape(len(X), -1)
-    return among.vertices[nearest_to_centres(rows, count, seed)]
+    retained = 1 + int(np.searchsorted(np.cumsum(sigma**2) / np.sum(sigma**2), RETAINED_VARIANCE))
+    rows = np.abs(A[:retained]).reshape(min(retained, len(A)), len(X), 3).transpose(1, 0, 2).reshape(len(X), -1)
+    return candidates.vertices[nearest_to_centres(rows, count, seed)]
 
 
 def nearest_to_centres(rows: Float[np.ndarray, "n r"], count: int, seed: int) -> Int[np.ndarray, " m"]:
@@ -92,15 +92,15 @@ def best_clusters(
     return best[1], best[2]
 
 
-def qr_pivot(among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
+def qr_pivot(candidates: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
     """Blockwise pivoted QR of the response; needs no seed."""
-    n = len(among.vertices)
-    pivots, free = Pivots(among.rows.reshape(n, -1, 3).transpose(0, 2, 1)), np.ones(n, dtype=bool)
+    n = len(candidates.vertices)
+    pivots, free = Pivots(candidates.rows.reshape(n, -1, 3).transpose(0, 2, 1)), np.ones(n, dtype=bool)
     chosen: list[int] = []
     for _ in range(count):
         chosen.append(pivots.take(np.flatnonzero(free), np.ones(n, dtype=int)))
         free[chosen[-1]] = False
-    return among.vertices[chosen]
+    return candidates.vertices[chosen]
 
 
 class LeastSquaresMesh:
@@ -109,14 +109,14 @@ class LeastSquaresMesh:
     `R`: what it misses of X (v r) at each of them, in X's unit.
     """
 
-    def __init__(self, among: Candidates, X: Callable[[np.ndarray], np.ndarray], omega: float) -> None:
+    def __init__(self, candidates: Candidates, X: Callable[[np.ndarray], np.ndarray], omega: float) -> None:
         """No landmark yet. `X` gives the rows of some vertices; `omega` is infinite where landmarks hold exactly."""
-        self.at, inside = np.unique(among.skin_triangles, return_inverse=True)
+        self.at, inside = np.unique(candidates.skin_triangles, return_inverse=True)
         LL = graph_stiffness(inside.reshape(-1, 3), len(self.at))
         A = csc_array(LL + GROUND * eye_array(len(self.at)))
         self.solver = splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options={"SymmetricMode": True})
         self.R, self.slack = X(self.at), omega**-2.0
-        self.own = np.flatnonzero(np.isin(self.at, among.vertices))
+        self.own = np.flatnonzero(np.isin(self.at, candidates.vertices))
         self.chosen: list[int] = []
         self.K = np.empty((len(self.at), 0))
 
@@ -127,8 +127,8 @@ class LeastSquaresMesh:
     def add(self, h: int) -> None:
         """One more landmark, at number h of `at`."""
         column = self.solver.solve((np.arange(len(self.at)) == h).astype(float))
-        among = self.K[self.chosen] + self.slack * np.eye(len(self.chosen))
-        G = column - self.K @ np.linalg.solve(among, self.K[h]) if self.chosen else column
+        candidates = self.K[self.chosen] + self.slack * np.eye(len(self.chosen))
+        G = column - self.K @ np.linalg.solve(candidates, self.K[h]) if self.chosen else column
         self.R = self.R - np.outer(G / (G[h] + self.slack), self.R[h])
         self.K, self.chosen = np.column_stack([self.K, column]), [*self.chosen, h]
 
@@ -139,23 +139,23 @@ class LeastSquaresMesh:
             self.add(int(self.own[wrong.argmax()]))
 
 
-def sco04(among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
+def sco04(candidates: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
     """Greedily where the least-squares mesh of the movement is most wrong; needs no seed."""
-    mesh = LeastSquaresMesh(among, among.rows_at, np.inf)
+    mesh = LeastSquaresMesh(candidates, candidates.rows_at, np.inf)
     mesh.add_worst(count)
     return mesh.at[mesh.chosen]
 
 
-def ls_meshes(among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
+def ls_meshes(candidates: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
     """Greedily where the least-squares mesh of the neutral is most wrong, from its mean on; needs no seed."""
-    mesh = LeastSquaresMesh(among, lambda at: among.neutral[at] - among.neutral[at].mean(axis=0), OMEGA)
+    mesh = LeastSquaresMesh(candidates, lambda at: candidates.neutral[at] - candidates.neutral[at].mean(axis=0), OMEGA)
     mesh.add_worst(count)
     return mesh.at[mesh.chosen]
 
 
-def msls_meshes(among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
+def msls_meshes(candidates: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
     """Greedily where one vertex explains most of what the least-squares mesh misses of its cluster."""
-    mesh, rows = LeastSquaresMesh(among, among.rows_at, OMEGA), among.rows
+    mesh, rows = LeastSquaresMesh(candidates, candidates.rows_at, OMEGA), candidates.rows
     size = np.linalg.norm(rows, axis=1, keepdims=True)
     cluster = best_clusters(rows / np.where(size > 0, size, 1), min(CLUSTERS, len(rows)), seed)[0]
     for _ in range(count):
@@ -165,8 +165,8 @@ def msls_meshes(among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m
         inside = np.flatnonzero(cluster == missed.argmax())
         # sum_n (R_h . R_n)^2 / |R_h|^2: what regression on R_h explains
         own = R[inside]
-        told = np.square(own @ own.T).sum(axis=1) / np.maximum(np.square(own).sum(axis=1), NOTHING)
-        mesh.add(int(mesh.own[inside[np.where(free[inside], told, -1).argmax()]]))
+        message = np.square(own @ own.T).sum(axis=1) / np.maximum(np.square(own).sum(axis=1), NOTHING)
+        mesh.add(int(mesh.own[inside[np.where(free[inside], message, -1).argmax()]]))
     return mesh.at[mesh.chosen]
 
 
@@ -183,23 +183,23 @@ BASELINES: dict[str, Baseline] = {
 }
 
 
-def choose_baseline(name: str, among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
+def choose_baseline(name: str, candidates: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
     """`count` vertices by the baseline of that name.
 
     Raises:
         InfeasibleError: there are fewer candidates.
     """
-    must_have(among, count)
-    return BASELINES[name](among, count, seed)
+    must_have(candidates, count)
+    return BASELINES[name](candidates, count, seed)
 
 
-def must_have(among: Candidates, count: int) -> None:
+def must_have(candidates: Candidates, count: int) -> None:
     """Refuses a number of landmarks that there are not as many candidates for.
 
     Raises:
         InfeasibleError: there are fewer.
     """
-    if count > len(among.vertices):
+    if count > len(candidates.vertices):
         raise InfeasibleError(
-            f"{count:,} landmarks asked for, {len(among.vertices):,} vertices may carry one: ask for fewer"
+            f"{count:,} landmarks asked for, {len(candidates.vertices):,} vertices may carry one: ask for fewer"
         )

@@ -122,8 +122,8 @@ def compare_layouts(
         >>> max(found.rows, key=lambda row: len(row.vertices)).method
         '72 points (MPEG-4), placed'
     """
-    observation, among = face.observation(settings.noise_mm), candidates(face)
-    must_have(among, max(budgets))
+    observation, subset = face.observation(settings.noise_mm), candidates(face)
+    must_have(subset, max(budgets))
     k = len(face.used)
     performances = {MIXES: random_mixes(k, frames=FRAMES, seed=seed), SINGLES: single_blendshapes(k)}
     if take is not None:
@@ -134,11 +134,11 @@ def compare_layouts(
         layouts += _ours(face, settings, sites, budget, noises_mm=noises_mm, seed=seed)
         layouts += for_take(face, settings, budget, takes) if takes else []
     for name, budget in track(tuple(product(BASELINES, sorted(budgets))), "Laying out the baselines"):
-        layouts.append((name, choose_baseline(name, among, budget, seed)))
+        layouts.append((name, choose_baseline(name, subset, budget, seed)))
 
     rows = []
     for method, vertices in track(sorted(layouts, key=lambda one: len(one[1])), "Measuring every layout"):
-        worth, blind = observation.worth(vertices), blind_spots(face, settings, vertices)
+        information, blind = observation.information(vertices), blind_spots(face, settings, vertices)
         scores = {
             name: tuple(
                 reconstruct(observation, face.used, vertices, truth, noise_mm=noise, seed=seed) for noise in noises_mm
@@ -147,7 +147,7 @@ def compare_layouts(
         }
         lost = round(takes.error(vertices), 5) if takes else None
         at = tuple(vertices.tolist())
-        rows.append(Row(method, at, worth.rank, worth.condition, worth.error_mm, blind, scores, lost))
+        rows.append(Row(method, at, information.rank, information.condition, information.error_mm, blind, scores, lost))
     return Comparison(
         rig=face.rig.name,
         blendshapes=k,
@@ -156,7 +156,7 @@ def compare_layouts(
         budgets=tuple(sorted(budgets)),
         least_mm=tuple(error_bound(observation, sites, budget=budget).error_mm for budget in sorted(budgets)),
         full_rank=observation.full_rank,
-        candidates=len(among.vertices),
+        candidates=len(subset.vertices),
         noises_mm=tuple(noises_mm),
         frames={name: len(truth) for name, truth in performances.items()},
         rows=tuple(rows),
@@ -232,6 +232,6 @@ def for_take(face: Face, settings: LayoutSettings, budget: int, takes: Takes) ->
 
 
 def error_driven(face: Face, settings: LayoutSettings, budget: int) -> Int[np.ndarray, " m"]:
-    """At most `budget` vertices with the least upper estimate found at `settings.noise_mm`, all wishes kept."""
+    """At most `budget` vertices with the least upper estimate found at `settings.noise_mm`, all constraints kept."""
     task = task_of(face, replace(settings, method="budget", budget=budget))
     return task.sites.members(within_budget(task, None)[1])

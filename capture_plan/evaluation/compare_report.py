@@ -91,8 +91,8 @@ def foot(found: Comparison) -> str:
     """What the ranks are of, and which layouts reach all that there is to reach."""
     short = sum(row.rank < found.full_rank for row in found.rows)
     all_of = f"all of the skin identifies {found.full_rank} of {found.blendshapes}"
-    reach = f"{short} of {len(found.rows)} layouts do not reach that" if short else "every layout reaches that"
-    return f"     rank: independent mixes of blendshapes that a layout identifies; {all_of}, {reach}"
+    relative = f"{short} of {len(found.rows)} layouts do not reach that" if short else "every layout reaches that"
+    return f"     rank: independent mixes of blendshapes that a layout identifies; {all_of}, {relative}"
 
 
 def is_ours(row: Row) -> bool:

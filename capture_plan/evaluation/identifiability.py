@@ -1,11 +1,11 @@
 """What a layout lets us see: which blendshapes it knows, which it confuses, and what each landmark is there for.
 
 Data       B          landmark response (3m k), three rows a landmark, millimetres at full weight; b_k its columns
-           sigma      noise of a landmark coordinate, millimetres;  C the covariance of the weights (see `worth`)
+           sigma      noise of a landmark coordinate, millimetres;  C the covariance of the weights (see `information`)
 Answers    B = U S V^T               singular values: how strongly each mix of blendshapes moves the landmarks
            |b_k| / sigma             signal to noise: blendshape k alone at full weight against the noise along b_k
            angle(b_i, b_j)           0 degrees: i and j move all landmarks alike. Weights are never negative, so that
-                                     opposites (180 degrees) are told apart
+                                     opposites (180 degrees) are distinguished
            B^T B - A_m^T A_m         the same without landmark m, A_m being its three rows; B^T B + A^T A with one more
 """
 
@@ -130,7 +130,7 @@ def separators(
     pairs: tuple[tuple[str, str], ...],
 ) -> tuple[Separator, ...]:
     """For each pair the vertex, at the spacing to all landmarks, that would open the angle between the two most."""
-    sites = single_sites(face.reach(settings), face.visibility, face.allowed(settings))
+    sites = single_sites(face.relative_displacement(settings), face.visibility, face.allowed(settings))
     along = geodesic_distance(face.graph, vertices)[:, sites.vertices[:, 0]]
     apart = along.min(axis=0) >= max(settings.spacing_mm, 1e-9)
     at = sites.vertices[apart, 0]
@@ -185,8 +185,8 @@ def reasons(face: Face, settings: LayoutSettings, vertices: Int[np.ndarray, " m"
     found = []
     for m in range(len(vertices)):
         without = angles(B.T @ B - A[m].T @ A[m])
-        kept = np.divide(without, whole, out=np.ones((k, k)), where=whole > 0)
-        i, j = (int(n) for n in np.unravel_index(kept.argmin(), (k, k)))
+        retained = np.divide(without, whole, out=np.ones((k, k)), where=whole > 0)
+        i, j = (int(n) for n in np.unravel_index(retained.argmin(), (k, k)))
         pair = (min(face.used[i], face.used[j]), max(face.used[i], face.used[j]))
         only_one = tuple(face.used[n] for n in np.flatnonzero(alone[:, m]))
         found.append(Reason(only_one, pair, float(whole[i, j]), float(without[i, j])))

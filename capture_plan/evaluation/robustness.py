@@ -1,6 +1,6 @@
 """How much can go wrong with a layout: dots that fall off, and dots that sit beside their place.
 
-Letters    A_m, A   deltas of landmark m and of a place beside it (3 k), D = A - A_m;  B, C, G, sigma, tau as in `worth`
+Letters    A_m, A   deltas of landmark m and of a place beside it (3 k), D = A - A_m; B, C, G, sigma, tau: `information`
 Lost       error'^2 = error^2 + trace(S^-1 A C G C A^T),   S = sigma^2 I - A C A^T,
            A being the three rows of one landmark or the six of two, so that C' = C + C A^T S^-1 A C
 Measured   the solver knows where the dot sits: landmark m is lost and one at the new place added (see `gains`)
@@ -19,7 +19,7 @@ from capture_plan.layout.gains import error_gains
 from capture_plan.layout.observation import PRIOR_SD, Observation
 
 GROWTH = 1.1  # the upper estimate may grow by a tenth
-REACH_MM, STEP_MM, DIRECTIONS = 15.0, 0.5, 16  # places that are tried around a landmark
+EXTENT_MM, STEP_MM, DIRECTIONS = 15.0, 0.5, 16  # places that are tried around a landmark
 DOT_MM = 4.0  # a substitute stands clear of the spot: dots are 3 to 4 mm wide
 
 
@@ -35,7 +35,7 @@ class Loss(Struct, frozen=True):
 class Tolerance(Struct, frozen=True):
     """How far a dot may sit from its place along the skin, in the worst and in the best direction, millimetres.
 
-    `best_mm` is `REACH_MM` where nothing happens as far as was tried. The end of the skin is an end too.
+    `best_mm` is `EXTENT_MM` where nothing happens as far as was tried. The end of the skin is an end too.
     """
 
     worst_mm: float
@@ -117,9 +117,9 @@ def measured_error(
 
 
 def polar_places() -> Float[np.ndarray, "d r 2"]:
-    """Places around a landmark: `DIRECTIONS` rays, every `STEP_MM` to `REACH_MM`."""
+    """Places around a landmark: `DIRECTIONS` rays, every `STEP_MM` to `EXTENT_MM`."""
     angle = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    radius = STEP_MM * np.arange(1, round(REACH_MM / STEP_MM) + 1)
+    radius = STEP_MM * np.arange(1, round(EXTENT_MM / STEP_MM) + 1)
     return radius[None, :, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)[:, None, :]
 
 
@@ -163,9 +163,11 @@ def tolerances(
     answers = []
     for m, chart in enumerate(charts):
         A = chart.deltas(observation.deltas, places)
-        kept = chart.on_skin(places) & keeps_covers(A, largest, alone[:, m], epsilon)
+        retained = chart.on_skin(places) & keeps_covers(A, largest, alone[:, m], epsilon)
         found = [
-            tolerance(chart, (kept & (error(observation, C, A_all[m], A) <= GROWTH * before)).reshape(rays.shape[:2]))
+            tolerance(
+                chart, (retained & (error(observation, C, A_all[m], A) <= GROWTH * before)).reshape(rays.shape[:2])
+            )
             for error in (unnoticed_error, measured_error)
         ]
         answers.append((found[0], found[1]))

@@ -62,16 +62,16 @@ def flatten(
     graph: csr_array,
     vertices: Int[np.ndarray, " m"],
     *,
-    reach_mm: float,
+    extent_mm: float,
 ) -> tuple[Chart, ...]:
     """A chart around each of `vertices`; `graph` is `surface_graph` of the skin.
 
-    It reaches `reach_mm` and one longest edge more, so that every vertex beside a coarse mesh's landmark is in it.
+    It reaches `extent_mm` and one longest edge more, so that every vertex beside a coarse mesh's landmark is in it.
     """
     charts = []
     for vertex in vertices.tolist():
         longest = float(graph[[vertex]].data.max(initial=0.0))
-        distance = geodesic_distance(graph, np.array([vertex]), limit=reach_mm + longest)[0]
+        distance = geodesic_distance(graph, np.array([vertex]), limit=extent_mm + longest)[0]
         at = np.flatnonzero(np.isfinite(distance))
         axes = tangent_axes(normals[vertex])
         seen = (neutral[at] - neutral[vertex]) @ axes.T

@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 
 from capture_plan.anatomy.regions import MIDDLE
-from capture_plan.audit.kept import audit_once
+from capture_plan.audit.audit_cache import audit_once
 from capture_plan.expressions.listing import blendshape_importance
 from capture_plan.expressions.problem import state_problem
 from capture_plan.layout.face import see_face
@@ -95,8 +95,8 @@ def rule_arrays(plan: Plan, inputs: PlanInputs, used: tuple[str, ...]) -> Arrays
     rig, settings = inputs.rig, plan.settings.expressions
     apart = collide(rig, used, settings)
     problem = state_problem(rig, used, settings, inputs.rules, apart)
-    worth = blendshape_importance(rig, problem.names, settings, inputs.target)
-    share = dict(zip(problem.names, worth / worth.sum(), strict=True))
+    importance = blendshape_importance(rig, problem.names, settings, inputs.target)
+    share = dict(zip(problem.names, importance / importance.sum(), strict=True))
     kinds = ("pairs", "local", "relaxed", "exclusive", "colliding", "drivers")
     return {
         **{kind: np.array(getattr(problem, kind), dtype=str).reshape(-1, 2) for kind in kinds},

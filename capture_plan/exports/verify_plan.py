@@ -67,8 +67,8 @@ class Face:
         largest, may = np.where(seen, self.moved, 0).max(axis=1, keepdims=True), seen.copy()
         may[self.pins] = True
         known = np.where(may & (largest > self.want["noise_mm"]), self.moved, 0)
-        self.reach = np.minimum(known / np.where(largest > 0, largest, 1), 1)
-        self.covers = self.reach >= self.want["epsilon"]
+        self.relative_displacement = np.minimum(known / np.where(largest > 0, largest, 1), 1)
+        self.covers = self.relative_displacement >= self.want["epsilon"]
         # G = mean over the moving skin of D_v' D_v
         self.deltas = deltas.astype(float)
         D = self.deltas[:, self.moving].reshape(len(self.used), -1)
@@ -88,17 +88,17 @@ class Face:
         may = may.copy()
         may[image[self.pins]] = True
         apart = np.linalg.norm(x - x[image], axis=1) >= self.want["spacing_mm"]
-        kept = may & may[image] & (image[image] == v) & ((image == v) | (apart & (x[:, 0] < x[image, 0])))
-        return np.stack([v[kept], image[kept]], axis=1)
+        retained = may & may[image] & (image[image] == v) & ((image == v) | (apart & (x[:, 0] < x[image, 0])))
+        return np.stack([v[retained], image[retained]], axis=1)
 
     def covariance(self, vertices):
         """C = (B' B / sigma^2 + I / tau^2)^-1, B the three rows of deltas of every landmark."""
         B = self.deltas[:, vertices].reshape(len(self.used), -1).T
         return np.linalg.inv(B.T @ B / self.want["noise_mm"] ** 2 + np.eye(len(self.used)) / PRIOR_SD**2)
 
-    def quality(self, reach, seen):
+    def quality(self, relative, seen):
         """w = 2 - (1 - alpha) r - alpha l (Zell & McDonnell 2022, eq. 1): 0 best, 2 worst."""
-        return 2 - (1 - self.want["alpha"]) * reach - self.want["alpha"] * seen
+        return 2 - (1 - self.want["alpha"]) * relative - self.want["alpha"] * seen
 
     def error(self, vertices):
         """sqrt(trace(G C)), millimetres: the upper estimate, for weights of any size."""
@@ -152,7 +152,7 @@ def check_places(face):
                 "triangle": triangle,
                 "barycentric": (rig["triangles"][triangle] == v).astype(float).tolist(),
                 "blendshapes": [name for name, covers in zip(face.used, on, strict=True) if covers],
-                "quality": float(face.quality(face.reach[:, v], seen)[on].mean()) if on.any() else 2.0,
+                "quality": float(face.quality(face.relative_displacement[:, v], seen)[on].mean()) if on.any() else 2.0,
                 "visibility": seen,
                 "role": "head" if letter == "H" else "backup" if m["round"] else "primary",
             }
@@ -221,9 +221,12 @@ def check_programs(face):
         rows, v = [face.used.index(name) for name in program["blendshapes"]], program["vertices"]
         at = np.flatnonzero(np.isin(face.sites, v).any(axis=1))
         pairs, size = face.sites[at], face.size[at]
-        reach, seen = face.reach[rows][:, pairs].max(axis=2), face.rig["visibility"][pairs].min(axis=1)
-        covers = reach >= face.want["epsilon"]
-        w = np.where(covers, face.quality(reach, seen), 0).sum(axis=0)
+        relative, seen = (
+            face.relative_displacement[rows][:, pairs].max(axis=2),
+            face.rig["visibility"][pairs].min(axis=1),
+        )
+        covers = relative >= face.want["epsilon"]
+        w = np.where(covers, face.quality(relative, seen), 0).sum(axis=0)
         mean = np.where(covers.any(axis=0), w / np.maximum(covers.sum(axis=0), 1), 2)
         kinds = {"count": size, "paper": w, "lexicographic": size * mean}
         cost = float(np.rint(kinds["count" if ordered else face.want["weights"]] / 1e-4).sum() * 1e-4)
@@ -236,7 +239,7 @@ def check_programs(face):
         yield what, holds, f"{len(rows)} blendshapes, cost {cost:.4f} {' '.join(wrong)}"
 
 
-def check_worth(face):
+def check_information(face):
     """Rank, condition and upper estimate of the layout, of its first landmarks and of other layouts."""
     layout, at = face.layout, {m["name"]: m["vertex"] for m in face.layout["landmarks"]}
     strength = np.sqrt(np.clip(np.linalg.eigvalsh(face.G), 0, None))
@@ -244,7 +247,7 @@ def check_worth(face):
     others = layout["references"]
     yield "other layouts stand beside it", len(others) == 2 + bool(points), ", ".join(others)
     for name, said, v in [
-        ("the layout", layout["worth"], [*at.values()]),
+        ("the layout", layout["information"], [*at.values()]),
         *((name, one, one["vertices"]) for name, one in others.items()),
     ]:
         sigma = np.linalg.svd(face.deltas[:, v].reshape(len(face.used), -1), compute_uv=False)
@@ -283,7 +286,7 @@ def check_error_bound(face):
         return
     M = M if layout["method"] == "budget" else len(layout["landmarks"])
     bound = least_by(face, said)(M)
-    holds = alike(said["error_mm"], bound) and bound <= layout["worth"]["error_mm"] + SAME
+    holds = alike(said["error_mm"], bound) and bound <= layout["information"]["error_mm"] + SAME
     what = f"proved: no layout of {M} landmarks has an upper estimate below {said['error_mm']:.3f} mm"
     yield what, holds, f"the shares prove {bound:.4f} mm"
     target = min(layout["references"][name]["error_mm"] for name in TARGETS if name in layout["references"])
@@ -364,9 +367,9 @@ class Scans:
         self.partners = joined(self.names, partners)  # may share skin: their side tells them apart
         self.barred = {frozenset(p) for p in (*self.rules["exclusive"], *self.rules["colliding"], *edits["apart"])}
         self.number = {name: where for name, where in edits["locked"].items() if isinstance(where, int)}
-        beside = [[name, *where] for name, where in edits["locked"].items() if not isinstance(where, int)]
+        companions = [[name, *where] for name, where in edits["locked"].items() if not isinstance(where, int)]
         same = [[n for n in self.number if self.number[n] == where] for where in set(self.number.values())]
-        self.together = [p for p in partners if p not in self.rules["relaxed"]] + edits["together"] + beside + same
+        self.together = [p for p in partners if p not in self.rules["relaxed"]] + edits["together"] + companions + same
         self.item = joined(self.names, self.together)  # what is performed as one
         self.most = int(rig["most_things"])  # movements that one expression asks for at most, 0 for any
         self.lists = [*(shot["blendshapes"] for shot in self.packing["expressions"]), *self.packing["unscanned"]]
@@ -445,7 +448,7 @@ def check_fewest(face):
     yield f"proved: no list has fewer than {packing['bound']} expressions", holds, found
     wrong = unlike(packing, {"objective": J, "proven_optimal": least == J})
     holds = not wrong and least <= packing["solver_bound"] <= J
-    proves = packing["method"] == "early" or (packing["method"] != "greedy" and packing["kept"] is None)
+    proves = packing["method"] == "early" or (packing["method"] != "greedy" and packing["unmoved"] is None)
     holds &= proves or not packing["order_proven"]
     words = "proved" if packing["proven_optimal"] else "not proved"
     yield f"{packing['objective']} expressions, {words} the fewest", holds, f"{J} expressions, at least {least} proved"
@@ -582,7 +585,7 @@ CHECKS = (
     check_places,
     check_cover,
     check_programs,
-    check_worth,
+    check_information,
     check_error_bound,
     check_head_pose,
     check_expressions,

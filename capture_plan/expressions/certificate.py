@@ -138,9 +138,9 @@ def own_rules(rig: Rig, used: tuple[str, ...], packing: Packing, mu: float, rule
         whole = _items(used, packing)
         costs = {frozenset((a, b)): cost for a, b, cost in hard_together(rig, used, rules)}
         for a, b, cost in packing.hard:
-            told = max((costs.get(frozenset((i, j)), 0) for i in whole[a] for j in whole[b]), default=0)
-            if told != cost:
-                faults.append(f"'{a}' with '{b}' costs {told}, not {cost}")
+            message = max((costs.get(frozenset((i, j)), 0) for i in whole[a] for j in whole[b]), default=0)
+            if message != cost:
+                faults.append(f"'{a}' with '{b}' costs {message}, not {cost}")
     return faults
 
 
@@ -226,8 +226,8 @@ def misplaced(packing: Packing) -> list[str]:
 
 def _items(names: tuple[str, ...], packing: Packing) -> dict[str, tuple[str, ...]]:
     """Who is performed together, by each of them."""
-    kept = [pair for pair in _pairs(packing) if pair not in packing.relaxed]
-    return {name: item for item in groups(names, [*kept, *packing.edits.companions]) for name in item}
+    retained = [pair for pair in _pairs(packing) if pair not in packing.relaxed]
+    return {name: item for item in groups(names, [*retained, *packing.edits.companions]) for name in item}
 
 
 def _pairs(packing: Packing) -> tuple[tuple[str, str], ...]:

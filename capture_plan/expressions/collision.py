@@ -2,7 +2,7 @@
 
 Data       x[n]       points of one surface in a pose       p[m], n[m]   vertices and unit normals of another, same pose
 Depth      D[n] = -(x - p) . n at the nearest p, 0 where that is negative: how deep x lies behind that surface
-           Nothing is said where p is further off than REACH_MM, on the border of its mesh, or aside rather than before
+           Nothing is said where p is further off than EXTENT_MM, on the border of its mesh, or aside rather than before
            x: there the surface ends or bends away, and x may well pass beside it
 Tests      lower lip in upper lip and back, upper lid in lower lid and back, lids in eyeballs, teeth before the lips
 Excess     D[combined] - max(D[neutral], D[each movement alone]), per point: a lid that touches its ball at rest, or a
@@ -27,7 +27,7 @@ from capture_plan.progress import track
 from capture_plan.rig import Rig
 
 TOUCH_MM = 1.0  # lips and lids are soft and give way by about a millimetre; deeper is a pose that flesh cannot take
-REACH_MM = 6.0  # half as thick as a lip; deeper than that a point may as well have come out on the other side
+EXTENT_MM = 6.0  # half as thick as a lip; deeper than that a point may as well have come out on the other side
 ASIDE = 0.7  # least cosine between x - p and the normal: 45 degrees
 FEWEST = 3  # vertices: one or two are where the triangles are too large to tell
 STILL_MM = 0.05  # a movement below it changes no depth that counts
@@ -81,7 +81,7 @@ def depth_behind(
     border: Bool[np.ndarray, " m"],
 ) -> Float[np.ndarray, " n"]:
     """D, millimetres: 0 for points in front of the surface and for those of which nothing can be said."""
-    away, nearest = KDTree(surface).query(points, distance_upper_bound=REACH_MM)
+    away, nearest = KDTree(surface).query(points, distance_upper_bound=EXTENT_MM)
     near = np.isfinite(away)
     p, depth = np.asarray(nearest)[near], np.zeros(len(points))
     behind = -np.einsum("nx,nx->n", points[near] - surface[p], normals[p])

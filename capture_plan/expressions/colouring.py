@@ -55,7 +55,7 @@ def colour(instance: Instance, j: int) -> Int[np.ndarray, " g"] | None:
     if instance.least > j:
         return None
     kernel = np.flatnonzero(core(graph, j))
-    solved = _colour_kernel(instance.among(kernel), j) if len(kernel) else np.zeros(0, dtype=int)
+    solved = _colour_kernel(instance.restricted_to(kernel), j) if len(kernel) else np.zeros(0, dtype=int)
     if solved is None:
         return None
     colours = np.full(len(graph), -1)

@@ -61,8 +61,8 @@ def driven(rig: Rig, used: tuple[str, ...], rules: Rules | None = None) -> tuple
         for base in used
         if name != base and any(a in calls[name] and base in meant[b] for a, b in needed)
     ]
-    told = {name for name, _ in by_rule}  # a viseme that the shape speaks for would open the jaw a second time
-    return tuple(dict.fromkeys([*(pair for pair in by_shape if pair[0] not in told), *by_rule]))
+    message = {name for name, _ in by_rule}  # a viseme that the shape speaks for would open the jaw a second time
+    return tuple(dict.fromkeys([*(pair for pair in by_shape if pair[0] not in message), *by_rule]))
 
 
 def _meant(rig: Rig, used: tuple[str, ...], call: str) -> tuple[str, ...]:

@@ -40,14 +40,14 @@ def conflict_graph(sets: Bool[np.ndarray, "g n"]) -> Bool[np.ndarray, "g g"]:
 def edge_cover(sets: Bool[np.ndarray, "g n"]) -> Bool[np.ndarray, "g m"]:
     """Few of the sets that still name every conflict: each, from the largest on, that adds one."""
     seen = np.zeros((len(sets), len(sets)), dtype=bool)
-    kept = []
+    retained = []
     for column in np.argsort(-sets.sum(axis=0), kind="stable"):
         items = np.flatnonzero(sets[:, column])
         if len(items) > 1 and not seen[np.ix_(items, items)].all():
             seen[np.ix_(items, items)] = True
             np.fill_diagonal(seen, True)
-            kept.append(column)
-    return sets[:, kept]
+            retained.append(column)
+    return sets[:, retained]
 
 
 def core(graph: Bool[np.ndarray, "g g"], degree: int) -> Bool[np.ndarray, " g"]:

@@ -61,7 +61,7 @@ class _Table(NamedTuple):
 
 
 def _many(rig: Rig, blendshapes: tuple[str, ...], points: dict[str, float]) -> list[tuple[float, str]]:
-    """Movements that are told apart; what has no words is counted by its partners."""
+    """Movements that are distinguished; what has no words is counted by its partners."""
     named = tuple(name for name in blendshapes if arkit_by_motion(rig, name))
     nameless = tuple(name for name in blendshapes if name not in named)
     count = len(movements_in_words(rig, named)) + len(grouped(rig, nameless))

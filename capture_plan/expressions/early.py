@@ -118,7 +118,7 @@ def model_of(rig: Rig, problem: Problem, settings: PackingSettings, target: Targ
     for, and several targets count alike."""
     rows = rig.rows(problem.names)
     known = [expectation(rig, one) for one in target_list(rig, target) or (None,)]
-    expected = mean_expectation(known).among(rows)
+    expected = mean_expectation(known).restricted_to(rows)
     if settings.importance == "paper":
         expected = expected.weighed(blendshape_importance(rig, problem.names, settings, target))
     persons = cache(lambda: habit_squares(rig, people=PEOPLE, seed=SEED)[:, rows])

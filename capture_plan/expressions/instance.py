@@ -47,7 +47,7 @@ class Instance:
     def __len__(self) -> int:
         return len(self.sets)
 
-    def among(self, items: Int[np.ndarray, " i"]) -> "Instance":
+    def restricted_to(self, items: Int[np.ndarray, " i"]) -> "Instance":
         """The problem of some of the items, numbered anew; costs are left to who asks for the whole."""
         return Instance(self.sets[items], self.things[items], self.most, self.place[items])
 

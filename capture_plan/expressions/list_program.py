@@ -47,7 +47,7 @@ def heaviest_and_rest(
     items = np.flatnonzero(left)
     new = {int(i): n for n, i in enumerate(items)}
     costs = tuple((new[a], new[b], c) for a, b, c in instance.costs if a in new and b in new)
-    part = instance.among(items)
+    part = instance.restricted_to(items)
     model, x = assignment(part, j + 1)
     candidates, must = part.candidates(np.ones(len(items), dtype=bool), e)
     for i in np.flatnonzero(~candidates):

@@ -21,7 +21,7 @@ from capture_plan.expressions.importance import (
 )
 from capture_plan.expressions.problem import Pairs, Problem
 from capture_plan.expressions.record import Expression, Packing
-from capture_plan.expressions.sentences import told_apart
+from capture_plan.expressions.sentences import distinct_sentences
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.rig import Rig
 from capture_plan.transfer.importance import transfer_importance
@@ -45,10 +45,10 @@ def packing_record(
     problem: Problem,
     settings: PackingSettings,
     chosen: list[tuple[int, ...]],
-    worth: Float[np.ndarray, " k"],
+    importance: Float[np.ndarray, " k"],
     proofs: Proofs,
     *,
-    kept: int | None = None,
+    unmoved: int | None = None,
 ) -> Packing:
     """The record of a list: all of it follows from `chosen`, the blendshapes of every expression by their number in the
     problem, and from what was proved."""
@@ -58,7 +58,7 @@ def packing_record(
     done = {k for expression in shot for k in expression}
     return Packing(
         method=settings.method,
-        expressions=_expressions(rig, names, shot, worth / worth.sum(), problem.drivers),
+        expressions=_expressions(rig, names, shot, importance / importance.sum(), problem.drivers),
         objective=len(chosen),
         bound=bound,
         solver_bound=proofs.bound,
@@ -78,7 +78,7 @@ def packing_record(
         hard=problem.hard_in(chosen),
         overlaps=problem.overlaps,
         edits=problem.edits,
-        kept=kept,
+        unmoved=unmoved,
     )
 
 
@@ -103,17 +103,17 @@ def blendshape_importance(
 
 def item_importance(rig: Rig, problem: Problem, settings: PackingSettings, target: TargetDeltas) -> Weigh:
     """Importance of each item once some are packed: eq. 4 with its term for uniqueness."""
-    worth = blendshape_importance(rig, problem.names, settings, target)
+    importance = blendshape_importance(rig, problem.names, settings, target)
     belongs = np.zeros((len(problem.items), len(problem.names)))
     for i, item in enumerate(problem.items):
         belongs[i, list(item)] = 1
     if settings.uniqueness == 0:
-        fixed = belongs @ worth
+        fixed = belongs @ importance
         return lambda packed: fixed
     rows = rig.rows(problem.names)
     cosine = cosine_similarity(rig.deltas[rows][:, rig.skin])
     beta = settings.uniqueness
-    return lambda packed: belongs @ (worth + beta * uniqueness(cosine, packed.astype(float) @ belongs > 0))
+    return lambda packed: belongs @ (importance + beta * uniqueness(cosine, packed.astype(float) @ belongs > 0))
 
 
 def target_list(rig: Rig, target: TargetDeltas) -> tuple[Float[np.ndarray, "v 3"], ...]:
@@ -144,7 +144,7 @@ def _expressions(
     gain = np.array([share[list(expression)].sum() for expression in chosen])
     covered = np.minimum(np.cumsum(gain), 1)
     names = [tuple(used[k] for k in expression) for expression in chosen]
-    sentences = told_apart(rig, names)
+    sentences = distinct_sentences(rig, names)
     return tuple(
         Expression(
             name=f"E{number:02d}",

@@ -137,7 +137,7 @@ def _next_expression(
         found = heaviest(instance, weights, candidates, cuts)
         rest = left.copy()
         rest[found.items] = False
-        colours = colour(instance.among(np.flatnonzero(rest)), j)
+        colours = colour(instance.restricted_to(np.flatnonzero(rest)), j)
         if colours is not None:
             spread = np.full(len(instance), -1)
             spread[rest] = colours
@@ -153,7 +153,7 @@ def _obstruction(instance: Instance, rest: Bool[np.ndarray, " g"], j: int) -> In
     if len(clique) > j:
         return items[clique]
     kernel = items[core(conflict_graph(instance.sets[items]), j)]
-    if instance.crowded and (len(kernel) == 0 or colour(instance.among(kernel), j) is not None):
+    if instance.crowded and (len(kernel) == 0 or colour(instance.restricted_to(kernel), j) is not None):
         return items
     return kernel
 

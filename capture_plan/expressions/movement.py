@@ -62,18 +62,18 @@ class _Movement:
 def movements(rig: Rig, names: tuple[str, ...]) -> tuple[str, ...]:
     """'both brows up by 6 mm' for every place that blendshapes move; mirrored halves are told as one."""
     found = [net for group in _places(rig, names) if (net := _net(rig, group)) is not None]
-    told: list[_Movement] = []
+    messages: list[_Movement] = []
     for movement in found:
-        other = next((m for m in told if _halves(m, movement)), None)
+        other = next((m for m in messages if _halves(m, movement)), None)
         if other is None:
-            told.append(movement)
+            messages.append(movement)
         else:
             far = max(movement.far, other.far)
-            told[told.index(other)] = replace(movement, side=0, far=far)
-    opens = max((m.far for m in told if m.region in (*JAW, "lower face") and "down" in m.ways), default=0.0)
-    gap = lips_apart(rig, names) if told else None
+            messages[messages.index(other)] = replace(movement, side=0, far=far)
+    opens = max((m.far for m in messages if m.region in (*JAW, "lower face") and "down" in m.ways), default=0.0)
+    gap = lips_apart(rig, names) if messages else None
     parted = (f"your lips apart by {gap:.0f} mm",) if gap is not None and gap >= max(PARTED_MM, FURTHER * opens) else ()
-    return (*(str(movement) for movement in told), *parted)
+    return (*(str(movement) for movement in messages), *parted)
 
 
 def against(rig: Rig, name: str, names: tuple[str, ...]) -> bool:

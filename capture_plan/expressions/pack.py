@@ -81,9 +81,9 @@ def pack(
             weigh = item_importance(rig, problem, settings, target)
             order, bound = list_expressions(problem, settings.method, weigh, accept)
     chosen = [problem.blendshapes(items.tolist()) for items in order.expressions]
-    worth = blendshape_importance(rig, problem.names, settings, target)
+    importance = blendshape_importance(rig, problem.names, settings, target)
     proofs = proofs_of(problem, bound, order_proven=order.proven)
-    return packing_record(rig, problem, settings, chosen, worth, proofs, kept=None if accept is always else 0)
+    return packing_record(rig, problem, settings, chosen, importance, proofs, unmoved=None if accept is always else 0)
 
 
 @contextmanager
@@ -142,8 +142,8 @@ def list_expressions(problem: Problem, method: str, weigh: Weigh, accept: _Answe
 
 def proofs_of(problem: Problem, bound: int, *, order_proven: bool) -> Proofs:
     """The proofs with the largest clique: of overlaps alone if one is as large as those that count rules too."""
-    plain, all_told = largest_clique(problem.overlapping), largest_clique(problem.instance.sets)
-    clique = grown(max(plain, all_told, key=len).tolist(), conflict_graph(problem.instance.sets))
+    plain, whole = largest_clique(problem.overlapping), largest_clique(problem.instance.sets)
+    clique = grown(max(plain, whole, key=len).tolist(), conflict_graph(problem.instance.sets))
     return Proofs(bound, order_proven, tuple(problem.labels(i)[0] for i in clique))
 
 

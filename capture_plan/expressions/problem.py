@@ -2,7 +2,7 @@
 
 Item      blendshapes that are performed together: a left/right pair, an upper/lower pair, a group that an artist asks
           for, and whatever these link. Its active set is the union of theirs
-Overlap   inside pairs it is allowed, since partners are told apart by their side, with a warning where it is large
+Overlap   inside pairs it is allowed, since partners are distinguished by their side, with a warning where it is large
 Apart     two blendshapes are kept apart that share an active vertex, or by a rule, or because their surfaces would run
           through each other, or by an artist, or because they are locked to different expressions
 Relaxed   a pair that cannot be performed together for one of these reasons is split, and no other pair with it
@@ -114,20 +114,20 @@ def state_problem(
     edits = change(edits, apart=apart_with_bases(edits.apart, drivers))
     shown = performed_sets(rig, used, settings.mu, drivers)
     active = shown[[used.index(name) for name in names]]
-    exclusive = _among(names, never_together(rig, used, rules)) if settings.poseable else ()
-    colliding = _among(names, apart)
-    pairs = _among(names, performed_together(rig, used)) if settings.paired else ()
+    exclusive = _within(names, never_together(rig, used, rules)) if settings.poseable else ()
+    colliding = _within(names, apart)
+    pairs = _within(names, performed_together(rig, used)) if settings.paired else ()
     if settings.poseable:
         parting = eyes_that_part(rig, names)
         exclusive += parting if edits.names else _unsaid(parting, exclusive, pairs)
     local = local_pairs(rig, names, active_sets(rig, names, settings.mu)) if settings.local_pairs else ()
     most = settings.most_things or rules.most_things
-    hard = _among_hard(names, hard_together(rig, used, rules)) if settings.poseable else ()
+    hard = _within_hard(names, hard_together(rig, used, rules)) if settings.poseable else ()
     linked = _Links(names, active, pairs, local, (*exclusive, *colliding), edits, most)
     relaxed = linked.relax()
     items = tuple(tuple(names.index(name) for name in group) for group in linked.groups(relaxed))
-    kept_apart = (*exclusive, *colliding, *edits.apart)
-    instance = _instance(names, active, items, kept_apart, hard, edits, linked, most)
+    separated = (*exclusive, *colliding, *edits.apart)
+    instance = _instance(names, active, items, separated, hard, edits, linked, most)
     return Problem(names, active, items, instance, pairs, local, relaxed, exclusive, colliding, drivers, most, edits)
 
 
@@ -183,8 +183,8 @@ class _Links:
 
     def groups(self, relaxed: Iterable[tuple[str, str]]) -> list[tuple[str, ...]]:
         gone = set(relaxed)
-        kept = [pair for pair in (*self.pairs, *self.local) if pair not in gone]
-        return groups(self.names, [*self.edits.companions, *kept])
+        retained = [pair for pair in (*self.pairs, *self.local) if pair not in gone]
+        return groups(self.names, [*self.edits.companions, *retained])
 
     def relax(self) -> Pairs:
         """The pairs that would bring together what is kept apart, tried one after the other."""
@@ -256,9 +256,9 @@ def _unions(active: Bool[np.ndarray, "k v"], items: tuple[tuple[int, ...], ...])
     return np.array([active[list(item)].any(axis=0) for item in items]).reshape(len(items), -1)
 
 
-def _among(names: tuple[str, ...], pairs: Pairs) -> Pairs:
+def _within(names: tuple[str, ...], pairs: Pairs) -> Pairs:
     return tuple((a, b) for a, b in pairs if a in names and b in names)
 
 
-def _among_hard(names: tuple[str, ...], hard: tuple[tuple[str, str, int], ...]) -> tuple[tuple[str, str, int], ...]:
+def _within_hard(names: tuple[str, ...], hard: tuple[tuple[str, str, int], ...]) -> tuple[tuple[str, str, int], ...]:
     return tuple((a, b, c) for a, b, c in hard if a in names and b in names)

@@ -57,7 +57,7 @@ class Packing(Struct, frozen=True, forbid_unknown_fields=True):
     surfaces would run through each other. An expression asks for `most_things` separate movements at most (nothing
     where there is no limit), of `things` in the whole list. `hard` are (a, b, cost) of what is performed at once though
     it is hard to. `overlaps` are the partners whose shared vertices are a warning. `edits` are the artist's decisions
-    that the list follows, and `kept` counts the blendshapes that stayed where they were when it was last edited, or
+    that the list follows, and `unmoved` counts the blendshapes that stayed where they were when it was last edited, or
     another list was asked for; nothing where it is still the list that the method made.
     """
 
@@ -82,7 +82,7 @@ class Packing(Struct, frozen=True, forbid_unknown_fields=True):
     hard: tuple[tuple[str, str, int], ...] = ()
     overlaps: tuple[Overlap, ...] = ()
     edits: Edits = field(default_factory=Edits)
-    kept: int | None = None
+    unmoved: int | None = None
 
     @property
     def poses(self) -> dict[str, dict[str, float]]:
@@ -92,7 +92,7 @@ class Packing(Struct, frozen=True, forbid_unknown_fields=True):
     @property
     def as_made(self) -> bool:
         """Whether the list is still the one that its method made."""
-        return self.kept is None
+        return self.unmoved is None
 
     @property
     def gap(self) -> int:

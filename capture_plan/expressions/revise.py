@@ -4,9 +4,9 @@ Data       f(k)       the expression of blendshape k in the former list         
 Variables  x[i, e]    item i is performed in expression e, numbered as in the former list     y[e]   e is used
 Model      colouring.assignment; y[e] = max_i x[i, e];  sum_e y[e] = J, the fewest (minimum.py)
            x[i, e] -> sum_{e' < e} y[e'] = place[i]     where expressions fall away, the later ones move up
-Repack     max sum_{i, k in i} x[i, f(k)], the blendshapes that stay; then least cost and most worth
-Worth      sum_e (J - e) sum_i lambda[i] x[i, e]: the importance covered after the first expression, the second, ...
-Another    max worth, no less than ALIKE of the first list's and at no more cost, where of every former list some two
+Repack     max sum_{i, k in i} x[i, f(k)], the blendshapes that stay; then least cost and most value
+Value      sum_e (J - e) sum_i lambda[i] x[i, e]: the importance covered after the first expression, the second, ...
+Another    max value, no less than ALIKE of the first list's and at no more cost, where of every former list some two
            items that share an expression are in different ones: two lists of J expressions are the same or differ so
 """
 
@@ -33,7 +33,7 @@ from capture_plan.expressions.settings import Edits, PackingSettings
 from capture_plan.rig import Rig
 from capture_plan.solver import solve
 
-ALIKE = 0.99  # of the worth of the first list: another one is as good
+ALIKE = 0.99  # of the value of the first list: another one is as good
 STEP = 1_000  # importance is compared to a thousandth: whole lists are weighed at once
 SOLVED = (cp_model.OPTIMAL, cp_model.FEASIBLE)
 
@@ -63,11 +63,11 @@ def repack(
     chosen = [problem.blendshapes(np.flatnonzero(where == e).tolist()) for e in np.unique(where)]
     stayed = _stayed(problem, former, where)
     same = not edits.names and former.as_made and stayed == len(problem.names)
-    kept = None if same else stayed
+    unmoved = None if same else stayed
     chosen = chosen if edits.names else in_promised_order(rig, problem, settings, target, chosen)
-    worth = blendshape_importance(rig, problem.names, settings, target)
+    importance = blendshape_importance(rig, problem.names, settings, target)
     proofs = proofs_of(problem, bound, order_proven=proves_order(rig, problem, settings, target, chosen))
-    return packing_record(rig, problem, settings, chosen, worth, proofs, kept=kept)
+    return packing_record(rig, problem, settings, chosen, importance, proofs, unmoved=unmoved)
 
 
 def another(
@@ -80,7 +80,7 @@ def another(
     rules: Rules | None = None,
     apart: Pairs = (),
 ) -> Packing:
-    """A list with as many expressions as the first of `formers`, worth no less than ALIKE of it, unlike all of them.
+    """A list unlike all of `formers`, of as many expressions as the first and no less than ALIKE of its value.
 
     Raises InfeasibleError where there is none.
     """
@@ -94,9 +94,9 @@ def another(
         )
     found = [problem.blendshapes(np.flatnonzero(where == e).tolist()) for e in np.unique(where)]
     chosen = in_promised_order(rig, problem, settings, target, found)
-    worth = blendshape_importance(rig, problem.names, settings, target)
+    importance = blendshape_importance(rig, problem.names, settings, target)
     proofs = proofs_of(problem, first.solver_bound, order_proven=settings.method == "early")
-    return packing_record(rig, problem, settings, chosen, worth, proofs, kept=_stayed(problem, first, where))
+    return packing_record(rig, problem, settings, chosen, importance, proofs, unmoved=_stayed(problem, first, where))
 
 
 def _stayed(problem: Problem, former: Packing, where: Int[np.ndarray, " g"]) -> int:
@@ -134,7 +134,7 @@ def _keeping(problem: Problem, former: Packing, j: int, lambda_: Int[np.ndarray,
     for i, row in enumerate(x):
         for e, variable in enumerate(row):
             model.add_hint(variable, bool(where[i] == e))
-    model.maximize(_worth(x, lambda_) - STEP * length * cost_of(model, x, instance.costs))
+    model.maximize(_importance_covered(x, lambda_) - STEP * length * cost_of(model, x, instance.costs))
     solver, status = solve(model)
     return assigned(solver, x) if status in SOLVED else where
 
@@ -154,7 +154,7 @@ def _place(model: cp_model.CpModel, x: Assigned, used: list[cp_model.IntVar], in
             model.add(sum(used[:e]) == int(instance.place[i])).only_enforce_if(here)
 
 
-def _worth(x: Assigned, lambda_: Int[np.ndarray, " g"]) -> cp_model.LinearExpr:
+def _importance_covered(x: Assigned, lambda_: Int[np.ndarray, " g"]) -> cp_model.LinearExpr:
     terms = [
         (len(row) - e) * weight * x_
         for row, weight in zip(x, lambda_.tolist(), strict=True)
@@ -175,8 +175,8 @@ def _unlike(
     cost = sum(problem.instance.cost(items) for items in _items(problem, formers[0]))
     model.add(cost_of(model, x, problem.instance.costs) <= cost)
     best = sum((j - e) * sum(lambda_[i] for i in items) for e, items in enumerate(_items(problem, formers[0])))
-    model.add(_worth(x, lambda_) >= int(np.ceil(ALIKE * best)))
-    model.maximize(_worth(x, lambda_))
+    model.add(_importance_covered(x, lambda_) >= int(np.ceil(ALIKE * best)))
+    model.maximize(_importance_covered(x, lambda_))
     solver, status = solve(model)
     return assigned(solver, x) if status in SOLVED else None
 

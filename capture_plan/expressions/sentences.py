@@ -36,7 +36,7 @@ def sentence(rig: Rig, blendshapes: tuple[str, ...]) -> str:
     return " ".join(part[0].upper() + part[1:] + "." for part in parts)
 
 
-def told_apart(rig: Rig, expressions: list[tuple[str, ...]]) -> list[str]:
+def distinct_sentences(rig: Rig, expressions: list[tuple[str, ...]]) -> list[str]:
     """The sentence of every expression; what reads like another's says how it moves as well."""
     said = [sentence(rig, one) for one in expressions]
     found = []

@@ -44,7 +44,7 @@ SMALL_PIECE = 0.05  # of the area of the largest: drawn lids 0.01, a face of thr
 ASKEW = 0.15  # rho between the mirror planes of the skin and of the head
 OPENING = 0.4  # pupil distances from an eye to the middle of its opening, if none is as near as NEAR_OPENING
 MOUTH_OPENING = 0.25  # the same from the mouth to its opening
-LIPS_REACH = 0.3  # pupil distances from the mouth to its border: 25 faces 0.25 at most, a muzzle 0.29; hairlines more
+LIPS_EXTENT = 0.3  # pupil distances from the mouth to its border: 25 faces 0.25 at most, a muzzle 0.29; hairlines more
 GAPING, WIDE_OPEN = 0.1, 0.9  # pupil distances between the lips of a mouth that stands open; a mask's rim is larger
 AHEAD = (0.2, 0.35, 0.6)  # pupil distances from an ear, in height, and in depth from and to, where a cheek is
 LOOKS = ("gaze up", "gaze down", "gaze left", "gaze right", "gaze in", "gaze out")
@@ -140,13 +140,13 @@ def surface_anchors(rig: Rig, points: Points) -> Anchors:
     nose = _furthest(between, (0, 0, 1), mouth + np.array([0, 0.5 * drop, 0.3 * unit]))
     found_chin = find_chin(middle, eyes.mean(axis=0), mouth, unit)
     chin = mouth - np.array([0, 0.65 * drop, 0]) if found_chin is None else found_chin
-    beside = skin[
+    sides = skin[
         (skin[:, 1] > mouth[1] + 0.2 * drop)
         & (skin[:, 1] < eyes[0, 1] + 0.5 * unit)
         & (skin[:, 2] < eyes[0, 2] - 0.5 * unit)
     ]
     aside = [eyes.mean(axis=0) + unit * np.array([side * 1.4, -0.3, -1.4]) for side in (1, -1)]
-    ears = [_furthest(beside, (side, 0, 0), point) for side, point in zip((1, -1), aside, strict=True)]
+    ears = [_furthest(sides, (side, 0, 0), point) for side, point in zip((1, -1), aside, strict=True)]
     goes_on = skin[:, 2].min() < min(ear[2] for ear in ears) - BEHIND_EARS * unit
     if goes_on and max(abs(ear[0] - x0) for ear in ears) < EARS_WITHIN * unit and are_ears(skin, ears, x0, unit):
         how += ("ears",)
@@ -296,9 +296,9 @@ def _mouth(
     for apart, loop in [one for some in near for one in sorted(some, key=lambda one: one[0])]:
         points = rig.neutral[loop]
         centre, width = middle_of_box(points), np.ptp(points[:, 0])
-        passes = np.linalg.norm((points - place)[:, 1:], axis=1).min() < LIPS_REACH * unit
+        passes = np.linalg.norm((points - place)[:, 1:], axis=1).min() < LIPS_EXTENT * unit
         across = abs(centre[0] - x0) < 0.15 * unit and 0.1 * unit < width < 2.5 * unit
-        if apart < _reach(points, unit) and passes and across:
+        if apart < _extent(points, unit) and passes and across:
             corners = points[[points[:, 0].argmax(), points[:, 0].argmin()]]
             front = points[np.argsort(np.abs(points[:, 0] - x0), kind="stable")[: max(2, len(points) // 5)]]
             return np.r_[x0, _between_lips(front[:, 1], unit), front[:, 2].max()], corners, loop
@@ -318,7 +318,7 @@ def _mouth(
     return points[0], np.stack(points[1:]), np.empty(0, dtype=np.int64)
 
 
-def _reach(points: Float[np.ndarray, "n 3"], unit: float) -> float:
+def _extent(points: Float[np.ndarray, "n 3"], unit: float) -> float:
     """How far from the place that was found a mouth's opening may have its middle: further where its lips gape."""
     gape = float(np.ptp(points[:, 1]))
     return MOUTH_OPENING * unit + (gape / 2 if GAPING * unit < gape < WIDE_OPEN * unit else 0.0)

@@ -25,7 +25,7 @@ from scipy.spatial import KDTree
 from capture_plan.errors import RigError
 from capture_plan.face.edge import cut_off, outer_edge
 from capture_plan.face.flying import flying
-from capture_plan.face.islands import beside
+from capture_plan.face.islands import off_face
 from capture_plan.face.moving import moving_pieces
 from capture_plan.mesh import edges, pieces, vertex_areas
 from capture_plan.names.movements import Movement, movements_of
@@ -46,7 +46,7 @@ SMALLEST = 0.02  # of the diagonal of the pieces that move: a single vertex that
 ROUNDING = 4e-7  # of the largest coordinate: single precision rounds to a seventh of that
 SCRAMBLED, MANY = 0.6, 24  # of what neighbours move, that they move apart: 1 by chance, 25 faces 0.46 at most; vertices
 STRETCHED, REORDERED = 2.0, 0.4  # times as long; of all edges: faces that shout have 0.02, other orders 0.57 or more
-REACH = 3.5  # rho: on a human head past the crown and the throat
+EXTENT = 3.5  # rho: on a human head past the crown and the throat
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ class Channels:
 
     `elsewhere` are blendshapes that are named for a face and lie far from this one. `still` says that all that moves is
     rounding of the coordinates or no surface, which tells of no face. `cut` are those that go on beyond the edge of the
-    mesh (`edge.py`). `beside` are vertices that move with the face and are none of it. `extent` is the largest one of
+    mesh (`edge.py`). `off_face` are vertices that move with the face and are none of it. `extent` is the largest one of
     the pieces that move, along an axis of the file.
     """
 
@@ -69,7 +69,7 @@ class Channels:
     middle: Float[np.ndarray, " 3"]
     rho: float
     cut: Bool[np.ndarray, " k"]
-    beside: Bool[np.ndarray, " v"]
+    off_face: Bool[np.ndarray, " v"]
     extent: float
     still: bool = False
 
@@ -120,10 +120,10 @@ def find_channels(
     found = _all_channels(neutral, triangles, deltas, names)
     if found.still:
         return found
-    aside = beside(neutral, triangles, deltas[found.facial], vertex_areas(neutral, triangles), found.rho)
+    aside = off_face(neutral, triangles, deltas[found.facial], vertex_areas(neutral, triangles), found.rho)
     if aside.any():
-        found = replace(_all_channels(neutral, triangles, deltas * ~aside[:, None], names), beside=aside)
-    return replace(found, cut=cut_off(deltas, ~found.beside, outer_edge(neutral, triangles, found.rho)))
+        found = replace(_all_channels(neutral, triangles, deltas * ~aside[:, None], names), off_face=aside)
+    return replace(found, cut=cut_off(deltas, ~found.off_face, outer_edge(neutral, triangles, found.rho)))
 
 
 def _all_channels(
@@ -153,8 +153,8 @@ def _all_channels(
     smallest = SMALLEST * float(np.linalg.norm(np.ptp(part, axis=0)))
     rounding = length.max(axis=1) < ROUNDING * np.abs(part).max()
     nothing = rounding | scrambled(triangles, deltas, length)
-    w = _kept(w, reordered(neutral, triangles, deltas))
-    w = _kept(_kept(_kept(w, nothing), flying(neutral, triangles, deltas)), aside)
+    w = _without(w, reordered(neutral, triangles, deltas))
+    w = _without(_without(_without(w, nothing), flying(neutral, triangles, deltas)), aside)
     called = np.array([movement is not None for movement in movements]) & (w > 0)
     apart = np.linalg.norm(centre[w > 0] - np.median(centre[w > 0], axis=0), axis=1)
     least = max(smallest, LITTLE * float(np.median(apart)))
@@ -168,7 +168,7 @@ def _all_channels(
     if (w > 0).sum() < FEW:  # a jaw and two blinks lie far from each other for their size
         beyond &= ~called
     elsewhere = beyond & called & (radius <= TOO_WIDE * typical)
-    w = _kept(w, beyond)
+    w = _without(w, beyond)
     w, middle, rho = _settled(neutral, a, deltas, energy, w, smallest)
     none, nowhere = np.zeros(len(w), dtype=bool), np.zeros(len(neutral), dtype=bool)
     return Channels(
@@ -178,10 +178,10 @@ def _all_channels(
     )
 
 
-def _kept(w: Float[np.ndarray, " k"], aside: Bool[np.ndarray, " k"]) -> Float[np.ndarray, " k"]:
+def _without(w: Float[np.ndarray, " k"], aside: Bool[np.ndarray, " k"]) -> Float[np.ndarray, " k"]:
     """The weights without those set aside; all of them where nothing else is left."""
-    kept = np.where(aside, 0, w)
-    return kept if kept.any() else w
+    retained = np.where(aside, 0, w)
+    return retained if retained.any() else w
 
 
 def _on_one_skin(
@@ -210,10 +210,10 @@ def _settled(
 ) -> tuple[Float[np.ndarray, " k"], Float[np.ndarray, " 3"], float]:
     """Weights, middle and size of the face once the head's own motion is set aside."""
     middle, rho = _size(neutral, energy, w, smallest)
-    near = np.linalg.norm(neutral - middle, axis=1) < REACH * rho
+    near = np.linalg.norm(neutral - middle, axis=1) < EXTENT * rho
     rigid = np.array([k for k in np.flatnonzero(w) if moves_rigidly(neutral[near], a[near], deltas[k, near])])
     if len(rigid):
-        w = _kept(w, np.isin(np.arange(len(w)), rigid))
+        w = _without(w, np.isin(np.arange(len(w)), rigid))
         middle, rho = _size(neutral, energy, w, smallest)
     return w, middle, rho
 
@@ -298,9 +298,9 @@ def _densest(
 ) -> tuple[Float[np.ndarray, " 3"], Bool[np.ndarray, " k"]]:
     """The place around which most blendshapes lie (mean shift over three typical radii), and which do."""
     some = w > 0
-    reach = TOO_WIDE * typical
-    near = np.linalg.norm(centre[:, None] - centre, axis=2) < reach
+    extent = TOO_WIDE * typical
+    near = np.linalg.norm(centre[:, None] - centre, axis=2) < extent
     middle = centre[np.argmax(np.where(some, near @ w, -1))]
     for _ in range(10):
-        middle = np.average(centre, axis=0, weights=w * (np.linalg.norm(centre - middle, axis=1) < reach))
-    return middle, (np.linalg.norm(centre - middle, axis=1) < reach) & some
+        middle = np.average(centre, axis=0, weights=w * (np.linalg.norm(centre - middle, axis=1) < extent))
+    return middle, (np.linalg.norm(centre - middle, axis=1) < extent) & some

@@ -117,10 +117,10 @@ def axes_note(raw: RawRig, axes: Axes, *, given: bool) -> list[str]:
     notes = []
     if raw.up and (raw.up, raw.facing) != (axes.up, axes.facing):
         against = sorted((sign for sign in axes.signs if sign.weight > 0), key=lambda sign: -sign.weight)
-        told = ", ".join(sign.name for sign in against[:3])
+        message = ", ".join(sign.name for sign in against[:3])
         notes.append(
             f"the format says {raw.up} up and facing {raw.facing}, this head has {axes.up} up and faces {axes.facing}"
-            f" ({told})"
+            f" ({message})"
         )
     if not axes.sure:
         notes.append(
@@ -135,8 +135,8 @@ def unit_note(raw: RawRig, unit: Unit, given: float | None) -> list[str]:
     if given:
         return []
     if raw.unit_mm and unit.mm != raw.unit_mm:
-        told = f"one unit is {raw.unit_mm:g} mm by the file, of which no face built like this one has the size"
-        return [f"{told}; taken as {unit.mm:g} mm, give --unit-mm where it is not"]
+        message = f"one unit is {raw.unit_mm:g} mm by the file, of which no face built like this one has the size"
+        return [f"{message}; taken as {unit.mm:g} mm, give --unit-mm where it is not"]
     if unit.sure:
         return []
     if unit.signs and unit.signs[0].name.startswith("no usual unit"):
@@ -144,8 +144,8 @@ def unit_note(raw: RawRig, unit: Unit, given: float | None) -> list[str]:
             f"fits no usual unit: scaled to the size of a human face, one unit is {unit.mm:.4g} mm; "
             "give --unit-mm where that is wrong"
         ]
-    told = "the file's own unit" if unit.mm == raw.unit_mm else "not sure how long a unit is: one unit"
-    return [f"{told} was taken as {unit.mm:g} mm; give --unit-mm where it is not"]
+    message = "the file's own unit" if unit.mm == raw.unit_mm else "not sure how long a unit is: one unit"
+    return [f"{message} was taken as {unit.mm:g} mm; give --unit-mm where it is not"]
 
 
 def heads_note(raw: RawRig, shape: Shape) -> list[str]:
@@ -157,8 +157,8 @@ def heads_note(raw: RawRig, shape: Shape) -> list[str]:
     names = [name for name, other in zip(raw.names, shape.channels.elsewhere, strict=True) if other]
     if len(names) < ANOTHER:
         return []
-    told = "blendshapes are named for a face and move something far from this one"
-    return [f"{len(names)} {told}, another head perhaps ({listed(names)}): export one head alone"]
+    message = "blendshapes are named for a face and move something far from this one"
+    return [f"{len(names)} {message}, another head perhaps ({listed(names)}): export one head alone"]
 
 
 def check_given(unit_mm: float | None, up: str | None, facing: str | None) -> None:

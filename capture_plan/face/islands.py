@@ -4,7 +4,7 @@ Data      a head in any axes and unit, a[v] areas, d[k, v] deltas; rho the size 
 Islands   the surface, parted where nothing lies within GAP rho
 Variety   (tr G)^2 / tr G^2 of an island, G[k, l] = sum a d_k . d_l over it, each blendshape of length 1 in all: how
           many movements it shows that are unlike each other
-Beside    an island with less than LESS of the variety of the richest, and more than OFF times as far from the middle
+Off face  an island with less than LESS of the variety of the richest, and more than OFF times as far from the middle
           of what that moves as this is large: eyes and teeth lie nearer, and of two heads both are rich
 """
 
@@ -22,7 +22,7 @@ OFF = 1.7  # brows 1.3, tongues 0.9
 SPEAKS = 1e-3  # share of all that moves: an island with less says nothing
 
 
-def beside(
+def off_face(
     neutral: Float[np.ndarray, "v 3"],
     triangles: Int[np.ndarray, "f 3"],
     deltas: Float[np.ndarray, "k v 3"],

@@ -15,7 +15,7 @@ from capture_plan.rig.understood import Sign
 
 BURIED, ASUNDER = 0.35, 0.12  # pupil distances
 GAPE = 0.5  # of the way between lips that stand open: movements may place the mouth at either of them
-BESIDE = 0.15  # pupil distances from the midline, and above and below the lips
+ASIDE = 0.15  # pupil distances from the midline, and above and below the lips
 
 
 def against_mouth(
@@ -27,8 +27,8 @@ def against_mouth(
 ) -> tuple[Sign, ...]:
     """What speaks against a mouth: `lips` is its border, if one was found, `sign` where movements place it."""
     y = np.append(lips[:, 1], mouth[1])
-    low, high = y.min() - BESIDE * p, y.max() + BESIDE * p
-    around = skin[(np.abs(skin[:, 0] - mouth[0]) < BESIDE * p) & (skin[:, 1] > low) & (skin[:, 1] < high), 2]
+    low, high = y.min() - ASIDE * p, y.max() + ASIDE * p
+    around = skin[(np.abs(skin[:, 0] - mouth[0]) < ASIDE * p) & (skin[:, 1] > low) & (skin[:, 1] < high), 2]
     before = float(around.max(initial=-np.inf) - max(mouth[2], sign[2]))
     apart = float(abs(mouth[1] - sign[1]))
     found = []

@@ -4,7 +4,7 @@ Data           x[v]  neutral, d[k, v]  deltas, y[v] = x + d[k] the blendshape's 
                s     <x, y> / <x, x>, cosine <x, y> / (|x| |y|), S the diagonal of the mesh
 Displacements  AT_ORIGIN of the vertices lie at the origin, and |y| is small beside |x|: y is the delta itself
 Unit           y = s x with a cosine of ALIKE and s far from 1
-Beside         d is one and the same shift for half of the vertices: not even a neck stays where it was
+Shifted        d is one and the same shift for half of the vertices: not even a neck stays where it was
 Order          neighbours go each their own way (`face/channels.py`), where other blendshapes move surfaces; or all
                vertices have another order, so that most edges of the mesh are longer
 """
@@ -27,7 +27,7 @@ AT_ORIGIN, ORIGIN = 0.1, 1e-4  # of the vertices; of S: what a blendshape leaves
 SMALL = 0.3  # |y| / |x|: displacements of an open jaw on a head around the origin have 0.1
 ALIKE, UNIT = 0.99, 2.0  # cosine; times as large or as small: no character's head grows so much
 SHIFTED, ONE_SHIFT = 0.5, 0.02  # of the vertices; of the shift: they differ in by no more
-BESIDE_MM = 20.0  # of a whole mesh with the rim of its neck: heads that nod bend it
+NEAR_MM = 20.0  # of a whole mesh with the rim of its neck: heads that nod bend it
 MOVES_HEADS = ("head turn", "body", "hide or shrink", "hair or clothes")
 
 
@@ -110,6 +110,6 @@ def _placed(x: Float[np.ndarray, "v 3"], d: Float[np.ndarray, "v 3"], S: float) 
         return "unit", f"x{s:.3g}"
     t = np.median(d, axis=0)
     far = float(np.linalg.norm(t))
-    if far >= BESIDE_MM and (np.linalg.norm(d - t, axis=1) <= ONE_SHIFT * far).mean() >= SHIFTED:
+    if far >= NEAR_MM and (np.linalg.norm(d - t, axis=1) <= ONE_SHIFT * far).mean() >= SHIFTED:
         return "beside", f"by {far:.0f} mm"
     return None

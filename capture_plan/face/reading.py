@@ -113,8 +113,8 @@ def _meant(rig: Rig, channels: Channels) -> dict[str, Movement | None]:
     """The movement that each name stands for, by the person's own map where that has it."""
     mine = dict(rig.meanings)
     said = movements_of(tuple(mine.get(name, name) for name in rig.names))
-    told = zip(rig.names, said, channels.movements, strict=True)
-    return {name: own if name in mine else named for name, own, named in told}
+    message = zip(rig.names, said, channels.movements, strict=True)
+    return {name: own if name in mine else named for name, own, named in message}
 
 
 def _as_called(movement: Movement, aside: float, direction: Float[np.ndarray, " 3"]) -> bool | None:

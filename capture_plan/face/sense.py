@@ -231,15 +231,15 @@ def side_senses(rig: Rig) -> tuple[Sense, ...]:
     """Most of what is called left moves the subject's left."""
     channels, kinds = rig_channels(rig), kinds_of(rig)
     x = channels.centre[:, 0] - mirror_plane(rig.neutral[rig.skin])
-    told = {
+    message = {
         rig.names[k]: bool((x[k] > 0) == (kind.side == "left"))
         for k, kind in enumerate(kinds)
         if kind and kind.side and channels.weight[k] > 0 and abs(x[k]) > ONE_SIDED * channels.rho
     }
-    if not told:
+    if not message:
         return ()
-    wrong = [name for name, right in told.items() if not right]
-    found = f"{len(told) - len(wrong)} of {len(told)} blendshapes with a side in their name move that side"
+    wrong = [name for name, right in message.items() if not right]
+    found = f"{len(message) - len(wrong)} of {len(message)} blendshapes with a side in their name move that side"
     found += f" (not {', '.join(wrong[:3])}{' ...' * (len(wrong) > 3)})" if wrong else ""
-    holds = 2 * len(wrong) < len(told)
+    holds = 2 * len(wrong) < len(message)
     return (Sense("what is called left moves the subject's left", holds, found, "sides"),)

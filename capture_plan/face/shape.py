@@ -1,6 +1,6 @@
 """What the shape of a head tells without names: its mirror axis, where skin tears apart, balls, and rims of openings.
 
-Region   vertices within REACH rho of the middle of the face: bodies and stages do not count
+Region   vertices within EXTENT rho of the middle of the face: bodies and stages do not count
 Mirror   m[axis]  60th percentile of the distance in (v, rho n / 2) from a reflected point to the nearest one; normals
          tell a head that is turned within its plane, which places alone do not
 Tear     t[i, j] = max over k of |d_ki - d_kj| / (|v_i - v_j| + rho / 25) for neighbours i, j in space: lips and lids
@@ -17,11 +17,11 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from capture_plan.face.channels import REACH, Channels
+from capture_plan.face.channels import EXTENT, Channels
 from capture_plan.face.skin import is_ball
 from capture_plan.mesh import border_edges, pieces, vertex_areas, vertex_normals
 
-MOST_REACH = 12.0  # rho, from a single movement of a lid to the nape
+MOST_EXTENT = 12.0  # rho, from a single movement of a lid to the nape
 COARSE, SAMPLE = 200, 600  # points that are reflected: to place a plane, to judge it
 NORMALS = 0.5  # rho that a turned normal counts for
 MIRRORED = 60  # percentile: ears, hair and partings have no image
@@ -37,7 +37,7 @@ TORN = 2.5  # tear of lips and lids; cheeks stay below 1
 LINK = 0.2  # rho between torn vertices of one opening
 CELL, CELLS = 0.15, 32  # rho, and cells to either side of the middle, in which the front is looked for
 FRONT = 0.5  # rho behind the front of its cell
-TWIN, ALIKE, BESIDE = 0.2, 0.02, 0.3  # share of the facial energy; of the size: unlike, and from middle to middle
+TWIN, ALIKE, ASIDE = 0.2, 0.02, 0.3  # share of the facial energy; of the size: unlike, and from middle to middle
 LARGE, GAP = 0.2, 0.1  # of the largest area that moves, so brows and eyes are none; of the size of a head
 WITHOUT_AXES = ("near", "head", "called_eyes", "lengths", "areas", "piece", "tears", "rims", "doubled", "parted")
 COMPACT = 0.45  # least over largest extent of an eyeball, or of the half that shows
@@ -71,11 +71,11 @@ class Shape:
         used = np.zeros(len(self.neutral), dtype=bool)
         used[self.triangles] = True
         away = np.linalg.norm(self.neutral - self.channels.middle, axis=1)
-        reach = REACH * self.channels.rho
+        extent = EXTENT * self.channels.rho
         if self.channels.few:  # one brow says nothing of the size of a head
             of_face = self.piece == self.piece[int(np.argmax(self.channels.moved))]
-            reach = max(reach, min(float(away[of_face].max()), MOST_REACH * self.channels.rho))
-        return used & (away < reach) & ~self.channels.beside
+            extent = max(extent, min(float(away[of_face].max()), MOST_EXTENT * self.channels.rho))
+        return used & (away < extent) & ~self.channels.off_face
 
     @cached_property
     def head(self) -> Bool[np.ndarray, " v"]:
@@ -98,7 +98,7 @@ class Shape:
     @cached_property
     def lengths(self) -> Float[np.ndarray, "k v"]:
         """How far every blendshape moves every vertex; nothing of what stands beside the face."""
-        return np.sqrt(np.einsum("kvx,kvx->kv", self.deltas, self.deltas)) * ~self.channels.beside
+        return np.sqrt(np.einsum("kvx,kvx->kv", self.deltas, self.deltas)) * ~self.channels.off_face
 
     @cached_property
     def areas(self) -> Float[np.ndarray, " v"]:
@@ -128,7 +128,7 @@ class Shape:
         size = float(np.ptp(first, axis=0).max())
         apart = middle_of_box(second) - middle_of_box(first)
         off = KDTree(second).query(first[:: max(1, len(first) // SAMPLE)] + apart)[0]
-        return bool(np.linalg.norm(apart) > BESIDE * size and np.median(off) < ALIKE * size)
+        return bool(np.linalg.norm(apart) > ASIDE * size and np.median(off) < ALIKE * size)
 
     @cached_property
     def parted(self) -> bool:

@@ -10,7 +10,7 @@ Piece      the largest that moves is skin; a further one has to be large enough,
 Hidden     the inside of mouth, nostrils and eye sockets: connected vertices with h <= HIDDEN, spread while h <= DIM,
            given back as far as RIM of the size of what moves from the visible skin, since lips and lids part when
            they move
-Reach      a body below the neck is left off: what is further than REACH times the size of the moving face
+Extent     a body below the neck is left off: what is further than EXTENT times the size of the moving face
 Face       where eyes and mouth are known, they tell a face of loose pieces, clothes and bodies (`face_skin.py`)
 """
 
@@ -33,7 +33,7 @@ LITTLE = 0.1  # of the largest piece: no face is so small a part of its head
 COVER_AREA = 0.15  # of what moves: a piece so large that never moves is hair or clothes; an eyeball has 0.08
 ROUND = 0.06  # scatter of the radius of a fitted ball over the radius: eyeballs 0.00 to 0.05, teeth and heads from 0.09
 MOVES = 0.05  # share of the largest displacement
-REACH = 2.5  # a head with its neck lies within 2.1 half diagonals of the moving face
+EXTENT = 2.5  # a head with its neck lies within 2.1 half diagonals of the moving face
 
 
 def find_skin(
@@ -54,27 +54,27 @@ def find_skin(
     named_out = _named(NOT_SKIN, neutral, triangles, parts, part_names)
     if face is not None:
         named_out &= ~around_eyes(neutral, _seamless_in(neutral, triangles, parts), moving, parts, part_names, face)
-    kept = triangles[~named_out[triangles].any(axis=1)]
-    if len(kept) == 0:
+    retained = triangles[~named_out[triangles].any(axis=1)]
+    if len(retained) == 0:
         return np.zeros(len(neutral), dtype=bool)
-    piece = _seamless_pieces(neutral, kept)
-    areas = triangle_areas(neutral, kept)
-    area = piece_areas(neutral, kept, piece)
+    piece = _seamless_pieces(neutral, retained)
+    areas = triangle_areas(neutral, retained)
+    area = piece_areas(neutral, retained, piece)
     moves = np.bincount(piece, moving, len(area)) > 0
     main = np.where(moves, area, area * 1e-9).argmax()
     loose = bool(area[main] < LITTLE * area.max())  # eyes and lips move as pieces of their own on a head that stands
-    least, main = area[main], _head_piece(neutral, kept, piece, area, face) if loose else main
+    least, main = area[main], _head_piece(neutral, retained, piece, area, face) if loose else main
 
     # what is worn over the skin or drawn on it hides nothing that make-up cannot reach
     worn = (
         ~moves
         & (np.bincount(piece, called_skin, len(area)) == 0)
-        & (area > COVER_AREA * areas[moving[kept].any(axis=1)].sum())
+        & (area > COVER_AREA * areas[moving[retained].any(axis=1)].sum())
     )
     worn[main] = False
     over = _named(WORN, neutral, triangles, parts, part_names) | worn[piece]
     seen = np.zeros(len(neutral))
-    at = np.unique(kept)
+    at = np.unique(retained)
     drawn = _named(DRAWN, neutral, triangles, parts, part_names)
     uncovered = triangles[~over[triangles].any(axis=1)]
     seen[at] = hemisphere_visibility(neutral, uncovered[~drawn[uncovered].any(axis=1)], at, rays=64)
@@ -85,8 +85,8 @@ def find_skin(
         if np.median(seen[of_piece]) >= PIECE_SEEN and (moving | called_skin)[of_piece].any():
             skin |= of_piece & (i == main or not is_ball(neutral[of_piece]))
     rim = RIM * _diagonal(neutral[moving & skin])
-    skin &= ~_inside(neutral, kept[skin[kept].all(axis=1)], seen, skin, rim)
-    skin &= _within_reach(neutral, moving & skin)
+    skin &= ~_inside(neutral, retained[skin[retained].all(axis=1)], seen, skin, rim)
+    skin &= _near_enough(neutral, moving & skin)
     if face is None:
         return _without_islands(neutral, triangles, skin)
     whole = _seamless_pieces(neutral, triangles)
@@ -213,12 +213,12 @@ def _inside(
     return hidden & ~np.isfinite(near)
 
 
-def _within_reach(neutral: Float[np.ndarray, "v 3"], moving: Bool[np.ndarray, " v"]) -> Bool[np.ndarray, " v"]:
-    """Vertices within REACH half diagonals of the moving skin, around its middle; all where nothing moves."""
+def _near_enough(neutral: Float[np.ndarray, "v 3"], moving: Bool[np.ndarray, " v"]) -> Bool[np.ndarray, " v"]:
+    """Vertices within EXTENT half diagonals of the moving skin, around its middle; all where nothing moves."""
     if not moving.any():
         return np.ones(len(neutral), dtype=bool)
     low, high = neutral[moving].min(axis=0), neutral[moving].max(axis=0)
-    return np.linalg.norm(neutral - (low + high) / 2, axis=1) <= REACH * np.linalg.norm(high - low) / 2
+    return np.linalg.norm(neutral - (low + high) / 2, axis=1) <= EXTENT * np.linalg.norm(high - low) / 2
 
 
 def _without_islands(

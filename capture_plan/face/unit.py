@@ -68,19 +68,19 @@ def find_unit(
         return Unit(
             float(scaled), False, (Sign("no usual unit fits", f"scaled to a human face, {scaled:.4g} mm", 0.0),)
         )
-    told = [("the format", by_format)] if stated else []
-    told += [("the distance between the pupils", by_eyes)] if pupils else []
-    told += [] if pupils else [("the size of the mesh", by_mesh)]
-    told += [("the size of what moves", by_size), ("how common the unit is", common)]
+    messages = [("the format", by_format)] if stated else []
+    messages += [("the distance between the pupils", by_eyes)] if pupils else []
+    messages += [] if pupils else [("the size of the mesh", by_mesh)]
+    messages += [("the size of what moves", by_size), ("how common the unit is", common)]
     rest = np.delete(np.arange(len(units)), best)
     signs = tuple(
         Sign(name, f"{units[int(np.argmax(score))]:g} mm", round(float(score[best] - score[rest].max()), 2))
-        for name, score in told
+        for name, score in messages
     )
     low, high = CARTOON_MM if units[best] == stated else BY_SIZE_MM.get(units[best], HUMAN_MM)
     human = pupils is None or low <= pupils * units[best] <= high
-    told_or_seen = units[best] == stated or (pupils is not None and units[best] in USUAL)
-    sure = lead > LEAD and human and fits and told_or_seen
+    stated_or_seen = units[best] == stated or (pupils is not None and units[best] in USUAL)
+    sure = lead > LEAD and human and fits and stated_or_seen
     return Unit(float(units[best]), sure, signs)
 
 

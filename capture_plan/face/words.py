@@ -79,9 +79,11 @@ def _axes_words(read: ReadingFacts) -> str:
 
 def signs_words(signs: Sequence[Sign], most: int = SPOKEN) -> str:
     """'rests on: the format, the jaw opens downwards and 2 more; against it: ...': the strongest signs of an answer."""
-    told = sorted(signs, key=lambda sign: -abs(sign.weight))
-    speak = [sign.name for sign in told if sign.weight > 0] + ["what was given" for s in told if s.name == "given"]
-    against = [f"{sign.name} ({sign.says})" if sign.says else sign.name for sign in told if sign.weight < 0]
+    messages = sorted(signs, key=lambda sign: -abs(sign.weight))
+    speak = [sign.name for sign in messages if sign.weight > 0] + [
+        "what was given" for s in messages if s.name == "given"
+    ]
+    against = [f"{sign.name} ({sign.says})" if sign.says else sign.name for sign in messages if sign.weight < 0]
     words = [f"rests on: {some(speak, most)}"] if speak else []
     return "; ".join([*words, f"against it: {some(against, most)}"] if against else words)
 
@@ -127,13 +129,13 @@ def some(names: Iterable[str], most: int = NAMED) -> str:
 def _pair_words(pair: PairFacts) -> str:
     if pair.left is None and pair.right is None:
         return NOT_FOUND
-    told = [
+    messages = [
         f"{side} at {_point(place.file)}"
         for side, place in (("left", pair.left), ("right", pair.right))
         if place is not None
     ]
     only = "" if pair.found else "only the "
-    return f"{only}{', '.join(told)}, in units of the file"
+    return f"{only}{', '.join(messages)}, in units of the file"
 
 
 def _spot_words(spot: SpotFacts) -> str:

@@ -41,15 +41,15 @@ def blendshape_bars(
 
 
 def incidence(
-    names: Sequence[str], landmarks: Sequence[str], reach: Float[np.ndarray, "k m"], *, epsilon: float
+    names: Sequence[str], landmarks: Sequence[str], extent: Float[np.ndarray, "k m"], *, epsilon: float
 ) -> Figure:
     """Which landmark moves with which blendshape: dark from epsilon on, where it stands for it, faint below."""
     with house():
         figure = blank(WIDTH_IN, 2 * HEAD_IN + len(names) * LINE_IN)
         figure.set_layout_engine("constrained")
         axes = figure.add_subplot()
-        image = axes.imshow(reach, cmap="Blues", vmin=0, vmax=1, aspect="auto", interpolation="nearest")
-        k, m = np.nonzero(reach >= epsilon)
+        image = axes.imshow(extent, cmap="Blues", vmin=0, vmax=1, aspect="auto", interpolation="nearest")
+        k, m = np.nonzero(extent >= epsilon)
         axes.scatter(m, k, s=9, c="white", linewidths=0)
         axes.set_xticks(range(len(landmarks)), list(landmarks), rotation=90, color="black")
         axes.set_yticks(range(len(names)), list(names), color="black")

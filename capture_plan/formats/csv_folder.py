@@ -56,11 +56,11 @@ def read_csv_folder(folder: Source) -> RawRig:
     others = sorted((path for path in tables if is_kind(path, kind) and path not in faces), key=natural)
     if not others:
         raise RigError(f"{folder_name(folder)} has no table neutral.csv: add it, and one table for each blendshape")
-    neutral, told = find_neutral(folder, others, read_places)
+    neutral, message = find_neutral(folder, others, read_places)
     vertices, columns = _places_of(neutral)
     found, counted = _read_faces(faces[0], vertices)
     shapes = [path for path in others if path != neutral]
-    return rig_of_shapes(folder, neutral, shapes, found, read_places, told=sentences(told, columns, counted))
+    return rig_of_shapes(folder, neutral, shapes, found, read_places, message=sentences(message, columns, counted))
 
 
 def holds_tables(folder: Source) -> bool:
@@ -123,9 +123,9 @@ def _read_faces(path: Source, vertices: Float[np.ndarray, "v 3"]) -> tuple[Faces
     if sizes.min() < 3:
         raise RigError(f"{path.name}: expected three or four whole vertex numbers in each row")
     corners = np.concatenate(rows).astype(np.int64)
-    start, told = counted_from(corners, sizes, vertices, path.name)
+    start, message = counted_from(corners, sizes, vertices, path.name)
     n = len(sizes)
-    return Faces((corners - start).astype(np.int32), sizes.astype(np.int32), np.zeros(n, np.int32), ("mesh",)), told
+    return Faces((corners - start).astype(np.int32), sizes.astype(np.int32), np.zeros(n, np.int32), ("mesh",)), message
 
 
 def counted_from(
@@ -135,13 +135,13 @@ def counted_from(
     least, most = int(corners.min()), int(corners.max())
     if least < 1 or most > len(vertices):
         return 0, ""  # out of range is refused by whoever makes the rig
-    told = f"{name} counts vertices from 1"
+    message = f"{name} counts vertices from 1"
     if most == len(vertices):
-        return 1, told
+        return 1, message
     inside = np.delete(np.arange(len(corners) - 1), np.cumsum(sizes)[:-1] - 1)  # sides of polygons, not between two
     length = [np.linalg.norm(vertices[corners - s][inside] - vertices[corners - s][inside + 1], axis=1).sum()
               for s in (0, 1)]  # fmt: skip
-    return (1, f"{told}, by the lengths of edges") if length[1] < length[0] else (0, "")
+    return (1, f"{message}, by the lengths of edges") if length[1] < length[0] else (0, "")
 
 
 def even(rows: Sequence[Float[np.ndarray, " n"]], path: Source) -> Float[np.ndarray, "rows columns"]:

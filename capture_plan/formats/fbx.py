@@ -32,7 +32,7 @@ from capture_plan.formats.raw import RawRig, fan
 from capture_plan.formats.scene import (
     Offsets,
     PlacedMesh,
-    broken_told,
+    broken_words,
     check_corners,
     join_meshes,
     place_mesh,
@@ -74,8 +74,8 @@ def _read_scene(name: str, root: Node) -> RawRig:
             for node in [o for o in scene.outputs.get(number, []) if o in scene.models] or [None]
         ]
         first += len(vertices)
-    kept, left_out, hiding = choose_shown([one.listed(scene) for one in found])
-    instances = [one for one, belongs in zip(found, kept, strict=True) if belongs]
+    retained, left_out, hiding = choose_shown([one.listed(scene) for one in found])
+    instances = [one for one, belongs in zip(found, retained, strict=True) if belongs]
     broken: list[str] = []
     still = not any(one.shapes.offsets for one in instances)
     placed = [
@@ -83,9 +83,9 @@ def _read_scene(name: str, root: Node) -> RawRig:
         for one in instances
     ]
     between = shapes_note([b for one in instances for b in one.shapes.between])
-    told = sentences(between, *_told_of(instances), hiding, broken_told(broken))
+    message = sentences(between, *_instance_messages(instances), hiding, broken_words(broken))
     meshes = [mesh for mesh in placed if mesh is not None]
-    rig = join_meshes(name, meshes, unit_mm=unit_mm(settings), up=up, facing=facing, note=told)
+    rig = join_meshes(name, meshes, unit_mm=unit_mm(settings), up=up, facing=facing, note=message)
     gone = (one.title(scene) for one, mesh in zip(instances, placed, strict=True) if mesh is None)
     return replace(rig, left_out=(*left_out, *gone))
 
@@ -121,10 +121,10 @@ class _Instance:
         return place_mesh(mesh, mirror @ W @ G) if bones is None else place_vertices(mesh, mirror @ bones)
 
 
-def _told_of(instances: list[_Instance]) -> list[str]:
+def _instance_messages(instances: list[_Instance]) -> list[str]:
     """Sentences about the blendshapes of these meshes: names and weights."""
     on = {name: weight for one in instances for name, weight in one.shapes.weights.items() if weight}
-    return [*(told for one in instances for told in one.shapes.said), left_on(on)]
+    return [*(message for one in instances for message in one.shapes.said), left_on(on)]
 
 
 def clusters(scene: Scene, mesh: int) -> list[Cluster]:
@@ -158,15 +158,15 @@ def _read_mesh(
 ) -> PlacedMesh:
     """Geometry `number` in its own space; parts are called after the node, and after materials where it has several."""
     geometry = scene.objects[number]
-    corners, sizes, kept = polygons(geometry.child("PolygonVertexIndex").array().astype(np.int64))
+    corners, sizes, retained = polygons(geometry.child("PolygonVertexIndex").array().astype(np.int64))
     check_corners(corners, len(vertices))
     materials = [] if node is None else [scene.name(material) for material in scene.of(node, "Material")]
-    labels = geometry.child("LayerElementMaterial").child("Materials").array()[: len(kept)].astype(np.int64)
-    if len(materials) < 2 or len(labels) < len(kept):
+    labels = geometry.child("LayerElementMaterial").child("Materials").array()[: len(retained)].astype(np.int64)
+    if len(materials) < 2 or len(labels) < len(retained):
         part_names, labels = (title,), np.zeros(len(sizes), np.int64)
     else:
         part_names = tuple(f"{title}/{material}" for material in materials)
-        labels = np.clip(labels[kept], 0, len(materials) - 1)
+        labels = np.clip(labels[retained], 0, len(materials) - 1)
     return PlacedMesh(vertices, fan(corners, sizes), np.repeat(labels, sizes - 2), part_names, first, blendshapes)
 
 
@@ -177,6 +177,6 @@ def polygons(index: Int[np.ndarray, " c"]) -> tuple[np.ndarray, np.ndarray, np.n
         raise RigError("has a polygon without an end: it was cut off or is damaged: export it again")
     sizes = np.diff(ends, prepend=-1)
     check_sides("", int(sizes.max(initial=0)))
-    kept = sizes >= 3
+    retained = sizes >= 3
     corners = np.where(index < 0, ~index, index)
-    return corners[np.repeat(kept, sizes)], sizes[kept], kept
+    return corners[np.repeat(retained, sizes)], sizes[retained], retained

@@ -142,8 +142,8 @@ class Tally:
         """Count more of them. RigError when they are more than any scene has."""
         self.count += more
         if self.count > MOST_NODES:
-            told = f"has more than {MOST_NODES:,} nodes and values"
-            raise RigError(f"{told}: export the head alone, without its animation")
+            message = f"has more than {MOST_NODES:,} nodes and values"
+            raise RigError(f"{message}: export the head alone, without its animation")
 
 
 def _read_binary(data: bytes) -> Node:

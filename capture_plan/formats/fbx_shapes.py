@@ -73,9 +73,9 @@ def channel_names(channels: list[_Channel]) -> tuple[tuple[str, ...], tuple[str,
         for name, channel in zip(names, channels, strict=True)
     ]
     renamed = [new for new, old in zip(full, names, strict=True) if new != old]
-    told = f"blendshapes of equal names keep that of their deformer: {listed(renamed)}" if renamed else ""
+    message = f"blendshapes of equal names keep that of their deformer: {listed(renamed)}" if renamed else ""
     unique, said = numbered(full)
-    return unique, (told, said)
+    return unique, (message, said)
 
 
 def read_channel(scene: Scene, deformer: int, channel: int, v: int) -> _Channel:

@@ -24,7 +24,7 @@ from capture_plan.formats.gltf_scene import (
     Worlds,
     hidden_nodes,
     placement,
-    scene_told,
+    scene_messages,
     titles,
     world_matrices,
 )
@@ -38,9 +38,9 @@ from capture_plan.formats.gltf_whole import (
     broken_mesh,
     damage_words,
     mesh_of,
+    messages_of,
     readable,
     target_count,
-    told_of,
     usable,
     without_flaws,
 )
@@ -62,9 +62,9 @@ def read_gltf(path: Source) -> RawRig:
         with np.errstate(all="ignore"):  # NaN and infinity are told when the rig is whole
             return read_document(path.stem, load_gltf(path))
     except RigError as error:
-        told = str(error)
-        named = told.startswith((f"{path.stem}:", f"{path.name} "))
-        raise RigError(told if named else f"{path.name} {told}") from error
+        message = str(error)
+        named = message.startswith((f"{path.stem}:", f"{path.name} "))
+        raise RigError(message if named else f"{path.name} {message}") from error
     except DAMAGE as error:
         raise RigError(f"{path.name} {damage_words(error)}: {AGAIN} as .glb") from error
 
@@ -92,10 +92,12 @@ def read_document(name: str, gltf: Gltf) -> RawRig:
         names = named.get(mesh, ())
         return names[target] if 0 <= target < len(names) else None
 
-    found = (scene_told(gltf), hiding, told_of(broken), *flawed)
-    told = sentences(vrm.expression_note(expressions, blendshape), *said, default_weights(gltf, shown, named), *found)
+    found = (scene_messages(gltf), hiding, messages_of(broken), *flawed)
+    message = sentences(
+        vrm.expression_note(expressions, blendshape), *said, default_weights(gltf, shown, named), *found
+    )
     left_out = (*left_out, *dict.fromkeys(one.title for one in broken))
-    rig = join_meshes(name, placed_meshes(pieces), unit_mm=1000.0, up="+y", facing=vrm.facing(gltf), note=told)
+    rig = join_meshes(name, placed_meshes(pieces), unit_mm=1000.0, up="+y", facing=vrm.facing(gltf), note=message)
     rig = replace(rig, left_out=left_out)
     assert rig.meshes is not None
     return weld_seams(rig, rig.meshes)
@@ -106,10 +108,10 @@ def shown_meshes(gltf: Gltf, nodes: list[int]) -> tuple[list[int], tuple[str, ..
     hidden = hidden_nodes(gltf)
     title = titles(gltf, nodes)
     counts = [target_count(mesh_of(gltf, gltf.entry("nodes", index)["mesh"])[1]) for index in nodes]
-    kept, left_out, told = choose_shown(
+    retained, left_out, message = choose_shown(
         [SceneMesh(one_line(title[index]), index in hidden, k) for index, k in zip(nodes, counts, strict=True)]
     )
-    return [index for index, belongs in zip(nodes, kept, strict=True) if belongs], left_out, told
+    return [index for index, belongs in zip(nodes, retained, strict=True) if belongs], left_out, message
 
 
 def target_names(
@@ -129,8 +131,8 @@ def target_names(
             plain = tuple(f"{title[index]}/target_{i}" if several else f"target_{i}" for i in range(k))
             names = tuple(given.get((index, i), name) for i, name in enumerate(plain))
             names = names if len(set(names)) == k else plain
-        named[index], told = numbered(names)
-        said.append(told)
+        named[index], message = numbered(names)
+        said.append(message)
     return named, said
 
 
@@ -141,14 +143,14 @@ def _own_names(
     k, problem = target_count(primitives), ""
     counts = sorted({len(primitive.get("targets") or []) for primitive in primitives} - {0})
     if len(counts) > 1:
-        told = " and ".join(map(str, counts[:LISTED]))
-        said.append(f"parts of {one_line(title)} have {told} blendshapes: what a part lacks does not move it")
+        message = " and ".join(map(str, counts[:LISTED]))
+        said.append(f"parts of {one_line(title)} have {message} blendshapes: what a part lacks does not move it")
     for names in given_lists(gltf, mesh, primitives, k) if k else ():
-        fits, told = fitting(names, k, one_line(title))
+        fits, message = fitting(names, k, one_line(title))
         if fits is not None:
-            said.append(told)
+            said.append(message)
             return fits, k
-        problem = problem or told
+        problem = problem or message
     said.append(problem)
     return None, k
 

@@ -137,8 +137,8 @@ class Gltf:
             or (mode == "TRIANGLES" and count % 3)
             or (count * stride != length)
         ):
-            told = f"{count:,} rows of {stride} bytes, {length:,} in all"
-            raise RigError(f"has a packed buffer of {told}, which cannot be: {AGAIN}")
+            message = f"{count:,} rows of {stride} bytes, {length:,} in all"
+            raise RigError(f"has a packed buffer of {message}, which cannot be: {AGAIN}")
         total = count * stride + sum(map(len, self.unpacked.values()))
         if total > MOST_BYTES or len(source) < meshopt.least_bytes(mode, count, stride):
             raise RigError(f"declares {count * stride:,} bytes packed into {len(source):,}, which cannot be: {AGAIN}")

@@ -67,7 +67,7 @@ def scene_shown(gltf: Gltf) -> int:
     return default if shows or not with_mesh else with_mesh[0]
 
 
-def scene_told(gltf: Gltf) -> str:
+def scene_messages(gltf: Gltf) -> str:
     """The sentence that says which scene was taken, where it is not the default one."""
     if not gltf.document.get("scenes") or (shown := scene_shown(gltf)) == gltf.document.get("scene", 0):
         return ""

@@ -171,22 +171,22 @@ def without_flaws(pieces: list[Piece]) -> tuple[list[Piece], list[str]]:
     found, said = [], []
     for piece in pieces:
         lost = {name for name, d in zip(piece.names, piece.deltas, strict=True) if not np.isfinite(d).all()}
-        told = [
+        messages = [
             f"{name} {piece.flaws.get(name, 'holds NaN or infinite coordinates')}"
             for name in piece.names
             if name in lost
         ]
-        if told and not carries(piece.moving, len(piece.vertices)):
-            kept = np.array([name not in lost for name in piece.names])
-            piece = replace(piece, deltas=np.where(kept[:, None, None], piece.deltas, np.float32(0)))
-            said.append(f"broken blendshapes do not move {one_line(piece.title)}, {AGAIN}: {listed(told)}")
-        elif flaws := [one for one in told if not one.endswith("coordinates")]:
+        if messages and not carries(piece.moving, len(piece.vertices)):
+            retained = np.array([name not in lost for name in piece.names])
+            piece = replace(piece, deltas=np.where(retained[:, None, None], piece.deltas, np.float32(0)))
+            said.append(f"broken blendshapes do not move {one_line(piece.title)}, {AGAIN}: {listed(messages)}")
+        elif flaws := [one for one in messages if not one.endswith("coordinates")]:
             said.append(f"broken blendshapes of {one_line(piece.title)}: {listed(flaws)}")
         found.append(piece)
     return found, said
 
 
-def told_of(broken: list[Broken]) -> str:
+def messages_of(broken: list[Broken]) -> str:
     """The sentence about meshes that were left out."""
     reasons = listed(f"{one.title} {one.reason}" for one in broken)
     return f"broken meshes were left out, clean them and export again: {reasons}" if broken else ""

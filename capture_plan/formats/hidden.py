@@ -20,11 +20,11 @@ def choose_shown(meshes: Sequence[SceneMesh]) -> tuple[list[bool], tuple[str, ..
     hidden = [mesh for mesh in meshes if mesh.hidden]
     if not any(mesh.blendshapes for mesh in meshes if not mesh.hidden) and any(mesh.blendshapes for mesh in hidden):
         names = listed(mesh.title for mesh in hidden)
-        told = f"meshes that the file hides were kept, since no other mesh has blendshapes: {names}"
-        return [True] * len(meshes), (), told
+        message = f"meshes that the file hides were kept, since no other mesh has blendshapes: {names}"
+        return [True] * len(meshes), (), message
     names = tuple(dict.fromkeys(mesh.title for mesh in hidden))
-    told = f"meshes that the file hides were left out: {listed(map(with_count, hidden))}" if hidden else ""
-    return [not mesh.hidden for mesh in meshes], names, told
+    message = f"meshes that the file hides were left out: {listed(map(with_count, hidden))}" if hidden else ""
+    return [not mesh.hidden for mesh in meshes], names, message
 
 
 def with_count(mesh: SceneMesh) -> str:

@@ -1,4 +1,4 @@
-"""Names of blendshapes as files have them: told apart where they are equal, and what a note says of them.
+"""Names of blendshapes as files have them: distinguished where they are equal, and what a note says of them.
 
 Nothing is dropped in silence: whoever renames, leaves out or sets to zero says so in the sentences made here.
 """
@@ -26,7 +26,7 @@ def sentences(*said: str) -> str:
 
 
 def numbered(names: Sequence[str]) -> tuple[tuple[str, ...], str]:
-    """The names with equal ones told apart ("smile", "smile 2", ...), and the sentence that says so."""
+    """The names with equal ones distinguished ("smile", "smile 2", ...), and the sentence that says so."""
     taken, found, new, next_of = set(names), {}, [], {}
     for name in names:
         unique, number = name, next_of.get(name, 2)
@@ -34,7 +34,7 @@ def numbered(names: Sequence[str]) -> tuple[tuple[str, ...], str]:
             unique, number = f"{name} {number}", number + 1
         found[unique], next_of[name] = None, number
         new += [unique] if unique != name else []
-    return tuple(found), f"blendshapes of equal names are told apart by a number: {listed(new)}" if new else ""
+    return tuple(found), f"blendshapes of equal names are distinguished by a number: {listed(new)}" if new else ""
 
 
 def fitting(names: Sequence[str], k: int, owner: str) -> tuple[tuple[str, ...] | None, str]:
@@ -44,12 +44,12 @@ def fitting(names: Sequence[str], k: int, owner: str) -> tuple[tuple[str, ...] |
     """
     basis = [i for i, name in enumerate(names) if name.strip().lower() in BASIS]
     if len(names) == k + 1 and basis:
-        kept = (*names[: basis[0]], *names[basis[0] + 1 :])
-        return kept, f"the name '{names[basis[0]]}' of {owner} is that of its neutral and was left out"
+        retained = (*names[: basis[0]], *names[basis[0] + 1 :])
+        return retained, f"the name '{names[basis[0]]}' of {owner} is that of its neutral and was left out"
     if len(names) == k:
         return tuple(names), ""
-    told = f"{len(names)} name{'s' * (len(names) != 1)} for {k} blendshape{'s' * (k != 1)}"
-    return None, f"{owner} has {told}, so its names were not used: export one name for each" if k or names else ""
+    message = f"{len(names)} name{'s' * (len(names) != 1)} for {k} blendshape{'s' * (k != 1)}"
+    return None, f"{owner} has {message}, so its names were not used: export one name for each" if k or names else ""
 
 
 def left_on(weights: Mapping[str, float]) -> str:

@@ -119,8 +119,8 @@ def _of_several(
     chosen = next((c for c in (by_name, by_motion) if c is not None), plainest)
     signs = ["its name is the plainest"] * (by_name is not None)
     signs += ["the other shapes are small changes of it"] * (by_motion is not None)
-    told = " and ".join(signs) or "they hold the same shape"
-    return named[chosen], f"{names}: {named[chosen].name} was taken, {told}"
+    message = " and ".join(signs) or "they hold the same shape"
+    return named[chosen], f"{names}: {named[chosen].name} was taken, {message}"
 
 
 def by_shape(

@@ -55,7 +55,7 @@ def read_npz(path: Source) -> RawRig:
     source_index = arrays.get("source_index", np.arange(v))
     if source_index.shape != (v,) or source_index.dtype.kind not in "iu":
         raise RigError(f"{path.name}: 'source_index' is not one integer for each of {v:,} vertices: leave it out")
-    names, told = numbered([str(name) for name in arrays["names"].astype(str)])
+    names, message = numbered([str(name) for name in arrays["names"].astype(str)])
     return RawRig(
         name=path.stem,
         neutral=arrays["vertices"].astype(np.float64),
@@ -66,7 +66,7 @@ def read_npz(path: Source) -> RawRig:
         part_names=part_names,
         source_index=source_index.astype(np.int32),
         unit_mm=UNITS_MM.get(str(arrays.get("units", "")).partition(" ")[0].strip().lower()),
-        note=told,
+        note=message,
     )
 
 

@@ -63,7 +63,7 @@ def read_obj_folder(folder: Source) -> RawRig:
             )
         check_same_faces(faces, neutral_path, parse_faces(data, path), path)
 
-    return rig_of_whole_files(folder, neutral, faces, shapes, shape, told=chosen)
+    return rig_of_whole_files(folder, neutral, faces, shapes, shape, message=chosen)
 
 
 def read_obj_vertices(path: Source) -> Float[np.ndarray, "v 3"]:

@@ -60,9 +60,11 @@ _Table = dict[str, _Column]
 def read_ply_folder(folder: Source) -> RawRig:
     """The rig in `folder`; unit and axes are unknown. RigError when the files do not make one rig."""
     paths = sorted((path for path in folder.iterdir() if is_kind(path, ".ply")), key=natural)
-    neutral, told = find_neutral(folder, paths, read_vertices)
+    neutral, message = find_neutral(folder, paths, read_vertices)
     shapes = [path for path in paths if path != neutral]
-    return rig_of_shapes(folder, neutral, shapes, read_faces(neutral), read_vertices, check_shape_faces, told=told)
+    return rig_of_shapes(
+        folder, neutral, shapes, read_faces(neutral), read_vertices, check_shape_faces, message=message
+    )
 
 
 def read_vertices(path: Source) -> Float[np.ndarray, "v 3"]:
@@ -181,8 +183,8 @@ def read_text(body: bytes, elements: list[Element]) -> dict[str, _Table]:
 def _check_faces(element: Element) -> None:
     """RigError where there are more lists than are read one by one."""
     if element.count > MOST_FACES:
-        told = f"{element.count:,} of {element.name[:40]}, of which at most {MOST_FACES:,} are read"
-        raise RigError(f"has {told}: triangulate it, and export it as binary")
+        message = f"{element.count:,} of {element.name[:40]}, of which at most {MOST_FACES:,} are read"
+        raise RigError(f"has {message}: triangulate it, and export it as binary")
 
 
 def _whole(number: float) -> int:

@@ -66,18 +66,18 @@ def finite(raw: RawRig) -> RawRig:
     broken = listed(name for name, is_whole in zip(raw.names, whole, strict=True) if not is_whole)
     if not whole.any():
         raise RigError(f"{raw.name}: all blendshapes hold {BROKEN}: clean the mesh and export it again")
-    told = f"blendshapes that hold {BROKEN} were left out, clean them and export again: {broken}"
+    message = f"blendshapes that hold {BROKEN} were left out, clean them and export again: {broken}"
     names = tuple(name for name, is_whole in zip(raw.names, whole, strict=True) if is_whole)
-    return replace(raw, deltas=raw.deltas[whole], names=names, note=sentences(raw.note, told))
+    return replace(raw, deltas=raw.deltas[whole], names=names, note=sentences(raw.note, message))
 
 
 def legible(raw: RawRig) -> RawRig:
     """The rig with names and a note that can be shown in one line: without signs that a terminal, a table or a page
     would obey, and no longer than a name is."""
-    names, told = numbered([one_line(name)[:LONGEST_NAME] for name in raw.names])
+    names, message = numbered([one_line(name)[:LONGEST_NAME] for name in raw.names])
     parts = tuple(one_line(name)[:LONGEST_NAME] for name in raw.part_names)
     strange = [name for name, own in zip(names, raw.names, strict=True) if name != own]
-    said = f"names too long or with signs that cannot be shown were changed: {listed(strange)}" if strange else told
+    said = f"names too long or with signs that cannot be shown were changed: {listed(strange)}" if strange else message
     note = sentences(raw.note, said)
     return replace(raw, name=one_line(raw.name), names=names, part_names=parts, note=one_line(note))
 

@@ -128,7 +128,7 @@ def whole_or_none(title: str, needed: bool, read: Callable[[], PlacedMesh], brok
         return None
 
 
-def broken_told(broken: Sequence[str]) -> str:
+def broken_words(broken: Sequence[str]) -> str:
     """The sentence about meshes that were left out because they are broken."""
     return f"broken meshes were left out, clean them and export again: {listed(broken)}" if broken else ""
 

@@ -35,12 +35,12 @@ def rig_of_shapes(
     read_vertices: Callable[[Source], Float[np.ndarray, "v 3"]],
     check_faces: Callable[[Faces, Source, Source], None] | None = None,
     *,
-    told: str = "",
+    message: str = "",
 ) -> RawRig:
     """The rig of a neutral and its blendshapes, called after their files; unit and axes are unknown.
 
     `check_faces(faces, neutral, shape)` refuses a blendshape whose file joins its vertices into other faces;
-    `told` is what has to be said of how the files were read.
+    `message` is what has to be said of how the files were read.
     """
     if not shapes:
         raise RigError(
@@ -68,7 +68,7 @@ def rig_of_shapes(
             check_faces(faces, neutral, path)
         return shape
 
-    return rig_of_whole_files(folder, vertices, faces, shapes, read_shape, told=told)
+    return rig_of_whole_files(folder, vertices, faces, shapes, read_shape, message=message)
 
 
 def rig_of_whole_files(
@@ -78,7 +78,7 @@ def rig_of_whole_files(
     shapes: list[Source],
     read_shape: Callable[[Source], Float[np.ndarray, "v 3"]],
     *,
-    told: str,
+    message: str,
 ) -> RawRig:
     """The rig of a neutral's vertices and faces and of the shapes that can be read; of the others it is said why."""
     shapes, deltas, broken = whole_deltas(vertices, shapes, read_shape)
@@ -96,5 +96,5 @@ def rig_of_whole_files(
         parts=parts,
         part_names=part_names,
         source_index=np.arange(len(vertices), dtype=np.int32),
-        note=sentences(told, twice, broken),
+        note=sentences(message, twice, broken),
     )

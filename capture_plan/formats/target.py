@@ -56,32 +56,32 @@ def read_target_folder(folder: Source) -> RawRig:
     triangles, labels = fan(faces.corners, faces.sizes), np.repeat(faces.labels, faces.sizes - 2)
     seen = np.array([not UNSEEN.match(name) for name in faces.part_names] or [False])
     triangles, labels = triangles[seen[labels]], labels[seen[labels]]
-    kept = np.unique(triangles)
-    if len(kept) == 0:
+    retained = np.unique(triangles)
+    if len(retained) == 0:
         raise RigError(f"{base.name} has vertices but no faces: export the base mesh with its faces")
-    deltas = np.zeros((len(paths), len(kept), 3), np.float32)
+    deltas = np.zeros((len(paths), len(retained), 3), np.float32)
     for k, path in enumerate(track(paths, "Reading blendshapes")):
         index, moves = _read_target(path, len(vertices))
         whole = np.zeros_like(vertices)
         whole[index] = moves
-        deltas[k] = whole[kept]
-    triangles = np.searchsorted(kept, triangles).astype(np.int32)
+        deltas[k] = whole[retained]
+    triangles = np.searchsorted(retained, triangles).astype(np.int32)
     shown = tuple(name for name, shows in zip(faces.part_names, seen, strict=True) if shows)
-    parts, part_names = vertex_parts(triangles, (np.cumsum(seen) - 1)[labels], shown, len(kept))
-    names, told = numbered([re.sub(r"\.target(\.gz)?$", "", path.name, flags=re.IGNORECASE) for path in paths])
+    parts, part_names = vertex_parts(triangles, (np.cumsum(seen) - 1)[labels], shown, len(retained))
+    names, message = numbered([re.sub(r"\.target(\.gz)?$", "", path.name, flags=re.IGNORECASE) for path in paths])
     return RawRig(
         name=folder_name(folder),
-        neutral=vertices[kept],
+        neutral=vertices[retained],
         triangles=triangles,
         deltas=deltas,
         names=names,
         parts=parts,
         part_names=part_names,
-        source_index=kept.astype(np.int32),
+        source_index=retained.astype(np.int32),
         unit_mm=UNIT_MM,
         up="+y",
         facing="+z",
-        note=told,
+        note=message,
     )
 
 

@@ -30,7 +30,7 @@ from capture_plan.formats.raw import RawRig, fan
 from capture_plan.formats.scene import (
     Offsets,
     PlacedMesh,
-    broken_told,
+    broken_words,
     check_corners,
     join_meshes,
     moved,
@@ -102,8 +102,8 @@ def build_rig(name: str, scene: dict[str, Any], arrays: dict[str, np.ndarray]) -
         gone += [title] if found is None else []
         first += len(arrays[mesh["points"]])
     weights = left_on({plain_line(name): w for name, w in scene["weights"].items()})
-    told = sentences(scene_note(scene), *said, weights, broken_told(broken))
-    rig = join_meshes(name, meshes, unit_mm=unit(scene), up=up, facing=facing, note=told)
+    message = sentences(scene_note(scene), *said, weights, broken_words(broken))
+    rig = join_meshes(name, meshes, unit_mm=unit(scene), up=up, facing=facing, note=message)
     return replace(rig, left_out=(*(plain_line(name.rpartition(" (")[0]) for name in scene["left_out"]), *gone))
 
 
@@ -132,12 +132,12 @@ def _read_mesh(mesh: dict[str, Any], arrays: dict[str, np.ndarray], first: int, 
     check_sides("", int(sizes.max(initial=0)))
     check_corners(corners, len(points))
     labels, part_names = face_parts(mesh, title, arrays, len(sizes))
-    kept = sizes >= 3
-    triangles = fan(corners[np.repeat(kept, sizes)], sizes[kept])
+    retained = sizes >= 3
+    triangles = fan(corners[np.repeat(retained, sizes)], sizes[retained])
     placed = PlacedMesh(
         vertices=points,
         triangles=triangles[:, ::-1] if mesh["left_handed"] else triangles,
-        labels=np.repeat(labels[kept], sizes[kept] - 2),
+        labels=np.repeat(labels[retained], sizes[retained] - 2),
         part_names=part_names,
         first=first,
         blendshapes=_read_blendshapes(mesh, title, arrays, len(points), said),
@@ -153,10 +153,10 @@ def _read_blendshapes(
     if gone := len(mesh["blendshapes"]) - len(shapes):
         said.append(f"{gone} of {len(mesh['blendshapes'])} blendshapes that {title} is bound to are not in the file")
     if shapes and shapes[0]["names"] != len(mesh["blendshapes"]):
-        told = f"{shapes[0]['names']} names for {len(mesh['blendshapes'])} blendshapes"
-        said.append(f"{title} has {told}, so those of the blendshapes themselves are used")
-    names, told = numbered([plain_line(shape["name"]) for shape in shapes])
-    said.append(told)
+        message = f"{shapes[0]['names']} names for {len(mesh['blendshapes'])} blendshapes"
+        said.append(f"{title} has {message}, so those of the blendshapes themselves are used")
+    names, message = numbered([plain_line(shape["name"]) for shape in shapes])
+    said.append(message)
     found: dict[str, Offsets] = {}
     for name, shape in zip(names, shapes, strict=True):
         offsets = arrays[shape["offsets"]]
@@ -192,7 +192,7 @@ def scene_note(scene: dict[str, Any]) -> str:
         said.append(f"in-between shapes were left out, so motion is a straight line here: {listed(list(between))}")
     if scene["left_out"]:
         said.append(f"meshes not for the picture were left out: {listed(map(plain_line, scene['left_out']))}")
-    if scene["kept"]:
-        names = listed(map(plain_line, scene["kept"]))
+    if scene["retained"]:
+        names = listed(map(plain_line, scene["retained"]))
         said.append(f"meshes not for the picture were kept, since no other mesh has blendshapes: {names}")
     return "; ".join(said)

@@ -153,7 +153,7 @@ def rest_weights(prims: list[Any]) -> dict[str, float]:
 
 
 def _read_scene(
-    stage: Any, meshes: list[Any], left_out: list[str], kept: list[str]
+    stage: Any, meshes: list[Any], left_out: list[str], retained: list[str]
 ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """The scene of these meshes at rest, and its arrays."""
     arrays: dict[str, np.ndarray] = {}
@@ -163,7 +163,7 @@ def _read_scene(
         "up": str(UsdGeom.GetStageUpAxis(stage)),
         "meshes": [_read_mesh(prim, places, arrays) for prim in meshes],
         "left_out": left_out,
-        "kept": kept,
+        "retained": retained,
     }
     return scene, arrays
 
@@ -172,14 +172,14 @@ def _read_take(path: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """What the stage says over time, and the arrays that it names."""
     stage = Usd.Stage.Open(path)
     prims = prims_of(stage)
-    meshes, left_out, kept = meshes_of(prims)
+    meshes, left_out, retained = meshes_of(prims)
     moving = [prim for prim in meshes if is_sampled(UsdGeom.Mesh(prim).GetPointsAttr())]
     animations, notes = animations_of(prims)
     if animations:
         notes += ["the motion of its points is left out, since it has blendshape weights"] if moving else []
         return read_weights(stage, animations, notes)
     if moving:
-        return read_motion(stage, meshes, left_out, kept)
+        return read_motion(stage, meshes, left_out, retained)
     raise UnusableError("has no motion, neither of points nor of blendshape weights: export it with its animation")
 
 
@@ -246,13 +246,13 @@ def read_weights(stage: Any, animations: list[Any], notes: list[str]) -> tuple[d
 
 
 def read_motion(
-    stage: Any, meshes: list[Any], left_out: list[str], kept: list[str]
+    stage: Any, meshes: list[Any], left_out: list[str], retained: list[str]
 ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """The scene at rest; with the points (t v 3) of meshes that change, and the places (t 4 4) of all."""
     moving = [is_sampled(UsdGeom.Mesh(prim).GetPointsAttr()) for prim in meshes]
     sampled = [UsdGeom.Mesh(prim).GetPointsAttr() for prim, moves in zip(meshes, moving, strict=True) if moves]
     times, fps = frame_times(stage, sampled)
-    scene, arrays = _read_scene(stage, meshes, left_out, kept)
+    scene, arrays = _read_scene(stage, meshes, left_out, retained)
     counts = [len(arrays[mesh["points"]]) for mesh in scene["meshes"]]
     _check_room(len(times) * (12 * int(np.dot(counts, moving)) + 128 * len(meshes)))
     places = UsdGeom.XformCache()

@@ -30,21 +30,21 @@ MOST_PAIRS = 64  # for each candidate; more lie on one spot only in files that w
 def weld_seams(raw: RawRig, groups: Int[np.ndarray, " v"]) -> RawRig:
     """The rig with its seams closed; a welded vertex is called by its first number and is of the first of its parts."""
     same = seam_twins(raw, groups)
-    _, kept, inverse = np.unique(same, return_index=True, return_inverse=True)
-    if len(kept) == len(same):
+    _, retained, inverse = np.unique(same, return_index=True, return_inverse=True)
+    if len(retained) == len(same):
         return raw
-    parts = np.full(len(kept), np.iinfo(np.int32).max, np.int32)
+    parts = np.full(len(retained), np.iinfo(np.int32).max, np.int32)
     np.minimum.at(parts, inverse, raw.parts.astype(np.int32))
     unused = raw.part_names[-1] == NO_PART and parts.max() < len(raw.part_names) - 1
     return replace(
         raw,
-        neutral=raw.neutral[kept],
+        neutral=raw.neutral[retained],
         triangles=inverse[raw.triangles].astype(np.int32),
-        deltas=np.ascontiguousarray(raw.deltas[:, kept]),
+        deltas=np.ascontiguousarray(raw.deltas[:, retained]),
         parts=parts,
         part_names=raw.part_names[:-1] if unused else raw.part_names,
-        source_index=raw.source_index[kept],
-        meshes=None if raw.meshes is None else raw.meshes[kept],
+        source_index=raw.source_index[retained],
+        meshes=None if raw.meshes is None else raw.meshes[retained],
     )
 
 
@@ -58,10 +58,10 @@ def seam_twins(raw: RawRig, groups: Int[np.ndarray, " v"]) -> Int[np.ndarray, " 
     limit = _tolerances(raw, groups)
     near = close_pairs(raw.neutral[at], float(limit[at].max()))
     i, j = at[near[:, 0]], at[near[:, 1]]
-    kept = (groups[i] == groups[j]) & (np.linalg.norm(raw.neutral[i] - raw.neutral[j], axis=1) <= limit[i])
-    i, j = i[kept], j[kept]
-    kept = move_alike(raw.deltas, i, j, limit[i]) & ~back_to_back(raw, i, j)
-    graph = coo_array((np.ones(int(kept.sum()), bool), (i[kept], j[kept])), shape=(v, v))
+    retained = (groups[i] == groups[j]) & (np.linalg.norm(raw.neutral[i] - raw.neutral[j], axis=1) <= limit[i])
+    i, j = i[retained], j[retained]
+    retained = move_alike(raw.deltas, i, j, limit[i]) & ~back_to_back(raw, i, j)
+    graph = coo_array((np.ones(int(retained.sum()), bool), (i[retained], j[retained])), shape=(v, v))
     label = connected_components(graph, directed=False)[1]
     first = np.full(v, v)
     np.minimum.at(first, label, same)

@@ -27,21 +27,21 @@ def whole_deltas(
     `read` raises a RigError for a file that is not. RigError where too few are.
     """
     deltas = np.empty((len(paths), *neutral.shape), dtype=np.float32)
-    kept: list[Source] = []
+    retained: list[Source] = []
     broken: list[RigError] = []
     for path in track(paths, "Reading blendshapes"):
         try:
-            deltas[len(kept)] = read(path) - neutral
+            deltas[len(retained)] = read(path) - neutral
         except RigError as error:
             broken.append(error)
         else:
-            kept.append(path)
-    if len(kept) < ENOUGH * len(paths):
+            retained.append(path)
+    if len(retained) < ENOUGH * len(paths):
         raise broken[0]
-    return kept, deltas[: len(kept)], _told_of(broken)
+    return retained, deltas[: len(retained)], _messages_of(broken)
 
 
-def _told_of(broken: list[RigError]) -> str:
+def _messages_of(broken: list[RigError]) -> str:
     """The sentence about files that were left out; each error begins with the name of its file, and ends in advice."""
     if not broken:
         return ""

@@ -96,5 +96,5 @@ def check_sides(what: str, sides: int) -> None:
 def check_names(names: Iterable[str], what: str) -> None:
     """RigError that begins with `what` where a name is longer than anybody gives one."""
     if long := next((name for name in names if len(name) > LONGEST_NAME), None):
-        told = f"{long[:20]!r}... of {len(long):,} signs, expected at most {LONGEST_NAME}"
-        raise RigError(f"{what} has the name {told}: rename it".lstrip())
+        message = f"{long[:20]!r}... of {len(long):,} signs, expected at most {LONGEST_NAME}"
+        raise RigError(f"{what} has the name {message}: rename it".lstrip())

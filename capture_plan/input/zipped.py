@@ -70,8 +70,8 @@ def find_rig(root: zipfile.Path, is_rig: Callable[[zipfile.Path], bool]) -> zipf
         if len(found) == 1:
             return found[0]
         if found:
-            told = " and ".join(source.at for source in found[:3])
-            raise RigError(f"{name} holds {len(found)} rigs, {told}: zip one of them alone")
+            message = " and ".join(source.at for source in found[:3])
+            raise RigError(f"{name} holds {len(found)} rigs, {message}: zip one of them alone")
         folders = [source for source in level if source.is_dir()]
         inside = [child for folder in folders for child in folder.iterdir()]
         level = sorted((s for s in inside if not s.name.startswith((".", "__MACOSX"))), key=lambda s: s.at)

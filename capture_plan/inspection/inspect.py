@@ -24,11 +24,11 @@ from capture_plan.evaluation.identifiability import (
 )
 from capture_plan.evaluation.layout_similarity import Similarity, similarities
 from capture_plan.evaluation.monte_carlo import Trial, trials
-from capture_plan.evaluation.robustness import REACH_MM, Loss, Substitute, Tolerance, losses, substitutes, tolerances
+from capture_plan.evaluation.robustness import EXTENT_MM, Loss, Substitute, Tolerance, losses, substitutes, tolerances
 from capture_plan.evaluation.tangent_chart import Chart, flatten
 from capture_plan.layout.face import Face, see_face
 from capture_plan.layout.predict import performances, predictions
-from capture_plan.layout.record import MotionFit, Prediction, Worth
+from capture_plan.layout.record import Information, MotionFit, Prediction
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.mesh import geodesic_distance, vertex_normals
 from capture_plan.plan.inputs import PlanInputs, inputs_for
@@ -75,7 +75,7 @@ class Inspection(Struct, frozen=True):
 
     rig: str
     epsilon: float
-    worth: Worth
+    information: Information
     predictions: tuple[Prediction, ...]
     singular_values_mm: tuple[float, ...]
     weakest: tuple[Mix, ...]
@@ -101,7 +101,7 @@ def inspect_plan(plan: Plan, inputs: Rig | PlanInputs) -> Inspection:
 
     Example:
         >>> found = inspect_plan(read_plan("hero.plan.json"), sample_rig())
-        >>> len(found.markers) == found.worth.landmarks
+        >>> len(found.markers) == found.information.landmarks
         True
     """
     given, settings = inputs_for(inputs, plan.settings), plan.settings.landmarks
@@ -112,12 +112,12 @@ def inspect_plan(plan: Plan, inputs: Rig | PlanInputs) -> Inspection:
     covers = shares(face, settings, vertices) >= settings.epsilon
     seen = sights(observation, vertices, face.used)
     more = separators(face, settings, vertices, confusable(seen))
-    charts = flatten(rig.neutral, vertex_normals(rig.neutral, rig.triangles), face.graph, vertices, reach_mm=REACH_MM)
+    charts = flatten(rig.neutral, vertex_normals(rig.neutral, rig.triangles), face.graph, vertices, extent_mm=EXTENT_MM)
     regions = face.regions
     return Inspection(
         rig=rig.name,
         epsilon=settings.epsilon,
-        worth=observation.worth(vertices),
+        information=observation.information(vertices),
         predictions=predictions(observation, vertices, performances(observation, takes)),
         singular_values_mm=tuple(np.linalg.svd(observation.response(vertices), compute_uv=False).tolist()),
         weakest=weakest_mixes(observation, vertices, face.used, count=MIXES),

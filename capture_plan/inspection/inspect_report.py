@@ -2,7 +2,7 @@
 
 from capture_plan.evaluation.alternatives import Alternative
 from capture_plan.evaluation.identifiability import CONFUSABLE_DEG, WEAK, Mix, Reason, Separator
-from capture_plan.evaluation.robustness import GROWTH, REACH_MM, Loss, Tolerance
+from capture_plan.evaluation.robustness import EXTENT_MM, GROWTH, Loss, Tolerance
 from capture_plan.inspection.inspect import Inspection, MarkerReport, TakeReport
 from capture_plan.layout.predict import MIXES
 from capture_plan.plan.predicted import SOLVE, error_words, prediction_words
@@ -13,7 +13,7 @@ TIGHT = 3  # dots with the least room that it names
 NAMED = 8  # names in one of its lines
 PAIRS = 8  # the worst pairs of lost markers that are named
 TELLING = 5  # markers that a take needs most and least
-WORTH_DEG = 2.0  # a smaller change of an angle is not worth a word
+TELLING_DEG = 2.0  # a smaller change of an angle is not worth a word
 TELLS_APART = 0.8  # a pair's angle shrinks to this share without the marker: worth saying as its reason
 
 
@@ -41,7 +41,7 @@ def inspection_text(found: Inspection) -> str:
 def short_text(found: Inspection) -> str:
     """What matters most of it, in `SHORT` lines at most: what is weak, which dots need most care, what may fall off."""
     markers, names = found.markers, {m.name: f"{m.name} {m.label}" for m in found.markers}
-    tight = sorted((m for m in markers if m.unnoticed.worst_mm < REACH_MM), key=lambda m: m.unnoticed.worst_mm)[:TIGHT]
+    tight = sorted((m for m in markers if m.unnoticed.worst_mm < EXTENT_MM), key=lambda m: m.unnoticed.worst_mm)[:TIGHT]
     needed, again = [m for m in markers if m.reason.only_one], [m.name for m in markers if not m.lost.carry_on]
     weak = [s.name for s in found.blendshapes if s.signal_to_noise < WEAK]
     lines = [
@@ -68,11 +68,11 @@ def few(names: list[str]) -> str:
 
 
 def overview(found: Inspection) -> list[str]:
-    worth, values = found.worth, found.singular_values_mm
+    information, values = found.information, found.singular_values_mm
     lines = [
-        f"{found.rig}: {worth.landmarks} markers, rank {worth.rank} of {worth.full_rank}, "
-        f"{error_words(worth, found.predictions)}.",
-        *prediction_words(found.worth, found.predictions),
+        f"{found.rig}: {information.landmarks} markers, rank {information.rank} of {information.full_rank}, "
+        f"{error_words(information, found.predictions)}.",
+        *prediction_words(found.information, found.predictions),
         f"Singular values from {values[0]:.1f} mm down to {values[-1]:.2f} mm of marker movement at weight 1.",
         *mix_lines(found),
         f"Blind at epsilon {found.epsilon:g}: {', '.join(found.blind) or 'to no blendshape'}.",
@@ -85,11 +85,11 @@ def overview(found: Inspection) -> list[str]:
 
 def mix_lines(found: Inspection) -> list[str]:
     """The mixes that these markers do not tell apart, and why, then those that they hardly do."""
-    lost = found.worth.full_rank - found.worth.rank
+    lost = found.information.full_rank - found.information.rank
     unseen, weak = found.weakest[:lost], found.weakest[lost:]
-    more = [f"Not told apart: {lost - len(unseen)} mixes more."] if lost > len(unseen) else []
+    more = [f"Not distinguished: {lost - len(unseen)} mixes more."] if lost > len(unseen) else []
     return [
-        *(f"Not told apart, no marker stands where it moves: {mix_words(mix)}." for mix in unseen),
+        *(f"Not distinguished, no marker stands where it moves: {mix_words(mix)}." for mix in unseen),
         *more,
         *(f"Weak mix: {mix_words(mix)}." for mix in weak),
     ]
@@ -140,8 +140,8 @@ def sight_lines(found: Inspection) -> list[str]:
 def separator_words(one: Separator, label: str, found: Inspection) -> str:
     """'12 degrees; one more dot on the left cheek, 9 mm from M14, makes it 21: at (36, 29, 95) mm from the rig's
     origin, x to the subject's left, y up, z to the front'."""
-    if one.angle_then_degrees - one.angle_degrees < WORTH_DEG:
-        return f"{one.angle_degrees:.0f} degrees; no place for one more dot opens it by {WORTH_DEG:g} degrees"
+    if one.angle_then_degrees - one.angle_degrees < TELLING_DEG:
+        return f"{one.angle_degrees:.0f} degrees; no place for one more dot opens it by {TELLING_DEG:g} degrees"
     where = ", ".join(f"{x:.0f}" for x in one.position)
     return (
         f"{one.angle_degrees:.0f} degrees; one more dot on the {label}, {one.nearest_mm:.0f} mm from "
@@ -159,8 +159,9 @@ def reason_words(marker: MarkerReport, found: Inspection) -> str:
             f"tells {reason.pair[0]} from {reason.pair[1]} apart: angle {reason.angle_degrees:.0f} degrees with it, "
             f"{reason.angle_without_degrees:.0f} without"
         )
-    view = f"a further view: upper estimate {found.worth.error_mm:.3f} mm with it, {marker.lost.error_mm:.3f} without"
-    if reason.angle_degrees - reason.angle_without_degrees < WORTH_DEG:
+    with_it, without = found.information.error_mm, marker.lost.error_mm
+    view = f"a further view: upper estimate {with_it:.3f} mm with it, {without:.3f} without"
+    if reason.angle_degrees - reason.angle_without_degrees < TELLING_DEG:
         return view
     return (
         f"{view}; helps to tell {reason.pair[0]} from {reason.pair[1]}, {reason.angle_degrees:.0f} degrees with it, "
@@ -183,10 +184,10 @@ def tolerance_lines(found: Inspection) -> list[str]:
 
 def tolerance_words(tolerance: Tolerance) -> str:
     """'1.5 mm (up) to 6.0 mm (left)'; one number where both are the most that was tried."""
-    if tolerance.worst_mm >= REACH_MM:
-        return f"{REACH_MM:g} mm or more everywhere"
-    most = f"{REACH_MM:g} mm or more"
-    best = most if tolerance.best_mm >= REACH_MM else f"{tolerance.best_mm:.1f} mm ({tolerance.best_direction})"
+    if tolerance.worst_mm >= EXTENT_MM:
+        return f"{EXTENT_MM:g} mm or more everywhere"
+    most = f"{EXTENT_MM:g} mm or more"
+    best = most if tolerance.best_mm >= EXTENT_MM else f"{tolerance.best_mm:.1f} mm ({tolerance.best_direction})"
     return f"{tolerance.worst_mm:.1f} mm ({tolerance.worst_direction}) to {best}"
 
 
@@ -203,7 +204,7 @@ def loss_words(loss: Loss) -> str:
 def substitute_words(marker: MarkerReport) -> str:
     other = marker.substitute
     if other is None:
-        return f"no other place within {REACH_MM:g} mm serves as well"
+        return f"no other place within {EXTENT_MM:g} mm serves as well"
     return (
         f"nearest substitute vertex {marker.substitute_source_vertex:,}, {marker.substitute_label}, "
         f"{other.distance_mm:.1f} mm {other.direction}, upper estimate {other.error_mm:.3f} mm"
@@ -238,7 +239,7 @@ def other_lines(found: Inspection) -> list[str]:
             f"The next that leaves a fifth of the places is {worse[0].worse:.1%} worse, in its error or "
             f"its number of markers ({worse[0].landmarks} markers, {worse[0].error_mm:.3f} mm{left_words(worse[0])})."
         )
-    return lines or ["None: no other layout keeps all wishes."]
+    return lines or ["None: no other layout keeps all constraints."]
 
 
 def left_words(one: Alternative) -> str:

@@ -24,7 +24,7 @@ from capture_plan.layout.naming import name_head_markers, name_landmarks
 from capture_plan.layout.observation import Observation, error_against_budget
 from capture_plan.layout.predict import Performance, performances, predictions
 from capture_plan.layout.problem import NOTHING, Task
-from capture_plan.layout.record import Bound, ErrorBound, HeadPose, Layout, MotionFit, Program, Reference, Worth
+from capture_plan.layout.record import Bound, ErrorBound, HeadPose, Information, Layout, MotionFit, Program, Reference
 from capture_plan.layout.settings import ORDERED, LayoutSettings, Method
 from capture_plan.layout.sites import Sites
 from capture_plan.layout.spacing import taken_by
@@ -81,7 +81,7 @@ def follow(task: Task, decided: Decided, takes: Takes | None = None) -> Layout:
     numbers = [n for n, program in enumerate(decided.rounds) for _ in program.sites] + [None] * len(decided.further)
     order, round_of = _in_order(face.rig, sites, chosen, numbers)
     landmarks = name_landmarks(face, settings, order, round_of)
-    told = sites.members(chosen) if decided.method in ORDERED else order[:0]
+    message = sites.members(chosen) if decided.method in ORDERED else order[:0]
     name_at = {m.vertex: m.name for m in landmarks}
     given = performances(observation, takes)
     covered = sites.covers(settings.epsilon)[:, chosen].any(axis=1)
@@ -92,16 +92,16 @@ def follow(task: Task, decided: Decided, takes: Takes | None = None) -> Layout:
         programs=_programs(task, decided),
         certificate=decided.certificate,
         uncovered=tuple(face.used[k] for k in np.flatnonzero(~covered)),
-        worth=observation.worth(order),
+        information=observation.information(order),
         references=references,
         head=name_head_markers(face, settings, decided.head),
         head_pose=head_pose(face, decided.head, settings.noise_mm) if len(decided.head) else None,
-        order=tuple(name_at[vertex] for vertex in told.tolist()),
-        curve_mm=tuple(np.round(error_against_budget(observation, told), 4).tolist()),
+        order=tuple(name_at[vertex] for vertex in message.tolist()),
+        curve_mm=tuple(np.round(error_against_budget(observation, message), 4).tolist()),
         error_bound=decided.error_bound,
         target_landmarks=target_landmarks(task, decided, target_of(references)[1]),
         target_bound=decided.target_bound,
-        motion=motion_fit(face, takes, order, told, decided.known) if takes else None,
+        motion=motion_fit(face, takes, order, message, decided.known) if takes else None,
         predictions=predictions(observation, order, given),
     )
 
@@ -149,17 +149,17 @@ def in_order(certificate: Bound, used: tuple[str, ...]) -> Bound:
 
 def points_of(face: Face) -> dict[str, Int[np.ndarray, " _"]]:
     """Vertices of 68 points, where the face has eyes and mouth to lay them on, and of as many dots spread evenly."""
-    among = candidates(face)
-    even = farthest_points(among, min(USUAL, len(among.vertices)), seed=0)
+    subset = candidates(face)
+    even = farthest_points(subset, min(USUAL, len(subset.vertices)), seed=0)
     return ({} if face.points68 is None else {SIXTY_EIGHT: face.points68}) | {EVEN: even}
 
 
 def single_cover_settings(settings: LayoutSettings) -> LayoutSettings:
-    """The settings of the paper's single cover: without spacing or wishes."""
+    """The settings of the paper's single cover: without spacing or constraints."""
     return replace(settings, method="cover", number=None, budget=None, pins=(), relaxed_for=None, spacing_mm=0.0)
 
 
-def target_of(references: Mapping[str, Worth]) -> tuple[str, float]:
+def target_of(references: Mapping[str, Information]) -> tuple[str, float]:
     """The layout that ours has to equal, by name, and its error, mm: the better of 68 points and of dots spread evenly.
 
     Points that tell less than dots anywhere lie wrong on this face and are no target.
@@ -183,9 +183,9 @@ def most_of(settings: LayoutSettings, method: Method, landmarks: int) -> int:
 
 def reference(observation: Observation, vertices: Int[np.ndarray, " m"], given: Sequence[Performance]) -> Reference:
     """Another layout, what it is worth, and the error to expect of some performances."""
-    worth = observation.worth(vertices)
+    information = observation.information(vertices)
     expected = predictions(observation, vertices, given)
-    return Reference(**structs.asdict(worth), vertices=tuple(vertices.tolist()), predictions=expected)
+    return Reference(**structs.asdict(information), vertices=tuple(vertices.tolist()), predictions=expected)
 
 
 def head_pose(face: Face, head: Int[np.ndarray, " h"], noise_mm: float) -> HeadPose:
@@ -197,11 +197,11 @@ def motion_fit(
     face: Face,
     takes: Takes,
     vertices: Int[np.ndarray, " m"],
-    told: Int[np.ndarray, " n"],
+    messages: Int[np.ndarray, " n"],
     known: dict[str, Int[np.ndarray, " _"]],
 ) -> MotionFit:
     """What takes lose by landmarks, in the order that they were told in if any, and by known layouts."""
-    fit = fit_of(takes, face.used, told if len(told) else vertices, ordered=len(told) > 0)
+    fit = fit_of(takes, face.used, messages if len(messages) else vertices, ordered=len(messages) > 0)
     return replace(fit, references_mm={name: round(takes.error(np.unique(at)), 5) for name, at in known.items()})
 
 

@@ -1,8 +1,8 @@
-"""The best landmarks that a budget buys: least upper estimate, every wish kept, every blendshape on some landmark.
+"""The best landmarks that a budget buys: least upper estimate, all constraints met, every blendshape on some landmark.
 
 Data       s           sites, a[s] = 1 or 2 landmarks each; A_s the rows of the deltas at its members
            c[k, s]     site s is a candidate for blendshape k
-           C(S)        covariance of the weights given the sites S, G the skin's Gram matrix (`worth`)
+           C(S)        covariance of the weights given the sites S, G the skin's Gram matrix (`information`)
            limits      least <= sum_{s in S} amount[s] <= most, see `limits`: pins, keep-outs, caps, an exact number
 Model      min  trace(G C(S))
            s.t. sum_{s in S} a[s] <= M, S at the spacing and within its limits, every k on some s in S where M allows
@@ -67,11 +67,11 @@ def keepable(search: Search, former: Choice) -> Choice:
     """What of a former choice can stay, and before it what the limits ask for."""
     asked = [site for limit in search.limits for site in former if asks(limit, site, former)]
     asked = asked_anew(search, former, tuple(dict.fromkeys(asked)))
-    kept: Choice = ()
+    retained: Choice = ()
     for site in dict.fromkeys((*asked, *search.in_order(former))):
-        if search.open_to(kept)[site]:
-            kept = (*kept, site)
-    return kept
+        if search.open_to(retained)[site]:
+            retained = (*retained, site)
+    return retained
 
 
 def asks(limit: Limit, site: int, chosen: Choice) -> bool:
@@ -84,10 +84,10 @@ def asked_anew(search: Search, former: Choice, asked: Choice) -> Choice:
     gains = search.gains(former)
     for limit in search.limits:
         while limit.amount[list({*former, *asked})].sum() < limit.least:
-            among = np.setdiff1d(np.flatnonzero((limit.amount > 0) & search.open_to(asked)), former)
-            if not len(among):
+            candidates = np.setdiff1d(np.flatnonzero((limit.amount > 0) & search.open_to(asked)), former)
+            if not len(candidates):
                 break
-            asked = (*asked, int(among[gains.all(among).argmax()]))
+            asked = (*asked, int(candidates[gains.all(candidates).argmax()]))
     return asked
 
 
@@ -95,6 +95,6 @@ def pivoted(search: Search) -> Choice:
     """What the limits ask for, then pivoted QR over the open sites up to the budget."""
     chosen: Choice = ()
     pivots = Pivots(search.all_rows)
-    while len(among := search.next(chosen)):
-        chosen = (*chosen, pivots.take(among, search.size))
+    while len(candidates := search.next(chosen)):
+        chosen = (*chosen, pivots.take(candidates, search.size))
     return chosen

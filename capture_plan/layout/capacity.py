@@ -1,4 +1,4 @@
-"""How many landmarks have room on a face at once, told before anything is searched for.
+"""How many landmarks have room on a face at once, counted before anything is searched for.
 
 Data       n[s]      landmarks of site s;  T[s, t]  sites s and t stand too close to each other, or s = t (`spacing`)
            limits    least <= sum_{s in S} amount[s] <= most (`limits`)
@@ -55,7 +55,7 @@ def must_fit(task: Task, apart: Task) -> None:
 
 
 def room(task: Task) -> int:
-    """How many landmarks are found to fit at once under all wishes but that for their number."""
+    """How many landmarks are found to fit at once under all constraints but that for their number."""
     size = task.sites.size
     limits = tuple(limit for limit in task.limits if not np.array_equal(limit.amount, size))
     return int(size[fitting_sites(task.sites, task.spacing, limits)].sum())

@@ -1,7 +1,7 @@
-"""Wishes as linear constraints: what a person, a face and a camera demand of a layout, each with its name.
+"""Constraints as linear constraints: what a person, a face and a camera demand of a layout, each with its name.
 
 Data       n[s]        landmarks that site s places, 1 or 2
-Wish       least <= sum_s amount[s] f[s] <= most      over the chosen sites, f[s] = 1
+Constraint       least <= sum_s amount[s] f[s] <= most      over the chosen sites, f[s] = 1
 Examples   a pin       amount 1 at the site that holds the vertex, least 1
            a keep-out  amount 1 at every site that touches the zone, most 0
            a cap       amount n[s] inside a region, most the cap
@@ -17,7 +17,7 @@ from jaxtyping import Bool, Int
 
 @dataclass(frozen=True, eq=False)
 class Limit:
-    """One wish; `name` is how a person would say it: 'at most 4 landmarks on the nose'. No `most`: no upper end."""
+    """One constraint; `name` is how a person would say it: 'at most 4 landmarks on the nose'. No `most`: no end."""
 
     name: str
     amount: Int[np.ndarray, " s"]
@@ -25,16 +25,16 @@ class Limit:
     most: int | None = None
 
     def shortfall(self, chosen: Int[np.ndarray, " n"]) -> int:
-        """By how much the chosen sites miss the wish, 0 where they keep it."""
+        """By how much the chosen sites miss the constraint, 0 where they keep it."""
         total = int(self.amount[chosen].sum())
         return max(0, self.least - total) + (max(0, total - self.most) if self.most is not None else 0)
 
-    def among(self, sites: Int[np.ndarray, " n"]) -> "Limit":
+    def restricted_to(self, sites: Int[np.ndarray, " n"]) -> "Limit":
         """The limit where only these sites can be chosen."""
         return Limit(self.name, self.amount[sites], self.least, self.most)
 
     def after(self, chosen: Int[np.ndarray, " n"]) -> "Limit":
-        """What is left of the wish once these sites are chosen and closed."""
+        """What is left of the constraint once these sites are chosen and closed."""
         total = int(self.amount[chosen].sum())
         most = None if self.most is None else max(0, self.most - total)
         return Limit(self.name, self.amount, max(0, self.least - total), most)

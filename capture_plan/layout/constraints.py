@@ -25,11 +25,11 @@ from capture_plan.visibility.views import FEWEST_PIXELS, Views
 OTHER_SHARE = 0.2  # of the landmarks: fewer is the same layout with a dot or two moved
 
 
-def wishes(face: Face, settings: LayoutSettings, sites: Sites) -> tuple[Limit, ...]:
-    """All wishes of the settings.
+def constraints(face: Face, settings: LayoutSettings, sites: Sites) -> tuple[Limit, ...]:
+    """All constraints of the settings.
 
     Raises:
-        InfeasibleError: a wish names a vertex, a zone or a region that this face does not have.
+        InfeasibleError: a constraint names a vertex, a zone or a region that this face does not have.
     """
     return (
         *pins(face, settings, sites),

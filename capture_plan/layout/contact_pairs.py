@@ -34,8 +34,8 @@ def met_in(
         some = torn(neutral + moved, moved, within=least, by=spacing_mm - least)
         near = KDTree(neutral[some] + moved[some]).query_pairs(least, output_type="ndarray") if len(some) else some
         u, v = some[near].reshape(-1, 2).T
-        kept = np.linalg.norm(neutral[u] - neutral[v], axis=1) >= spacing_mm
-        pairs.append(at[np.stack([u[kept], v[kept]], axis=1)])
+        retained = np.linalg.norm(neutral[u] - neutral[v], axis=1) >= spacing_mm
+        pairs.append(at[np.stack([u[retained], v[retained]], axis=1)])
     u, v = np.concatenate(pairs).T
     return _paired(u, v, len(points))
 
@@ -53,8 +53,8 @@ def torn(
     far = np.linalg.norm(moved, axis=1) >= by / 2  # one of the two
     if not far.any():
         return np.flatnonzero(far)
-    beside = ((posed > posed[far].min(axis=0) - within) & (posed < posed[far].max(axis=0) + within)).all(axis=1)
-    at = np.flatnonzero(beside)
+    near = ((posed > posed[far].min(axis=0) - within) & (posed < posed[far].max(axis=0) + within)).all(axis=1)
+    at = np.flatnonzero(near)
     cube = np.floor((posed[at] - posed[at].min(axis=0)) / within).astype(int)
     x, y, z = cube.T
     low = np.full((*(cube.max(axis=0) + 1), 3), np.inf)
@@ -77,8 +77,8 @@ def pose_movements(rig: Rig, poses: Poses, at: Int[np.ndarray, " n"]) -> Iterato
 def without_pairs_of(met: csr_array, some: Int[np.ndarray, " n"]) -> csr_array:
     """`met` without pairs of which both are among `some`."""
     u, v = met.nonzero()
-    kept = ~(np.isin(u, some) & np.isin(v, some))
-    return _paired(u[kept], v[kept], len(met.indptr) - 1)
+    retained = ~(np.isin(u, some) & np.isin(v, some))
+    return _paired(u[retained], v[retained], len(met.indptr) - 1)
 
 
 def _paired(u: Int[np.ndarray, " n"], v: Int[np.ndarray, " n"], count: int) -> csr_array:

@@ -24,8 +24,8 @@ def costs(
     """What each of the sites `at` costs in a program for blendshapes `rows`."""
     if settings.weights == "count":
         return sites.size[at].astype(float)
-    reach = sites.reach[np.ix_(rows, at)]
-    covers, w = reach >= settings.epsilon, importance_weights(reach, sites.visibility[at], settings.alpha)
+    relative = sites.relative_displacement[np.ix_(rows, at)]
+    covers, w = relative >= settings.epsilon, importance_weights(relative, sites.visibility[at], settings.alpha)
     return total_quality(covers, w) if settings.weights == "paper" else sites.size[at] * mean_quality(covers, w)
 
 
@@ -44,8 +44,8 @@ def to_cover(
 
 def crowded(sites: Sites, chosen: Int[np.ndarray, " n"], epsilon: float) -> Int[np.ndarray, " r"]:
     """Blendshapes whose owner among the chosen sites owns more than its share of all blendshapes."""
-    reach = np.where(sites.covers(epsilon)[:, chosen], sites.reach[:, chosen], -1)
-    owner = np.where(reach.max(axis=1) >= 0, reach.argmax(axis=1), -1)
+    relative = np.where(sites.covers(epsilon)[:, chosen], sites.relative_displacement[:, chosen], -1)
+    owner = np.where(relative.max(axis=1) >= 0, relative.argmax(axis=1), -1)
     owned = np.bincount(owner[owner >= 0], minlength=len(chosen))
-    allowed = max(1, int(OWNED_SHARE * len(reach))) * sites.size[chosen]
+    allowed = max(1, int(OWNED_SHARE * len(relative))) * sites.size[chosen]
     return np.flatnonzero((owner >= 0) & (owned > allowed)[owner])

@@ -1,9 +1,9 @@
-"""Set cover: the cheapest sites that reach every blendshape (Zell & McDonnell 2022, eq. 5), under any wishes.
+"""Set cover: the cheapest sites that reach every blendshape (Zell & McDonnell 2022, eq. 5), under any constraints.
 
 Data       c[k, s]    site s is a candidate for blendshape k; every k has one
            a[s]       cost of site s; n[s] landmarks that it places, 1 or 2
            T, L       sites too close to each other, and named limits (`program`)
-Reduced    rows that others imply and sites that others dominate are left out where no wish can tell them apart
+Reduced    rows that others imply and sites that others dominate are left out where no constraint can tell them apart
 Proved     with z the relaxed optimum and d the reduced costs, the best choice among the sites with d <= gap is the best
            of all once it costs at most z + gap: first few sites, then as many as that answer demands
 """
@@ -52,26 +52,26 @@ def solve_cover(
     """The cheapest choice with `demand` sites at least for every blendshape that keeps spacing and limits.
 
     Raises:
-        InfeasibleError: there is none, with the wishes that clash, or none was found within `WORK_LIMIT`.
+        InfeasibleError: there is none, with the constraints that clash, or none was found within `WORK_LIMIT`.
     """
     s = len(cost)
     cliques = spacing.balls if spacing else csr_array((0, s), dtype=bool)
     close = spacing.table if spacing else csr_array((s, s), dtype=bool)
     least = np.broadcast_to(demand, len(covers))
-    rows, kept = essential(covers, cost, least, close, limits)
+    rows, retained = essential(covers, cost, least, close, limits)
     price = np.rint(cost / RESOLUTION).astype(np.int64)
     whole = IntegerProgram(covers[rows], price, least[rows], cliques, close, tuple(limits))
-    program = whole.among(kept)
+    program = whole.restricted_to(retained)
     try:
         answer = best(program)
     except UndecidedError:
         raise InfeasibleError(
-            f"no landmarks were found that keep all wishes within {WORK_LIMIT:g} units of work: "
+            f"no landmarks were found that keep all constraints within {WORK_LIMIT:g} units of work: "
             "loosen one, or lower spacing_mm"
         ) from None
     if answer is None:
         raise InfeasibleError(clash_words(whole))
-    chosen = kept[answer.chosen]
+    chosen = retained[answer.chosen]
     return Cover(
         np.arange(len(covers)),
         chosen,
@@ -99,8 +99,8 @@ def essential(
     lonely = np.diff(close.indptr) <= 1
     amounts = [limit.amount for limit in limits if limit.most]
     at = np.flatnonzero(open_)
-    kept = at[undominated(covers[np.ix_(rows, at)], np.array([cost, *amounts], dtype=float)[:, at], lonely[at])]
-    return rows[essential_rows(covers[np.ix_(rows, kept)])], kept
+    retained = at[undominated(covers[np.ix_(rows, at)], np.array([cost, *amounts], dtype=float)[:, at], lonely[at])]
+    return rows[essential_rows(covers[np.ix_(rows, retained)])], retained
 
 
 def best(program: IntegerProgram) -> ProgramAnswer | None:
@@ -119,7 +119,7 @@ def best(program: IntegerProgram) -> ProgramAnswer | None:
     while True:
         near = np.flatnonzero(relaxed.reduced <= gap + 1e-6 * max(1.0, relaxed.bound))
         hint = np.searchsorted(near, answer.chosen).tolist() if answer else []
-        found = attempt(program.among(near), hint, raises=len(near) == len(order))
+        found = attempt(program.restricted_to(near), hint, raises=len(near) == len(order))
         if found is None and len(near) == len(order):
             return None
         if found is None and answer is None:
@@ -159,9 +159,9 @@ def dual_prices(covers: Bool[np.ndarray, "k s"], size: Int[np.ndarray, " s"]) ->
     The optimum of the dual linear program, shrunk by a rounding step so that the printed digits keep the limits.
     """
     rows = essential_rows(covers)
-    kept = undominated(covers[rows], size[None].astype(float), np.ones(len(size), dtype=bool))
+    retained = undominated(covers[rows], size[None].astype(float), np.ones(len(size), dtype=bool))
     answer = linprog(
-        -np.ones(len(rows)), A_ub=covers[np.ix_(rows, kept)].T.astype(float), b_ub=size[kept], method="highs"
+        -np.ones(len(rows)), A_ub=covers[np.ix_(rows, retained)].T.astype(float), b_ub=size[retained], method="highs"
     )
     y = np.zeros(len(covers))
     y[rows] = np.floor(np.clip(answer.x, 0, None) * (1 - 1e-9) * 10**DUAL_DIGITS) / 10**DUAL_DIGITS

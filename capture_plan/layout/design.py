@@ -48,28 +48,28 @@ def design_layout(
     """The layout that `settings` ask for.
 
     A `former` layout is where a budget starts again from, so that little changes; every layout of `unlike`, given by
-    its vertices, is to be left in some places (`wishes.differences`). What `takes` lose by the layout is measured. No
-    dots meet in `poses` or in any blendshape alone; the bounds speak of all layouts, also of those
+    its vertices, is to be left in some places (`constraints.differences`). What `takes` lose by the layout is measured.
+    No dots meet in `poses` or in any blendshape alone; the bounds speak of all layouts, also of those
     whose dots meet.
 
     Raises:
-        InfeasibleError: no skin is seen well enough, the wishes clash, or the budget does not pay for a single site or
-            is more than fits.
+        InfeasibleError: no skin is seen well enough, the constraints clash, or the budget does not pay for a single
+            site or is more than fits.
 
     Example:
         >>> layout = design_layout(see_face(sample_rig()), LayoutSettings(method="budget", budget=16))
-        >>> layout.worth.landmarks, layout.worth.noise_mm
+        >>> layout.information.landmarks, layout.information.noise_mm
         (16, 0.2)
     """
     task = task_of(face, settings, unlike)
     head = NOTHING
     if settings.head_markers:
         head = choose_head_markers(face, settings, task.sites, task.limits, task.reachable)
-        task = task.beside(head)
+        task = task.with_head_markers(head)
     apart = task.apart_in(poses)
     must_fit(task, apart)
     known = points_of(face) | {SINGLE_COVER: papers_cover(face, settings)}
-    _, target_mm = target_of({name: task.observation.worth(at) for name, at in known.items()})
+    _, target_mm = target_of({name: task.observation.information(at) for name, at in known.items()})
     method, rounds, added = chosen_apart(task, apart, target_mm, former, takes)
     bound = bound_of(task, method, int(task.sites.size[added].sum()), former)
     decided = Decided(
@@ -93,7 +93,7 @@ def chosen_apart(
     takes: Takes | None,
 ) -> Chosen:
     """`choose_by_method` among layouts `apart`, of which no two dots meet when the face moves; among all where none
-    keeps all wishes: a plan tells which dots meet (`meeting`), and is better made than refused."""
+    keeps all constraints: a plan tells which dots meet (`meeting`), and is better made than refused."""
     try:
         return choose_by_method(apart, target_mm, former, takes)
     except InfeasibleError:
@@ -101,7 +101,7 @@ def chosen_apart(
 
 
 def bound_of(task: Task, method: Method, landmarks: int, former: Layout | None) -> ErrorBound | None:
-    """The least error that any layout of the budget, or of as many landmarks, could predict under the wishes."""
+    """The least error that any layout of the budget, or of as many landmarks, could predict under the constraints."""
     if method not in BY_ERROR:
         return None
     budget = most_of(task.settings, method, landmarks)
@@ -110,7 +110,7 @@ def bound_of(task: Task, method: Method, landmarks: int, former: Layout | None) 
 
 
 def target_bound_of(task: Task, bound: ErrorBound | None, target_mm: float, former: Layout | None) -> ErrorBound | None:
-    """The certificate of how few landmarks could reach the target under the wishes, whatever the budget."""
+    """The certificate of how few landmarks could reach the target under the constraints, whatever the budget."""
     if bound is None:
         return None
     start = (former.target_bound if former else None) or bound
@@ -118,7 +118,7 @@ def target_bound_of(task: Task, bound: ErrorBound | None, target_mm: float, form
 
 
 def papers_cover(face: Face, settings: LayoutSettings) -> Int[np.ndarray, " m"]:
-    """The paper's single cover, without spacing or wishes."""
+    """The paper's single cover, without spacing or constraints."""
     key = (
         settings.symmetric,
         settings.weights,

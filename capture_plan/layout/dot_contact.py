@@ -45,11 +45,11 @@ def meetings(rig: Rig, markers: Sequence[Landmark], poses: Poses, dot_mm: float)
 
 def meeting_words(found: Sequence[Meeting], dot_mm: float) -> str:
     """'Dots of 3 mm come near each other: E11 M24 and M32 2.5 mm (they overlap). …'; empty where none do."""
-    told = [f"{one.pose} {' and '.join(one.dots)} {one.apart_mm:.1f} mm{_how(one, dot_mm)}" for one in found]
-    if not told:
+    messages = [f"{one.pose} {' and '.join(one.dots)} {one.apart_mm:.1f} mm{_how(one, dot_mm)}" for one in found]
+    if not messages:
         return ""
     return (
-        f"Dots of {dot_mm:g} mm come near each other, from middle to middle: {', '.join(told)}. "
+        f"Dots of {dot_mm:g} mm come near each other, from middle to middle: {', '.join(messages)}. "
         "Use smaller dots there, or move one of the two"
     )
 

@@ -108,8 +108,8 @@ class Search:
     def fill(self, chosen: Choice) -> Choice:
         """Greedy: `chosen`, what its limits ask for, and the best open sites one after another, up to the budget."""
         gains = self.gains(chosen)
-        while len(among := self.next(chosen)):
-            new = int(among[(gains.all(among) / self.size[among]).argmax()])
+        while len(subset := self.next(chosen)):
+            new = int(subset[(gains.all(subset) / self.size[subset]).argmax()])
             chosen, gains = (*chosen, new), gains.step(self.rows((new,)), -1)
         return chosen
 
@@ -124,12 +124,12 @@ class Search:
 
     def in_order(self, chosen: Choice) -> Choice:
         """`chosen` by worth: the last is always the one that is missed least, for each of its landmarks."""
-        kept, order = list(chosen), []
-        while kept:
-            C = self.observation.covariance(self.sites.members(np.array(kept)))
-            gains = gains_at(self.observation, self.all_rows[kept], C)
-            lost = [gains.loss(self.rows((site,))) / self.size[site] for site in kept]
-            order.append(kept.pop(int(np.argmin(lost))))
+        retained, order = list(chosen), []
+        while retained:
+            C = self.observation.covariance(self.sites.members(np.array(retained)))
+            gains = gains_at(self.observation, self.all_rows[retained], C)
+            lost = [gains.loss(self.rows((site,))) / self.size[site] for site in retained]
+            order.append(retained.pop(int(np.argmin(lost))))
         return tuple(order[::-1])
 
     def descend(self, chosen: Choice) -> Choice:
@@ -141,25 +141,27 @@ class Search:
     def swap_all(self, chosen: Choice) -> Choice:
         """Swaps until no site has a better one: among those that come close everywhere, then among the better ones."""
         listed = self.rivals(chosen, CLOSE)
-        chosen = self.swap_among(chosen, listed)
+        chosen = self.swap_within(chosen, listed)
         while len(better := self.rivals(chosen, BETTER)):
             listed = np.union1d(listed, better)
-            chosen = self.swap_among(chosen, listed)
+            chosen = self.swap_within(chosen, listed)
         return chosen
 
     def rivals(self, chosen: Choice, share: float) -> Int[np.ndarray, " n"]:
         """For each of the chosen sites the few best that lower the score in its place, or do but for `share`."""
         if not chosen:
             return np.empty(0, dtype=int)
-        gains, found, kept = self.gains(chosen), [], self.misses(chosen) == 0
+        gains, found, retained = self.gains(chosen), [], self.misses(chosen) == 0
         for site, most in zip(chosen, gains.most(self.all_rows[list(chosen)]), strict=True):
             rest = tuple(other for other in chosen if other != site)
-            listed = np.flatnonzero(most > (1 + share) * gains.loss(self.rows((site,)))) if kept else self.everywhere
+            listed = (
+                np.flatnonzero(most > (1 + share) * gains.loss(self.rows((site,)))) if retained else self.everywhere
+            )
             few = self.instead(gains.at(listed), listed, (site,), rest, int(self.size[site]), share)
             found.append(few[:FEW])
         return np.unique(np.concatenate(found))
 
-    def swap_among(self, chosen: Choice, listed: Int[np.ndarray, " n"]) -> Choice:
+    def swap_within(self, chosen: Choice, listed: Int[np.ndarray, " n"]) -> Choice:
         """The best swap of every site in turn for a listed one of its size, until no site has a better one."""
         gains, settled = self.gains(chosen).at(listed), 0
         while settled < len(chosen):
@@ -195,15 +197,15 @@ class Search:
         """The score but for the error, as one number."""
         return self.shortfall(chosen) * (len(self.covers) + 1) + self.uncovered(chosen)
 
-    def misses_with(self, rest: Choice, among: Int[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
-        """What is missed by `rest` with each of the sites `among` added."""
+    def misses_with(self, rest: Choice, subset: Int[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
+        """What is missed by `rest` with each of the sites `subset` added."""
         wanting = self.covers[~self.covers[:, list(rest)].any(axis=1)]
-        short = np.zeros(len(among), dtype=int)
+        short = np.zeros(len(subset), dtype=int)
         for limit in self.limits:
-            total = limit.amount[among] + limit.amount[list(rest)].sum()
+            total = limit.amount[subset] + limit.amount[list(rest)].sum()
             short += np.maximum(0, limit.least - total)
             short += 0 if limit.most is None else np.maximum(0, total - limit.most)
-        return short * (len(self.covers) + 1) + (~wanting[:, among]).sum(axis=0)
+        return short * (len(self.covers) + 1) + (~wanting[:, subset]).sum(axis=0)
 
     def trade(self, chosen: Choice) -> Choice:
         """The first trade that lowers the score, or `chosen`."""

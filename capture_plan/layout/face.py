@@ -12,7 +12,7 @@ from scipy.spatial import KDTree
 from capture_plan.anatomy.performed_deltas import performed_deltas
 from capture_plan.anatomy.regions import FaceRegions, face_regions
 from capture_plan.anatomy.zones import Ground, check_zone, ground_of
-from capture_plan.audit.kept import audit_once
+from capture_plan.audit.audit_cache import audit_once
 from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.layout.contact_pairs import met_in
 from capture_plan.layout.observation import Observation
@@ -92,7 +92,7 @@ class Face:
             )
         return allowed
 
-    def reach(self, settings: LayoutSettings) -> Float[np.ndarray, "k v"]:
+    def relative_displacement(self, settings: LayoutSettings) -> Float[np.ndarray, "k v"]:
         """r[k, v] among the vertices that may carry a landmark, 0 elsewhere and where the movement drowns in noise.
 
         The largest displacement is that of the seen skin: where a lip rolls out of sight, the skin beside it counts.
@@ -121,13 +121,13 @@ class Face:
 
     def sites(self, settings: LayoutSettings) -> Sites:
         """Where landmarks may stand under these settings: what is allowed, and the pins."""
-        allowed, reach = self.allowed(settings), self.reach(settings)
+        allowed, relative = self.allowed(settings), self.relative_displacement(settings)
         allowed[self.pinned(settings)] = True
         if not settings.symmetric:
-            return single_sites(reach, self.visibility, allowed)
+            return single_sites(relative, self.visibility, allowed)
         allowed[self.mirror[self.pinned(settings)]] = True
         return mirrored_sites(
-            reach,
+            relative,
             self.visibility,
             allowed,
             neutral=self.rig.neutral,
@@ -274,7 +274,7 @@ def see_face(
 ) -> Face:
     """Visibility of every skin vertex in every expression, from anywhere or, where they are known, from the cameras;
     what is no place has that of the nearest place. `used` are the blendshapes that count, those that the audit plans
-    for unless told. `painted` is the skin of zones that a person painted, by name.
+    for unless they are given. `painted` is the skin of zones that a person painted, by name.
 
     Example:
         >>> face = see_face(sample_rig())
@@ -296,12 +296,12 @@ def see_face(
 
 
 def _nearest_of(
-    points: Float[np.ndarray, "v 3"], vertices: Int[np.ndarray, " n"], among: Int[np.ndarray, " m"]
+    points: Float[np.ndarray, "v 3"], vertices: Int[np.ndarray, " n"], subset: Int[np.ndarray, " m"]
 ) -> Int[np.ndarray, " n"]:
-    """For every vertex the place in `among` of the vertex nearest to it; its own where it is among them."""
+    """For every vertex the place in `subset` of the vertex nearest to it; its own where it is among them."""
     place = np.full(len(points), -1)
-    place[among] = np.arange(len(among))
+    place[subset] = np.arange(len(subset))
     found, rest = place[vertices], place[vertices] < 0
     if rest.any():
-        found[rest] = KDTree(points[among]).query(points[vertices[rest]])[1]
+        found[rest] = KDTree(points[subset]).query(points[vertices[rest]])[1]
     return found

@@ -37,13 +37,13 @@ def candidates(face: Face) -> Candidates:
     return Candidates(vertices, rig.deltas[face.rows], rig.neutral, triangles)
 
 
-def farthest_points(among: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
+def farthest_points(candidates: Candidates, count: int, seed: int) -> Int[np.ndarray, " m"]:
     """Spread over the skin, from a random first vertex on."""
-    graph = surface_graph(among.neutral, among.skin_triangles)
-    chosen = [int(np.random.default_rng(seed).choice(among.vertices))]
-    gap = np.full(len(among.vertices), np.inf)
+    graph = surface_graph(candidates.neutral, candidates.skin_triangles)
+    chosen = [int(np.random.default_rng(seed).choice(candidates.vertices))]
+    gap = np.full(len(candidates.vertices), np.inf)
     while len(chosen) < count:
-        gap = np.minimum(gap, geodesic_distance(graph, np.array(chosen[-1:]))[0, among.vertices])
-        gap[np.isin(among.vertices, chosen)] = -1
-        chosen.append(int(among.vertices[gap.argmax()]))
+        gap = np.minimum(gap, geodesic_distance(graph, np.array(chosen[-1:]))[0, candidates.vertices])
+        gap[np.isin(candidates.vertices, chosen)] = -1
+        chosen.append(int(candidates.vertices[gap.argmax()]))
     return np.array(chosen)

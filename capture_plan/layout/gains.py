@@ -1,7 +1,7 @@
 """What every site would tell, beside the sites that are chosen: closed forms for leaving some out and taking others in.
 
 Data       s           sites; A_s (r k) the rows of the deltas at the members of a site
-           C           covariance of the weights given the chosen sites, G the skin's Gram matrix (`worth`)
+           C           covariance of the weights given the chosen sites, G the skin's Gram matrix (`information`)
 Products   P = A C,  T = A C A^T,  H = P G P^T            at every site
 Gain       trace(G C) falls by trace((sigma^2 I + T_s)^-1 H_s) when site s is added
 Step       C' = C + w U U^T, w = 1 to leave out rows R, U = C R^T (sigma^2 I - R C R^T)^-1/2,
@@ -46,23 +46,23 @@ class Gains:
         return float(np.sum(U * (self.observation.gram @ U)))
 
     def without(
-        self, R: Float[np.ndarray, "q k"], among: Int[np.ndarray, " n"], *, beat: float
+        self, R: Float[np.ndarray, "q k"], subset: Int[np.ndarray, " n"], *, beat: float
     ) -> Float[np.ndarray, " n"]:
-        """By how much each of the sites `among` lowers trace(G C) once the rows R of chosen sites are gone, mm^2.
+        """By how much each of the sites `subset` lowers trace(G C) once the rows R of chosen sites are gone, mm^2.
 
         Where it cannot be more than `beat`, -2.
         """
         U, noise, r = self.root(R, 1), self.observation.noise_mm**2, self.A.shape[1]
         GU = self.observation.gram @ U
-        V, X = times(self.A, U)[among], times(self.P, GU)[among]
+        V, X = times(self.A, U)[subset], times(self.P, GU)[subset]
         W = 2 * X + V @ (U.T @ GU)
-        most = np.trace(self.H[among], axis1=1, axis2=2) + np.einsum("nrq,nrq->n", W, V)
+        most = np.trace(self.H[subset], axis1=1, axis2=2) + np.einsum("nrq,nrq->n", W, V)
         at = np.flatnonzero(most > beat * noise)
         V, W, VT = V[at], W[at], V[at].transpose(0, 2, 1)
         half = W @ VT
-        H = self.H[among[at]] + (half + half.transpose(0, 2, 1)) / 2
-        gain = np.full(len(among), -2.0)
-        gain[at] = traces(self.T[among[at]] + V @ VT + noise * np.eye(r), H)
+        H = self.H[subset[at]] + (half + half.transpose(0, 2, 1)) / 2
+        gain = np.full(len(subset), -2.0)
+        gain[at] = traces(self.T[subset[at]] + V @ VT + noise * np.eye(r), H)
         return gain
 
     def most(self, left: Float[np.ndarray, "n r k"]) -> Float[np.ndarray, "n s"]:
@@ -94,14 +94,14 @@ class Gains:
             H=self.H + cross + cross.transpose(0, 2, 1) + V @ (U.T @ GU) @ VT,
         )
 
-    def at(self, among: Int[np.ndarray, " n"]) -> "Gains":
+    def at(self, subset: Int[np.ndarray, " n"]) -> "Gains":
         """The gains of these sites alone."""
-        return replace(self, A=self.A[among], P=self.P[among], T=self.T[among], H=self.H[among])
+        return replace(self, A=self.A[subset], P=self.P[subset], T=self.T[subset], H=self.H[subset])
 
-    def all(self, among: Int[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-        """By how much each of the sites `among` lowers trace(G C), mm^2."""
+    def all(self, subset: Int[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+        """By how much each of the sites `subset` lowers trace(G C), mm^2."""
         noise = self.observation.noise_mm**2 * np.eye(self.A.shape[1])
-        return traces(self.T[among] + noise, self.H[among])
+        return traces(self.T[subset] + noise, self.H[subset])
 
 
 def gains_at(observation: Observation, A: Float[np.ndarray, "s r k"], C: Float[np.ndarray, "k k"]) -> Gains:

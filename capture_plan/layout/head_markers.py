@@ -30,7 +30,7 @@ def choose_head_markers(
     """Vertices of `settings.head_markers` head markers, beside the best cover of blendshapes `rows`.
 
     Raises:
-        InfeasibleError: a sector has no skin that is still enough, or the wishes clash.
+        InfeasibleError: a sector has no skin that is still enough, or the constraints clash.
     """
     found = head_candidates(face, face.cameras)
     sectors = sectors_for(found, settings.head_markers, settings.min_visibility)
@@ -41,7 +41,7 @@ def choose_head_markers(
     s = len(sites.visibility)
     joined = Sites(
         np.concatenate([sites.vertices, head.vertices]),
-        np.asarray(block_diag(sites.reach, head.reach)),
+        np.asarray(block_diag(sites.relative_displacement, head.relative_displacement)),
         np.concatenate([sites.visibility, head.visibility]),
     )
     extra = np.zeros(len(head.visibility), dtype=int)
@@ -54,15 +54,15 @@ def choose_head_markers(
     cover = best_cover(
         joined,
         settings,
-        np.concatenate([rows, len(sites.reach) + np.arange(len(sectors))]),
+        np.concatenate([rows, len(sites.relative_displacement) + np.arange(len(sectors))]),
         np.arange(len(joined.visibility)),
         face.spacing(joined, settings.spacing_mm),
-        [*(_beside(limit, extra) for limit in limits), asked],
+        [*(_better_of(limit, extra) for limit in limits), asked],
     )
     return joined.members(cover.chosen[cover.chosen >= s])
 
 
-def _beside(limit: Limit, extra: Int[np.ndarray, " h"]) -> Limit:
+def _better_of(limit: Limit, extra: Int[np.ndarray, " h"]) -> Limit:
     """A limit with further sites that do not count in it."""
     return Limit(limit.name, np.concatenate([limit.amount, extra]), limit.least, limit.most)
 
@@ -87,7 +87,7 @@ def sites_of_sectors(face: Face, settings: LayoutSettings, found: HeadSites, sec
             mirror=face.mirror,
             spacing_mm=settings.spacing_mm,
         )
-        if (mirrored.reach.max(axis=1, initial=0) > 0).all():
+        if (mirrored.relative_displacement.max(axis=1, initial=0) > 0).all():
             return mirrored
     return single_sites(stillness, visibility, allowed)
 

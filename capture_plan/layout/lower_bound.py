@@ -1,6 +1,6 @@
 """How little error any layout can predict: a proved lower bound, with a certificate that anybody can check.
 
-Data       n[s]          landmarks of site s; A_s its rows of the deltas; sigma, tau, G as in `worth`
+Data       n[s]          landmarks of site s; A_s its rows of the deltas; sigma, tau, G as in `information`
 Variables  lam[s]        share of site s, 0 to 1; 0 where a limit shuts it out, 1 where one pins it
 Model      min f(lam) = trace(G C(lam)),  C(lam) = (sum_s lam[s] A_s^T A_s / sigma^2 + I / tau^2)^-1
            s.t. sum_s n[s] lam[s] <= M
@@ -13,7 +13,7 @@ Number     the same shares bound every other M too: the least that can reach a t
 
 Rank       M landmarks answer to 3 M mixes at most: error^2 >= tau^2 (sum of the eigenvalues of G beyond the first 3 M)
 
-Spacing, covers and wishes about several sites are left out, which can only lower the bound. Multiplicative updates
+Spacing, covers and constraints about several sites are left out, which can only lower the bound. Multiplicative updates
 lam <- lam (g / n)^p, scaled to the budget and held at 1 (Silvey et al. 1978 without the hold), on the few sites that
 matter; sites that the others' price calls for join them, until the bound is close to f.
 """
@@ -82,7 +82,7 @@ class Relaxed:
         lam[free] = np.minimum(1, theta[fits[0]] * y) if len(fits) else 1.0
         return lam
 
-    def among(self, at: Int[np.ndarray, " n"]) -> "Relaxed":
+    def restricted_to(self, at: Int[np.ndarray, " n"]) -> "Relaxed":
         """The relaxed problem with these sites alone."""
         return Relaxed(self.observation, self.A[at], self.size[at], self.open_[at], self.held[at], self.budget)
 
@@ -214,7 +214,7 @@ def improved(relaxed: Relaxed, lam: Float[np.ndarray, " s"], g: Float[np.ndarray
     joins = relaxed.open_ & (lam < JOINS) & (price > theta)
     y = np.where(joins, JOINS, lam)
     at = np.flatnonzero(y > 0)
-    few, part = relaxed.among(at), relaxed.among(at).scaled(y[at])
+    few, part = relaxed.restricted_to(at), relaxed.restricted_to(at).scaled(y[at])
     power, before = 1.0, np.inf
     for _ in range(UPDATES):
         f, g = few.value(part)

@@ -33,7 +33,7 @@ def choose_by_method(task: Task, target_mm: float, former: Layout | None, takes:
     """The method that answers, its covers, and the sites chosen as one set.
 
     Raises:
-        InfeasibleError: the wishes clash, or a take is asked for that is not there.
+        InfeasibleError: the constraints clash, or a take is asked for that is not there.
     """
     settings = task.settings
     if settings.method == "motion":
@@ -55,9 +55,11 @@ def choose_by_method(task: Task, target_mm: float, former: Layout | None, takes:
 
 
 def cover_of(task: Task, weights: Weights, *, demand: Int[np.ndarray, " r"] | int = 1) -> Cover:
-    """The best cover of all that can be reached that keeps spacing and wishes."""
+    """The best cover of all that can be reached that keeps spacing and constraints."""
     settings = replace(task.settings, weights=weights)
-    everywhere = np.arange(len(task.sites.visibility))  # what wishes shut out stays in, to be named where they clash
+    everywhere = np.arange(
+        len(task.sites.visibility)
+    )  # what constraints shut out stays in, to be named where they clash
     return best_cover(task.sites, settings, task.reachable, everywhere, task.spacing, task.limits, demand=demand)
 
 
@@ -70,25 +72,25 @@ def multiple_cover(task: Task) -> Cover:
 
 
 def enough_for(task: Task, target_mm: float, former: Layout | None) -> tuple[Cover, Int[np.ndarray, " n"]]:
-    """The fewest landmarks of a cover under all wishes, and as few sites as were found that reach the target."""
+    """The fewest landmarks of a cover under all constraints, and as few sites as were found that reach the target."""
     cover, start = cover_of(task, "count"), tuple(cover_of(task, "lexicographic").chosen.tolist())
     most = ceiling(int(task.sites.size[cover.chosen].sum()), task.observation.full_rank)
     search = search_of(task, most)
     if former:
-        kept = keepable(search, sites_in(task, former))
-        if not search.uncovered(kept):
-            return cover, np.array(near(search, kept, target_mm), dtype=int)
+        retained = keepable(search, sites_in(task, former))
+        if not search.uncovered(retained):
+            return cover, np.array(near(search, retained, target_mm), dtype=int)
     return cover, np.array(fewest(search, start, target_mm), dtype=int)
 
 
 def sites_in(task: Task, former: Layout) -> Choice:
     """The sites of a former layout's landmarks."""
-    kept = [m.vertex for m in former.landmarks]
-    return tuple(np.flatnonzero(np.isin(task.sites.vertices, kept).any(axis=1)).tolist())
+    retained = [m.vertex for m in former.landmarks]
+    return tuple(np.flatnonzero(np.isin(task.sites.vertices, retained).any(axis=1)).tolist())
 
 
 def within_budget(task: Task, former: Layout | None) -> tuple[list[Cover], Int[np.ndarray, " n"]]:
-    """The fewest landmarks of a cover under all wishes where the budget pays for them, and the sites that it buys."""
+    """The fewest landmarks of a cover under all constraints where the budget pays for them, and the sites it buys."""
     budget = task.settings.budget or task.settings.number
     assert budget is not None, "settings of this method carry a budget"
     fewest = cover_of(task, "count")

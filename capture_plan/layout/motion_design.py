@@ -1,6 +1,6 @@
-"""Landmarks for a recorded take, under the wishes of the settings (Le et al. 2013).
+"""Landmarks for a recorded take, under the constraints of the settings (Le et al. 2013).
 
-Data       takes of one or several people, the sites that wishes leave open, pins, spacing, mirrored pairs, M
+Data       takes of one or several people, the sites that constraints leave open, pins, spacing, mirrored pairs, M
 Model      min RMSE of the thin shell that M landmarks bend (`shell.takes`), by `shell.optimise`
 Mirror     a symmetric layout is chosen for every frame and its mirror image (section 4.6), on the skin that either
            moves; what is stated of it is the error of the take as recorded
@@ -29,7 +29,7 @@ def sites_for(task: Task, takes: Takes) -> Int[np.ndarray, " n"]:
     """The sites of the landmarks that leave the least error of the take, the most telling first.
 
     Raises:
-        InfeasibleError: there is no room for so many under the wishes.
+        InfeasibleError: there is no room for so many under the constraints.
     """
     pinned = pinned_sites(task)
     seen = takes.mirrored(task.face.mirror) if task.settings.symmetric else takes
@@ -38,11 +38,11 @@ def sites_for(task: Task, takes: Takes) -> Int[np.ndarray, " n"]:
     while True:
         chosen = most_telling(task, takes, _place(task, seen, pinned, open_), pinned)
         over = [limit for limit in caps if limit.shortfall(chosen) and limit.amount[chosen].sum() > (limit.most or 0)]
-        closed = [beside_idle(task, limit, chosen, pinned) for limit in unlike if limit.shortfall(chosen)]
+        closed = [near_idle(task, limit, chosen, pinned) for limit in unlike if limit.shortfall(chosen)]
         if not over and not np.any(closed):
             break
         for limit in over:
-            open_ &= (limit.amount == 0) | kept_under(limit, chosen)
+            open_ &= (limit.amount == 0) | within_limits(limit, chosen)
         for sites in closed:
             open_ &= ~sites
     for limit in task.limits:
@@ -57,16 +57,17 @@ def pinned_sites(task: Task) -> Int[np.ndarray, " p"]:
     return np.flatnonzero(np.isin(task.sites.vertices, pins).any(axis=1))
 
 
-def kept_under(limit: Limit, chosen: Int[np.ndarray, " n"]) -> Bool[np.ndarray, " s"]:
+def within_limits(limit: Limit, chosen: Int[np.ndarray, " n"]) -> Bool[np.ndarray, " s"]:
     """The first of the chosen sites, as many as the limit allows."""
     within = np.cumsum(limit.amount[chosen]) <= (limit.most or 0)
     return np.isin(np.arange(len(limit.amount)), chosen[within])
 
 
-def beside_idle(
+def near_idle(
     task: Task, limit: Limit, chosen: Int[np.ndarray, " n"], pinned: Int[np.ndarray, " p"]
 ) -> Bool[np.ndarray, " s"]:
-    """Sites that count nothing for a wish, around the least telling landmarks that do not, as many as it lacks."""
+    """Candidate sites around the least informative landmarks, of which none counts for a constraint, where that
+    constraint needs more landmarks."""
     idle = chosen[(limit.amount[chosen] == 0) & ~np.isin(chosen, pinned)][::-1]
     enough = np.cumsum(task.sites.size[idle]) - task.sites.size[idle] < limit.shortfall(chosen)
     spared, settings = task.sites.members(idle[enough]), task.settings
@@ -108,8 +109,8 @@ def most_telling(
     at, bending = takes.first.at, takes.first.places(vertices)
     order, _ = order_of(takes.summaries(bending), np.isin(at[bending], task.sites.members(pinned)))
     site_of = {int(v): s for s, pair in enumerate(task.sites.vertices.tolist()) for v in pair}
-    told = [*at[bending[order]].tolist(), *vertices.tolist()]
-    return np.array(list(dict.fromkeys(site_of[v] for v in told)), dtype=int)
+    messages = [*at[bending[order]].tolist(), *vertices.tolist()]
+    return np.array(list(dict.fromkeys(site_of[v] for v in messages)), dtype=int)
 
 
 def near_of(near: csr_array, at: Int[np.ndarray, " n"], radius_mm: float) -> csr_array:

@@ -37,15 +37,15 @@ def best_cover(
     A fixed number of landmarks leaves nothing to be fewest: the places alone count then.
     """
     size = sites.size[open_]
-    covers = sites.reach[np.ix_(rows, open_)] >= settings.epsilon
-    wanted = [limit.among(open_) for limit in limits]
+    covers = sites.relative_displacement[np.ix_(rows, open_)] >= settings.epsilon
+    wanted = [limit.restricted_to(open_) for limit in limits]
     fewest: list[Limit] = []
     if settings.weights == "lexicographic" and settings.number is None:
         least = best_cover(
             sites, structs.replace(settings, weights="count"), rows, open_, spacing, limits, demand=demand
         )
         fewest = [Limit("the fewest landmarks", size, most=round(least.objective))]
-    apart = spacing.among(open_) if spacing else None
+    apart = spacing.restricted_to(open_) if spacing else None
     cost = costs(sites, settings, rows, open_)
     cover = solve_cover(covers, cost, demand=demand, spacing=apart, limits=[*wanted, *fewest])
     cover = replace(cover, rows=rows, chosen=open_[cover.chosen])

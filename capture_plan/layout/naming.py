@@ -50,9 +50,9 @@ def _records(
     seen: Float[np.ndarray, " v"],
 ) -> tuple[Landmark, ...]:
     rig, visibility = face.rig, seen[vertices]
-    reach = face.reach(settings)[:, vertices]
-    w = importance_weights(reach, visibility, settings.alpha)
-    covers = reach >= settings.epsilon
+    relative = face.relative_displacement(settings)[:, vertices]
+    w = importance_weights(relative, visibility, settings.alpha)
+    covers = relative >= settings.epsilon
     regions = face.regions
     labels = _count_up([regions.label(vertex) for vertex in vertices.tolist()])
     landmarks = []

@@ -18,7 +18,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from capture_plan.layout.record import Worth
+from capture_plan.layout.record import Information
 
 PRIOR_SD = 0.2  # 3 to 8 of 55 weights active and uniform in 0..1, as in recorded mixes: root mean square 0.18
 RANK_TOLERANCE = 1e-4  # a mix that answers 10,000 times weaker than the strongest cannot be told from rounding
@@ -56,11 +56,11 @@ class Observation:
         """The upper estimate sqrt(trace(G C)), millimetres."""
         return float(np.sqrt(np.sum(self.gram * covariance)))
 
-    def worth(self, vertices: Int[np.ndarray, " m"]) -> Worth:
+    def information(self, vertices: Int[np.ndarray, " m"]) -> Information:
         """Number, rank, condition and upper estimate of the error of landmarks at `vertices`."""
         sigma = np.linalg.svd(self.response(vertices), compute_uv=False)
         rank = numerical_rank(sigma)
-        return Worth(
+        return Information(
             landmarks=len(vertices),
             rank=rank,
             full_rank=self.full_rank,

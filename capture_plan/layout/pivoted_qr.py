@@ -22,14 +22,14 @@ class Pivots:
         self.nothing = NOTHING * np.square(X).sum(axis=(1, 2)).max(initial=0)
         self.left = self.whole.copy()
 
-    def take(self, among: Int[np.ndarray, " m"], size: Int[np.ndarray, " n"]) -> int:
-        """The best of the places `among`, which is projected out; `size` are the landmarks of every place."""
+    def take(self, subset: Int[np.ndarray, " m"], size: Int[np.ndarray, " n"]) -> int:
+        """The best of the places `subset`, which is projected out; `size` are the landmarks of every place."""
         n, r, _ = self.shape
-        worth = np.square(self.left).sum(axis=0).reshape(n, r).sum(axis=1)
-        if worth[among].max() <= self.nothing:
+        gain = np.square(self.left).sum(axis=0).reshape(n, r).sum(axis=1)
+        if gain[subset].max() <= self.nothing:
             self.left = self.whole.copy()
-            worth = np.square(self.left).sum(axis=0).reshape(n, r).sum(axis=1)
-        best = int(among[(worth / size)[among].argmax()])
+            gain = np.square(self.left).sum(axis=0).reshape(n, r).sum(axis=1)
+        best = int(subset[(gain / size)[subset].argmax()])
         U, sigma, _ = np.linalg.svd(self.left[:, best * r : best * r + r], full_matrices=False)
         U = U[:, sigma**2 > self.nothing]
         self.left -= U @ (U.T @ self.left)

@@ -3,12 +3,12 @@
 Data       w[t]      mixes of the kind that a performance is made of (`random_mixes`), from a seed of their own
            F_t       weights that the bounded solver leaves strictly between 0 and 1 when the layout measures w[t]:
                      about half; the others stand at a bound and cannot be wrong by little
-           C_t       (B_F^T B_F / sigma^2 + I / tau^2)^-1 on F_t, 0 elsewhere; G, sigma, tau as in `worth`
+           C_t       (B_F^T B_F / sigma^2 + I / tau^2)^-1 on F_t, 0 elsewhere; G, sigma, tau as in `information`
 Model      min  mean_t trace(G C_t)   by swaps that keep what `search` keeps, F_t found anew every round
 Answer     of all rounds the layout whose weights, solved for in other mixes, give back the skin best
 
-The upper estimate of `worth` knows nothing of bounds: it counts what the solver would never confuse. Rivals of a site
-are screened by that error first, then by some of the mixes, then by all.
+The upper estimate of `information` knows nothing of bounds: it counts what the solver would never confuse. Rivals of a
+site are screened by that error first, then by some of the mixes, then by all.
 """
 
 from collections.abc import Sequence

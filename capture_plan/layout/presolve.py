@@ -30,17 +30,17 @@ def undominated(
     order = order[_first_of_equal_sets(covers, costs, free, order)]
     columns = covers[:, order].T.astype(np.float32)
     cost, size, free = costs[:, order], size[order], free[order]
-    kept = np.empty(0, dtype=int)
+    retained = np.empty(0, dtype=int)
     for start in range(0, len(order), BLOCK):
         block = np.arange(start, min(start + BLOCK, len(order)))
-        rivals = np.concatenate([kept, block])[np.r_[free[kept], free[block]]]
+        rivals = np.concatenate([retained, block])[np.r_[free[retained], free[block]]]
         inside = columns[block] @ columns[rivals].T == size[block, None]
         cheaper = (cost[:, rivals][:, None, :] <= cost[:, block][:, :, None]).all(axis=0)
         before = (
             rivals[None, :] < block[:, None]
         )  # the order puts the larger, then the cheaper, then the lower index first
-        kept = np.concatenate([kept, block[~(inside & cheaper & before).any(axis=1)]])
-    return np.sort(order[kept])
+        retained = np.concatenate([retained, block[~(inside & cheaper & before).any(axis=1)]])
+    return np.sort(order[retained])
 
 
 def _first_of_equal_sets(

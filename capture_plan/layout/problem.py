@@ -1,4 +1,4 @@
-"""What one design is about: where landmarks may stand, what is wished, what has to be seen, what is measured."""
+"""What one design is about: where landmarks may stand, its constraints, what has to be seen, what is measured."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from scipy.sparse import csr_array
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.constraint_rows import Limit, open_under
-from capture_plan.layout.constraints import difference_limits, touching, wishes
+from capture_plan.layout.constraints import constraints, difference_limits, touching
 from capture_plan.layout.contact_pairs import met_in, pose_movements, without_pairs_of
 from capture_plan.layout.dot_contact import Poses
 from capture_plan.layout.exchange import Search
@@ -26,7 +26,7 @@ NOTHING = np.empty(0, dtype=int)
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What one design is about: sites, wishes, the blendshapes that open sites reach, and what is measured."""
+    """What one design is about: sites, constraints, the blendshapes that open sites reach, and what is measured."""
 
     face: Face
     settings: LayoutSettings
@@ -36,7 +36,7 @@ class Task:
 
     @cached_property
     def open_(self) -> Int[np.ndarray, " o"]:
-        """Sites that no wish shuts out."""
+        """Sites that no constraint shuts out."""
         return np.flatnonzero(open_under(self.limits, NOTHING, len(self.sites.visibility)))
 
     @cached_property
@@ -87,7 +87,7 @@ class Task:
         apart = Limit("partners whose dots meet when the face moves", shut.astype(int), most=0)
         return dataclass_replace(self, met=met, limits=(*self.limits, apart))
 
-    def beside(self, head: Int[np.ndarray, " h"]) -> "Task":
+    def with_head_markers(self, head: Int[np.ndarray, " h"]) -> "Task":
         """This task with all sites shut out that stand too close to the head markers."""
         near = self.face.around(head, self.settings.spacing_mm)
         clear = Limit("nothing beside the head markers", touching(self.sites, near).astype(int), most=0)
@@ -107,11 +107,11 @@ def task_of(face: Face, settings: LayoutSettings, unlike: Sequence[Sequence[int]
     """The task of these settings.
 
     Raises:
-        InfeasibleError: nothing that is seen moves enough, or a wish names what this face does not have.
+        InfeasibleError: nothing that is seen moves enough, or a constraint names what this face does not have.
     """
     sites = face.sites(settings)
     task = Task(
-        face, settings, sites, (*wishes(face, settings, sites), *difference_limits(face, settings, sites, unlike))
+        face, settings, sites, (*constraints(face, settings, sites), *difference_limits(face, settings, sites, unlike))
     )
     if not len(task.reachable):
         raise InfeasibleError(f"no vertex that is seen moves by {settings.epsilon} of any blendshape: lower epsilon")

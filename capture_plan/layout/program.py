@@ -40,7 +40,7 @@ class IntegerProgram:
     close: csr_array
     limits: tuple[Limit, ...]
 
-    def among(self, sites: Int[np.ndarray, " n"]) -> "IntegerProgram":
+    def restricted_to(self, sites: Int[np.ndarray, " n"]) -> "IntegerProgram":
         """The program with these sites only."""
         limits = tuple(Limit(one.name, one.amount[sites], one.least, one.most) for one in self.limits)
         cliques = csr_array(self.cliques[:, sites])

@@ -5,10 +5,10 @@ from jaxtyping import Bool, Float
 
 
 def importance_weights(
-    reach: Float[np.ndarray, "k s"], visibility: Float[np.ndarray, " s"], alpha: float
+    relative: Float[np.ndarray, "k s"], visibility: Float[np.ndarray, " s"], alpha: float
 ) -> Float[np.ndarray, "k s"]:
     """w[k, s] = 2 - (1 - alpha) r[k, s] - alpha l[s]; with 1 in place of 2 a perfect site would be free."""
-    return 2 - alpha * visibility - (1 - alpha) * reach
+    return 2 - alpha * visibility - (1 - alpha) * relative
 
 
 def total_quality(covers: Bool[np.ndarray, "k s"], w: Float[np.ndarray, "k s"]) -> Float[np.ndarray, " s"]:

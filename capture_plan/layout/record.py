@@ -76,15 +76,15 @@ class Bound(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class ErrorBound(Struct, frozen=True, forbid_unknown_fields=True):
-    """No layout has an upper estimate (`Worth.error_mm`) below `error_mm`, millimetres. The certificate: shares of
-    sites, each named by its first vertex, at which `relaxation.bound_from` gives this bound."""
+    """No layout has an upper estimate (`Information.error_mm`) below `error_mm`, millimetres. The certificate: shares
+    of sites, each named by its first vertex, at which `relaxation.bound_from` gives this bound."""
 
     error_mm: float
     vertices: tuple[int, ...]
     shares: tuple[float, ...]
 
 
-class Worth(Struct, frozen=True, forbid_unknown_fields=True):
+class Information(Struct, frozen=True, forbid_unknown_fields=True):
     """What landmarks tell about the blendshape weights, beside how many they are.
 
     `rank` of `full_rank`: blendshape mixes that the landmarks tell apart, of those that the rig itself can tell apart.
@@ -120,7 +120,7 @@ class Prediction(Struct, frozen=True, forbid_unknown_fields=True):
     beyond_mm: float | None = None
 
 
-class Reference(Worth, frozen=True, forbid_unknown_fields=True):
+class Reference(Information, frozen=True, forbid_unknown_fields=True):
     """Another layout of the same face, what it is worth, and the errors to expect as in `Layout.predictions`. Landmarks
     that fall on one vertex stand there once."""
 
@@ -197,7 +197,7 @@ class Layout(Struct, frozen=True, forbid_unknown_fields=True):
     programs: tuple[Program, ...]
     certificate: Bound
     uncovered: tuple[str, ...]
-    worth: Worth
+    information: Information
     references: dict[str, Reference]
     head: tuple[Landmark, ...] = ()
     head_pose: HeadPose | None = None

@@ -34,14 +34,14 @@ class Room:
     spacing: Spacing | None
     limits: Sequence[Limit] = ()
 
-    def holds(self, rest: Int[np.ndarray, " n"], among: Int[np.ndarray, " m"]) -> Bool[np.ndarray, " m"]:
-        """Of the sites `among` those with which the chosen ones keep every limit."""
-        kept = np.ones(len(among), dtype=bool)
+    def holds(self, rest: Int[np.ndarray, " n"], subset: Int[np.ndarray, " m"]) -> Bool[np.ndarray, " m"]:
+        """Of the sites `subset` those with which the chosen ones keep every limit."""
+        retained = np.ones(len(subset), dtype=bool)
         for limit in self.limits:
-            total = limit.amount[rest].sum() + limit.amount[among]
-            kept &= total >= limit.least
-            kept &= limit.most is None or total <= limit.most
-        return kept
+            total = limit.amount[rest].sum() + limit.amount[subset]
+            retained &= total >= limit.least
+            retained &= limit.most is None or total <= limit.most
+        return retained
 
     def spared(self, chosen: Int[np.ndarray, " n"]) -> Iterator[Int[np.ndarray, " m"]]:
         """What is left of a choice without each of the sites that it can spare."""
@@ -60,17 +60,17 @@ class Room:
             stays = ~np.isin(numbers, left)
             wanted = ~self.covers[:, chosen[stays]].any(axis=1)
             fits = self.free & ~shut[stays].any(axis=0) & self.covers[wanted].all(axis=0)
-            among = np.flatnonzero(fits)
-            yield chosen[stays], among[self.holds(chosen[stays], among)]
+            subset = np.flatnonzero(fits)
+            yield chosen[stays], subset[self.holds(chosen[stays], subset)]
 
 
 def cheaper(room: Room, price: Int[np.ndarray, " s"], chosen: Int[np.ndarray, " n"]) -> Int[np.ndarray, " m"] | None:
     """A choice that costs less by one exchange, or by leaving a site out; None where there is none."""
     for rest in room.spared(chosen):
         return rest
-    for rest, among in room.exchanges(chosen):
-        if len(among) and price[among].min() < price[chosen].sum() - price[rest].sum():
-            return np.sort(np.append(rest, among[price[among].argmin()]))
+    for rest, subset in room.exchanges(chosen):
+        if len(subset) and price[subset].min() < price[chosen].sum() - price[rest].sum():
+            return np.sort(np.append(rest, subset[price[subset].argmin()]))
     return None
 
 
@@ -99,13 +99,13 @@ def greedy_cover(search: Search, start: Choice = ()) -> Choice | None:
 
 def _next(search: Search, chosen: Choice, *, scarce: bool) -> int | None:
     """The site that helps most; None where no open one helps."""
-    among, wanting = search.next(chosen), search.covers[~search.covers[:, list(chosen)].any(axis=1)]
-    if not len(among):
+    subset, wanting = search.next(chosen), search.covers[~search.covers[:, list(chosen)].any(axis=1)]
+    if not len(subset):
         return None
-    worth: Float[np.ndarray, " m"] = wanting[:, among].sum(axis=0) / search.size[among]
+    gain: Float[np.ndarray, " m"] = wanting[:, subset].sum(axis=0) / search.size[subset]
     if scarce and len(wanting):
-        hardest = wanting[:, among].sum(axis=1).argmin()
-        worth = worth + len(wanting) * wanting[hardest, among]
-    best = int(worth.argmax())
+        hardest = wanting[:, subset].sum(axis=1).argmin()
+        gain = gain + len(wanting) * wanting[hardest, subset]
+    best = int(gain.argmax())
     short = search.shortfall(chosen) > 0
-    return int(among[best]) if worth[best] > 0 or short else None
+    return int(subset[best]) if gain[best] > 0 or short else None

@@ -9,7 +9,7 @@ from capture_plan.errors import SettingsError
 from capture_plan.input.documents import LONGEST_MM, MOST_COUNTED, MOST_NUMBER
 from capture_plan.registration.known import Known
 
-KEPT_OUT = ("lash line", "wet lip", "nostril rim")  # where no dot holds on anybody
+CLEAR_ZONES = ("lash line", "wet lip", "nostril rim")  # where no dot holds on anybody
 Share = Annotated[float, Meta(ge=0, le=1)]
 Length = Annotated[float, Meta(ge=0, le=LONGEST_MM)]
 Count = Annotated[int, Meta(ge=0, le=MOST_COUNTED)]
@@ -43,13 +43,13 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     `noise_mm`: standard deviation of a measured landmark coordinate, for the upper estimate and the predicted error.
     `min_visibility`: vertices that are seen from less than this share of their hemisphere are no candidates; 0 leaves
     visibility out. `budget`: most landmarks there may be; `number`: exactly so many.
-    Wishes, by vertex number in the artist's file: `pins` carry a landmark whatever else is decided, `forbidden` carry
-    none. `keep_out`: zones without dots and the margin around each, to the dot's edge, by name (`anatomy.zones`) or as
-    a file that paints one. `relaxed_for`: a layout that people use (`registration.empirical_layouts`); within a dot's
-    diameter of its points landmarks may stand as its own do, in zones without dots and where they are hardly seen.
-    `caps`: most landmarks in a region, by its name ("nose"). `min_views`: cameras that have to see a landmark in every
-    expression, where cameras are known (2 where they triangulate); one of them never smaller than 3 pixels; 0 leaves
-    cameras out of it. `dot_mm`: diameter of a marker.
+    Constraints, by vertex number in the artist's file: `pins` carry a landmark whatever else is decided, `forbidden`
+    carry none. `keep_out`: zones without dots and the margin around each, to the dot's edge, by name (`anatomy.zones`)
+    or as a file that paints one. `relaxed_for`: a layout that people use (`registration.empirical_layouts`); within a
+    dot's diameter of its points landmarks may stand as its own do, in zones without dots and where they are hardly
+    seen. `caps`: most landmarks in a region, by its name ("nose"). `min_views`: cameras that have to see a landmark in
+    every expression, where cameras are known (2 where they triangulate); one of them never smaller than 3 pixels; 0
+    leaves cameras out of it. `dot_mm`: diameter of a marker.
     `head_markers`: 3 to 5 further markers where the face hardly moves, from which the motion of the head is taken.
     """
 
@@ -66,7 +66,7 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     number: Some | None = None
     pins: tuple[Vertex, ...] = ()
     forbidden: tuple[Vertex, ...] = ()
-    keep_out: dict[str, Length] = field(default_factory=lambda: {name: MARGINS_MM[name] for name in KEPT_OUT})
+    keep_out: dict[str, Length] = field(default_factory=lambda: {name: MARGINS_MM[name] for name in CLEAR_ZONES})
     relaxed_for: Known | None = None
     caps: dict[str, Count] = field(default_factory=dict)
     min_views: Count = 1

@@ -20,7 +20,7 @@ class Sites:
     """`vertices` are the one or two vertices of each site, the same one twice for a single."""
 
     vertices: Int[np.ndarray, "s 2"]
-    reach: Float[np.ndarray, "k s"]
+    relative_displacement: Float[np.ndarray, "k s"]
     visibility: Float[np.ndarray, " s"]
 
     @property
@@ -34,7 +34,7 @@ class Sites:
 
     def covers(self, epsilon: float) -> Bool[np.ndarray, "k s"]:
         """c[k, s]: site s is a candidate for blendshape k (eq. 3)."""
-        return self.reach >= epsilon
+        return self.relative_displacement >= epsilon
 
 
 def moving(displacement: Float[np.ndarray, "k v"]) -> Bool[np.ndarray, " v"]:
@@ -43,15 +43,15 @@ def moving(displacement: Float[np.ndarray, "k v"]) -> Bool[np.ndarray, " v"]:
 
 
 def single_sites(
-    reach: Float[np.ndarray, "k v"], visibility: Float[np.ndarray, " v"], allowed: Bool[np.ndarray, " v"]
+    relative: Float[np.ndarray, "k v"], visibility: Float[np.ndarray, " v"], allowed: Bool[np.ndarray, " v"]
 ) -> Sites:
     """Every allowed vertex is a site."""
     vertices = np.flatnonzero(allowed)
-    return Sites(np.stack([vertices, vertices], axis=1), reach[:, vertices], visibility[vertices])
+    return Sites(np.stack([vertices, vertices], axis=1), relative[:, vertices], visibility[vertices])
 
 
 def mirrored_sites(
-    reach: Float[np.ndarray, "k v"],
+    relative: Float[np.ndarray, "k v"],
     visibility: Float[np.ndarray, " v"],
     allowed: Bool[np.ndarray, " v"],
     *,
@@ -67,6 +67,6 @@ def mirrored_sites(
     mutual = allowed & allowed[mirror] & (mirror[mirror] == v)
     apart = np.linalg.norm(neutral - neutral[mirror], axis=1) >= spacing_mm
     right = neutral[:, 0] < neutral[mirror, 0]
-    kept = np.flatnonzero(mutual & ((mirror == v) | (apart & right)))
-    pairs = np.stack([kept, mirror[kept]], axis=1)
-    return Sites(pairs, reach[:, pairs].max(axis=2), visibility[pairs].min(axis=1))
+    retained = np.flatnonzero(mutual & ((mirror == v) | (apart & right)))
+    pairs = np.stack([retained, mirror[retained]], axis=1)
+    return Sites(pairs, relative[:, pairs].max(axis=2), visibility[pairs].min(axis=1))

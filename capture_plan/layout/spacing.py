@@ -78,9 +78,11 @@ class Spacing:
         close[np.arange(len(chosen)), chosen] = True
         return close
 
-    def among(self, sites: Int[np.ndarray, " n"]) -> "Spacing":
+    def restricted_to(self, sites: Int[np.ndarray, " n"]) -> "Spacing":
         """The spacing where only these sites can be chosen."""
-        less = Sites(self.sites.vertices[sites], self.sites.reach[:, sites], self.sites.visibility[sites])
+        less = Sites(
+            self.sites.vertices[sites], self.sites.relative_displacement[:, sites], self.sites.visibility[sites]
+        )
         return Spacing(self.near, less, self.spacing_mm, self.met) if len(sites) < len(self.sites.vertices) else self
 
     def _within(self, radius_mm: float) -> csr_array:

@@ -1,15 +1,15 @@
 """The fewest landmarks that tell as much as they should: the default method.
 
-Goal      E(S) = sqrt(trace(G C(S))) <= target, as many mixes told apart as can be (`worth`), every wish kept, every
-          blendshape of a cover on some site of S
+Goal      E(S) = sqrt(trace(G C(S))) <= target, as many mixes distinguished as can be (`information`), every constraint
+          met, every blendshape of a cover on some site of S
 Grow      from a cover: the site that lowers E most for each of its landmarks; where E is small enough and the rank is
           not full, the site that answers most to the mixes that nobody sees yet
 Shrink    exchanges at this number (`search`), then again without the landmark that is missed least, while this holds
-End       growth ends, short of the target, where another landmark lowers E by less than WORTHWHILE of it, or at the
+End       growth ends, short of the target, where another landmark lowers E by less than LEAST_GAIN of it, or at the
           ceiling: what cannot be had is not forced; and a landmark whose loss raises E by less than that is not kept
-Beside    the starts of a budget of as many landmarks: the least E that any of them ends at, or more mixes told apart
-          for HARDLY more; then the numbers below it again. A mix that costs the others more than HARDLY is not told
-          apart
+Others    the starts of a budget of as many landmarks: the least E that any of them ends at, or more mixes distinguished
+          for HARDLY more; then the numbers below it again. A mix that costs the others more than HARDLY is not
+          asked for
 """
 
 from dataclasses import dataclass, replace
@@ -25,9 +25,9 @@ from capture_plan.layout.gains import rank_gains
 from capture_plan.layout.observation import RANK_TOLERANCE
 from capture_plan.progress import track
 
-WORTHWHILE = 0.01  # of the error, for each landmark: what the fiftieth brings where errors fall as 1 / sqrt(number)
-HARDLY = 0.005  # of the error: what telling one more mix apart may cost all others
-CLEARLY = 3.0  # times what counts as answering at all: sites that are asked for, where a mix is not told apart
+LEAST_GAIN = 0.01  # of the error, for each landmark: what the fiftieth brings where errors fall as 1 / sqrt(number)
+HARDLY = 0.005  # of the error: what one more mix that is distinguished may cost all others
+CLEARLY = 3.0  # times what counts as answering at all: sites that are asked for, where a mix is not distinguished
 ABOVE = 1.5  # times what is usual or needed in any case: nobody glues more on a face in silence
 
 
@@ -45,7 +45,7 @@ def fewest(search: Search, start: Choice, target_mm: float) -> Choice:
     """
     goal, chosen, shrunk = Goal(search, target_mm), (), near(search, start, target_mm)
     while chosen != shrunk:
-        chosen = goal.beside(shrunk)
+        chosen = goal.alternative_to(shrunk)
         shrunk = goal.shrunk(chosen)
     return search.in_order(shrunk)
 
@@ -54,7 +54,7 @@ def near(search: Search, start: Choice, target_mm: float) -> Choice:
     """Sites that reach the goal from `start` alone: of a former answer little changes."""
     goal = Goal(search, target_mm)
     settled = goal.settled(goal.grown(start))
-    apart = goal.told_apart(settled)
+    apart = goal.identifiable(settled)
     return search.in_order(goal.shrunk(goal.settled(apart) if apart != settled else settled))
 
 
@@ -71,7 +71,7 @@ class Goal:
 
     def rank(self, chosen: Choice) -> int:
         """Mixes that a choice tells apart."""
-        return self.search.observation.worth(self.vertices(chosen)).rank
+        return self.search.observation.information(self.vertices(chosen)).rank
 
     def vertices(self, chosen: Choice) -> Int[np.ndarray, " m"]:
         """The landmarks of a choice."""
@@ -82,22 +82,22 @@ class Goal:
         search, gains = self.search, self.search.gains(chosen)
         for _ in track(range(search.budget), "Adding landmarks that tell most", total=search.budget):
             squared, short = float(np.sum(search.observation.gram * gains.C)), search.shortfall(chosen)
-            among = search.next(chosen)
-            if not len(among) or (squared <= self.target_mm**2 and not short):
+            subset = search.next(chosen)
+            if not len(subset) or (squared <= self.target_mm**2 and not short):
                 break
-            each = gains.all(among) / search.size[among]
-            if each.max() < 2 * WORTHWHILE * squared and not short:  # the square falls twice as fast
+            each = gains.all(subset) / search.size[subset]
+            if each.max() < 2 * LEAST_GAIN * squared and not short:  # the square falls twice as fast
                 break
-            new = int(among[each.argmax()])
+            new = int(subset[each.argmax()])
             chosen, gains = (*chosen, new), gains.step(search.rows((new,)), -1)
         return chosen
 
-    def told_apart(self, chosen: Choice) -> Choice:
+    def identifiable(self, chosen: Choice) -> Choice:
         """More sites, while each of them tells mixes apart that none before it did."""
         search, rank = self.search, self.rank(chosen)
-        while rank < search.observation.full_rank and len(among := search.next(chosen)):
-            answers = rank_gains(search.observation, search.all_rows[among], self.vertices(chosen))
-            more = (*chosen, int(among[answers.argmax()]))
+        while rank < search.observation.full_rank and len(subset := search.next(chosen)):
+            answers = rank_gains(search.observation, search.all_rows[subset], self.vertices(chosen))
+            more = (*chosen, int(subset[answers.argmax()]))
             if self.rank(more) <= rank:
                 break
             chosen, rank = more, self.rank(more)
@@ -108,9 +108,9 @@ class Goal:
         better = self.of(self.search.landmarks(chosen)).swap_all(chosen)
         return better if self.rank(better) >= self.rank(chosen) else chosen
 
-    def beside(self, chosen: Choice) -> Choice:
-        """Of as many landmarks the least error that the starts of a budget end at, or more mixes told apart for hardly
-        more."""
+    def alternative_to(self, chosen: Choice) -> Choice:
+        """Of as many landmarks the least error that the starts of a budget end at, or more mixes distinguished for
+        hardly more."""
         search = self.of(self.search.landmarks(chosen))
         starts = track((chosen, (), pivoted(search)), "Looking for a lower error of as many landmarks", total=3)
         ends = [chosen, *(search.descend(search.fill(start)) for start in starts)]
@@ -123,7 +123,9 @@ class Goal:
         """As many sites, of which some answer to mixes which `chosen` does not tell apart, while E stays low."""
         search = self.of(self.search.landmarks(chosen))
         while self.rank(chosen) < search.observation.full_rank and (answering := self.answering(chosen)).any():
-            search = replace(search, limits=(*search.limits, Limit("a mix told apart", answering.astype(int), least=1)))
+            search = replace(
+                search, limits=(*search.limits, Limit("a mix distinguished", answering.astype(int), least=1))
+            )
             more = search.descend(search.fill(keepable(search, chosen)))
             if search.misses(more) or self.rank(more) <= self.rank(chosen) or self.error(more) > most_mm:
                 break
@@ -147,10 +149,10 @@ class Goal:
         """One landmark fewer, or two where sites are pairs; None where neither is enough."""
         order, most = self.search.in_order(chosen), self.search.landmarks(chosen)
         for count in (most - 1, most - 2):
-            search, kept = self.of(count), order
-            while search.landmarks(kept) > max(count, 0):
-                kept = kept[:-1]
-            fewer = search.swap_all(search.fill(kept)) if kept else ()
+            search, retained = self.of(count), order
+            while search.landmarks(retained) > max(count, 0):
+                retained = retained[:-1]
+            fewer = search.swap_all(search.fill(retained)) if retained else ()
             if fewer and self.enough(fewer, than=chosen):
                 return fewer
             if search.landmarks(fewer) == count:  # with one fewer still, the error is larger
@@ -163,7 +165,7 @@ class Goal:
         search = self.search
         spared = search.landmarks(than) - search.landmarks(fewer)
         before = self.error(than)
-        most = self.target_mm if before <= self.target_mm else before * (1 + WORTHWHILE) ** spared
+        most = self.target_mm if before <= self.target_mm else before * (1 + LEAST_GAIN) ** spared
         return (
             spared > 0
             and search.misses(fewer) <= search.misses(than)

@@ -38,8 +38,8 @@ def decimate(
 
     Example:
         >>> rig = sample_rig()
-        >>> kept, triangles = decimate(rig.neutral, rig.triangles, 5000)
-        >>> len(triangles), len(kept) < len(rig.neutral)
+        >>> vertices, triangles = decimate(rig.neutral, rig.triangles, 5000)
+        >>> len(triangles), len(vertices) < len(rig.neutral)
         (5000, True)
     """
     if faces_wanted < 1:
@@ -47,8 +47,8 @@ def decimate(
     left = _Surface(vertices - vertices.mean(axis=0), triangles)
     left.collapse_to(faces_wanted)
     corners = np.array([corner for corner in left.corners if corner], dtype=int).reshape(-1, 3)
-    kept, places = np.unique(corners, return_inverse=True)
-    return kept, places.reshape(-1, 3).astype(triangles.dtype)
+    retained, places = np.unique(corners, return_inverse=True)
+    return retained, places.reshape(-1, 3).astype(triangles.dtype)
 
 
 class _Surface:

@@ -39,8 +39,8 @@ def cotangent_laplacian(vertices: Float[np.ndarray, "v 3"], triangles: Int[np.nd
     half = cotangents(vertices, triangles).T.ravel() / 2
     u, v = (np.roll(triangles, -turn, axis=1).T.ravel() for turn in (1, 2))
     n = len(vertices)
-    beside = coo_array((np.r_[half, half], (np.r_[u, v], np.r_[v, u])), shape=(n, n)).tocsr()
-    return csr_array(beside - diags_array(np.asarray(beside.sum(axis=1)).ravel()))
+    weights = coo_array((np.r_[half, half], (np.r_[u, v], np.r_[v, u])), shape=(n, n)).tocsr()
+    return csr_array(weights - diags_array(np.asarray(weights.sum(axis=1)).ravel()))
 
 
 def mixed_areas(vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]) -> Float[np.ndarray, " v"]:

@@ -15,8 +15,8 @@ from scipy.spatial import KDTree
 
 SAMPLE = 2000  # vertices that place the plane: their median is within 1e-3 mm of that over all vertices of a real head
 TIE_MM = 0.02  # two vertices this close to the reflection are equally good: seams and closed lips are that exact
-NEIGHBOURS = 4  # how many vertices of one place are told apart
-COARSE, DIRECTIONS, KEPT = 800, 200, 12  # so many directions are 10 degrees apart: near enough to fall to the plane
+NEIGHBOURS = 4  # how many vertices of one place are distinguished
+COARSE, DIRECTIONS, RETAINED = 800, 200, 12  # so many directions are 10 degrees apart: near enough to fall to the plane
 COARSE_ROUNDS, ROUNDS = 8, 60
 SHARES = (0.2, 0.35, 0.5, 0.65, 0.8)  # of the points on one side: hair on one side only moves the middle that far
 EXACT = 1e-3  # of the size: a plane across an axis that mirrors so well needs no search
@@ -106,7 +106,7 @@ def find_mirror_plane(vertices: Float[np.ndarray, "v 3"]) -> Plane:
     """The plane that mirrors the points best, whichever way they lie and in whatever unit.
 
     Starts: the axes, the principal axes, and `DIRECTIONS` spread over a half sphere, each through the mean, the middle
-    of the extent and five quantiles; kept are the `KEPT` whose median distance from a reflected point to the nearest
+    of the extent and five quantiles; the `RETAINED` stay whose median distance from a reflected point to the nearest
     point is least. Then in turns, as in iterative closest points: q the point nearest to the reflection of p, and the
     plane of least sum w |reflection(p) - q|^2 with w = 1 / (1 + (distance / s)^2)^2, s falling to the median distance,
     so that what has no mirror image (a scar, a missing ear) does not tilt the plane. A cloud of loose hair can: give
@@ -140,7 +140,7 @@ def _search(full: KDTree, x: Float[np.ndarray, "v 3"], points: Float[np.ndarray,
             distance, _ = tree.query(_reflect(some[::4], n, c))
             scored.append((round(float(np.median(distance)), 3), order, float(c), n))
     scored.sort(key=lambda found: found[:3])
-    refined = [_refine(full, x, points, n, c, COARSE_ROUNDS) for _, _, c, n in scored[:KEPT]]
+    refined = [_refine(full, x, points, n, c, COARSE_ROUNDS) for _, _, c, n in scored[:RETAINED]]
     return refined[min(range(len(refined)), key=lambda i: (round(refined[i][0], 4), i))]
 
 

@@ -80,13 +80,13 @@ def movements_of(names: Sequence[str]) -> tuple[Movement | None, ...]:
     prefix = _shared_prefix(words)
     short = [tuple(w[len(prefix) :]) if _is_cut(w, prefix) else tuple(w) for w in words]
     quarters = _quarters(words)
-    told = [_beside(movement_of(name), _said(w)) for name, w in zip(names, short, strict=True)]
-    told = [_in_quarter(tuple(w), found, quarters) for w, found in zip(words, told, strict=True)]
+    messages = [_better_of(movement_of(name), _said(w)) for name, w in zip(names, short, strict=True)]
+    messages = [_in_quarter(tuple(w), found, quarters) for w, found in zip(words, messages, strict=True)]
     family = _families(short)
-    told = [_in_family(w, found, family) for w, found in zip(short, told, strict=True)]
+    messages = [_in_family(w, found, family) for w, found in zip(short, messages, strict=True)]
     if sum(_bare(w) in _table("mmd") for w in short) >= MMD_LEAST:
-        told = [_in_mmd(w, found) for w, found in zip(short, told, strict=True)]
-    return tuple(_winks(words, told))
+        messages = [_in_mmd(w, found) for w, found in zip(short, messages, strict=True)]
+    return tuple(_winks(words, messages))
 
 
 def nearest_of(movement: Movement) -> tuple[str, ...]:
@@ -110,7 +110,7 @@ def said_of(movement: Movement) -> str:
     return f"{words} ({movement.side})" if movement.side else words
 
 
-def _beside(whole: Movement | None, cut: Movement | None) -> Movement | None:
+def _better_of(whole: Movement | None, cut: Movement | None) -> Movement | None:
     """Of a whole name and what follows its prefix the surer reading; a hat or a body as prefix says nothing."""
     if cut and whole and whole.kind in ("hair or clothes", "body"):
         return cut
@@ -262,8 +262,8 @@ def _in_quarter(
     if words[:-1] not in quarters or words[-1] not in _table("quarters"):
         return found
     end = _table("quarters")[words[-1]].split()
-    told = _said((*words[:-1], *end))
-    return replace(told, part=end[-1]) if told else found
+    message = _said((*words[:-1], *end))
+    return replace(message, part=end[-1]) if message else found
 
 
 def _bare(words: Sequence[str]) -> str:
@@ -295,19 +295,19 @@ def _in_mmd(words: tuple[str, ...], found: Movement | None) -> Movement | None:
     return replace(found, confidence=PLAIN) if found and found.confidence == SYLLABLE else found
 
 
-def _winks(words: Sequence[Sequence[str]], told: list[Movement | None]) -> list[Movement | None]:
+def _winks(words: Sequence[Sequence[str]], messages: list[Movement | None]) -> list[Movement | None]:
     """A wink without a side is the other one of a wink that has a side: ウィンク beside ウィンク右 is the left."""
     sided: dict[str, set[Side]] = {}
-    for w, one in zip(words, told, strict=True):
+    for w, one in zip(words, messages, strict=True):
         if one and one.kind == "blink" and one.side:
             sided.setdefault(_bare(w), set()).add(one.side)
     other: dict[Side, Side] = {"left": "right", "right": "left"}
-    for k, (w, one) in enumerate(zip(words, told, strict=True)):
+    for k, (w, one) in enumerate(zip(words, messages, strict=True)):
         halves = sided.get(_bare(w), set())
         is_wink = _bare(w).replace("ウインク", "ウィンク").split(" ")[-1] in ("ウィンク", "wink")
         if one and one.side is None and is_wink and len(halves) == 1:
-            told[k] = replace(one, side=other[next(iter(halves))])
-    return told
+            messages[k] = replace(one, side=other[next(iter(halves))])
+    return messages
 
 
 def _is_strange(word: str) -> bool:

@@ -49,13 +49,13 @@ from capture_plan.notebooks_support.knobs import (
 from capture_plan.notebooks_support.lessons import every_call, every_command, printed, settings_file, table, word_list
 from capture_plan.notebooks_support.packing import (
     ablation_table,
-    packing_worth_knobs,
+    packing_error_knobs,
     people_knob,
     saving_words,
-    worth_table,
+    value_table,
 )
 from capture_plan.notebooks_support.paper import downloads, page_gallery, sheet_download, sheet_pages
-from capture_plan.notebooks_support.pictures import blendshape_knob, figure_view, incidence_figure, rigs_beside
+from capture_plan.notebooks_support.pictures import blendshape_knob, figure_view, incidence_figure, neighbouring_rigs
 from capture_plan.notebooks_support.shell import (
     chosen_take,
     layouts_inside_the_next,
@@ -108,13 +108,14 @@ __all__ = [
     "maps_of_methods",
     "markdown_plain",
     "marker_counts_knob",
+    "neighbouring_rigs",
     "noise_curves",
     "openness",
     "other_people",
+    "packing_error_knobs",
     "packing_head",
     "packing_settings",
     "packing_view",
-    "packing_worth_knobs",
     "page_gallery",
     "paper_knob",
     "people_knob",
@@ -122,7 +123,6 @@ __all__ = [
     "plan_view",
     "printed",
     "rig_reference",
-    "rigs_beside",
     "saving_words",
     "sentence_list",
     "session_settings",
@@ -133,6 +133,7 @@ __all__ = [
     "stop_link",
     "table",
     "takes_of_the_session",
+    "value_table",
     "views_table",
     "visibility_head",
     "visibility_view",
@@ -140,5 +141,4 @@ __all__ = [
     "word_list",
     "working",
     "worst_blendshapes",
-    "worth_table",
 ]

@@ -25,20 +25,20 @@ NOISES_MM = (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0)
 def comparison_tiles(face: Face, layout: Int[np.ndarray, " m"], others: Layouts, noise_mm: float) -> mo.Html:
     """What the layout is worth, and what the best of the others is; errors of weights solved between 0 and 1."""
     observation = face.observation(noise_mm)
-    worth, errors = observation.worth(layout), upper_estimates(observation, others)
+    information, errors = observation.information(layout), upper_estimates(observation, others)
     peers = {name: error for name, error in errors.items() if name != SIXTY_EIGHT}
     best, doubt = min(peers, key=lambda name: peers[name]), blendshape_errors(observation, layout)
     mixes = performances(observation, None)[0]
     mine, other = (predict(observation, at, mixes, noise_mm=noise_mm) for at in (layout, others[best]))
     return show_tiles(
         ("Landmarks", str(len(layout)), "mirrored, at the spacing"),
-        ("Told apart", f"{worth.rank} of {worth.full_rank}", "mixes of blendshapes"),
+        ("Distinguished", f"{information.rank} of {information.full_rank}", "mixes of blendshapes"),
         (
             "Predicted error",
             millimetres(mine.error_mm),
             f"of the skin, {SOLVE}, {MIXES}, under {noise_mm:g} mm of noise",
         ),
-        ("Upper estimate", millimetres(worth.error_mm), f"for {ANY_WEIGHTS}, as in the curves below"),
+        ("Upper estimate", millimetres(information.error_mm), f"for {ANY_WEIGHTS}, as in the curves below"),
         ("Best other", millimetres(other.error_mm), f"{best}, with as many markers, predicted likewise"),
         ("Most doubtful", millimetres(float(doubt.max())), f"of the skin, for {face.used[int(doubt.argmax())]}"),
     )
@@ -61,9 +61,9 @@ def budget_curves(
     errors = {m: upper_estimates(observation, layouts) for m, layouts in sorted(by_budget.items())}
     names = next(iter(errors.values()), {})
     curves = {name: (list(errors), [of_m[name] for of_m in errors.values()]) for name in names}
-    told = errors_by_number(observation, layout)
-    first = min(min(errors, default=1), len(told))
-    curves[OURS] = (list(range(first, len(told) + 1)), told[first - 1 :].tolist())
+    message = errors_by_number(observation, layout)
+    first = min(min(errors, default=1), len(message))
+    curves[OURS] = (list(range(first, len(message) + 1)), message[first - 1 :].tolist())
     levels = upper_estimates(observation, {name: at for name, at in others.items() if name == SIXTY_EIGHT})
     return draw_error_against_budget(curves, ours=OURS, meaning=upper_at(noise_mm), levels=levels, budget=len(layout))
 

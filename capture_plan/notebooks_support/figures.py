@@ -29,7 +29,7 @@ def audit_view(report: Audit) -> mo.Html:
             mo.callout(mo.Html(f"<p><b>Can it be shot with?</b> {html.escape(said)}</p>"), kind=kind),
             show_tiles(
                 ("Blendshapes planned", f"{len(report.used)} of {report.blendshapes}", "the others are listed below"),
-                ("Can be told apart", f"{report.rank} of {len(report.used)}", "movements that differ on the skin"),
+                ("Can be distinguished", f"{report.rank} of {len(report.used)}", "movements that differ on the skin"),
                 ("Vertices", f"{report.vertices:,}", skin),
                 ("Between the pupils", pupils, f"1 unit of the file is {report.unit_mm:g} mm, up {report.up}"),
             ),
@@ -69,15 +69,15 @@ def visibility_view(face: Face) -> mo.Html:
 
 def layout_view(layout: Layout) -> mo.Html:
     """What the landmarks are worth, beside layouts that people know."""
-    worth = layout.worth
+    information = layout.information
     expected = {"This layout": layout.predictions} | {name: one.predictions for name, one in layout.references.items()}
     rows = [
         (name, other, headline(other, expected[name]))
-        for name, other in [("This layout", worth), *layout.references.items()]
+        for name, other in [("This layout", information), *layout.references.items()]
     ]
     most = max(error for _, _, error in rows) or 1.0
-    compared = [compare_row(name, other, other is worth, error, error / most) for name, other, error in rows]
-    error = error_tile(worth, layout.predictions)
+    compared = [compare_row(name, other, other is information, error, error / most) for name, other, error in rows]
+    error = error_tile(information, layout.predictions)
     fit = layout.motion
     lost = {"This layout": fit.rmse_mm} | fit.references_mm if fit else {}
     return mo.vstack(
@@ -88,7 +88,7 @@ def layout_view(layout: Layout) -> mo.Html:
                     str(len(layout.landmarks)),
                     f"at least {layout.certificate.landmarks} are needed to see everything once",
                 ),
-                ("Told apart", f"{worth.rank} of {worth.full_rank}", "mixes of blendshapes"),
+                ("Distinguished", f"{information.rank} of {information.full_rank}", "mixes of blendshapes"),
                 (error.name, f"{error.figure} {error.unit}", error.note),
                 (
                     "Uncovered",
@@ -102,7 +102,7 @@ def layout_view(layout: Layout) -> mo.Html:
                     {
                         "Layout": row["name"],
                         "Landmarks": row["markers"],
-                        "Told apart": row["rank"],
+                        "Distinguished": row["rank"],
                         "Condition number": row["condition"],
                         "Predicted error": row["error"],
                         "Upper estimate": row["upper"],
@@ -112,7 +112,7 @@ def layout_view(layout: Layout) -> mo.Html:
                 ],
                 numbers=(
                     "Landmarks",
-                    "Told apart",
+                    "Distinguished",
                     "Condition number",
                     "Predicted error",
                     "Upper estimate",

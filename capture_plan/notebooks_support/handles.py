@@ -19,7 +19,7 @@ from capture_plan.notebooks_support.knobs import knob_group, slider
 from capture_plan.report.page import head_data
 from capture_plan.shell.take import Take
 
-REACH_MM = 15.0  # as far as a marker is dragged: the corner of a smiling mouth moves about as much
+EXTENT_MM = 15.0  # as far as a marker is dragged: the corner of a smiling mouth moves about as much
 AXES = {"sideways": "To the actor's left, mm", "up": "Up, mm", "forward": "Forward, mm"}
 
 
@@ -43,7 +43,7 @@ def handle_knobs(markers: tuple[Landmark, ...], take: Take) -> Any:
             mo.ui.dropdown(names, lowest, label="Marker", searchable=True, full_width=True),
             "The one that is dragged; all others hold the skin.",
         ),
-        **{name: (slider(-REACH_MM, REACH_MM, 0.5, 0.0, label), "") for name, label in AXES.items()},
+        **{name: (slider(-EXTENT_MM, EXTENT_MM, 0.5, 0.0, label), "") for name, label in AXES.items()},
     )
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import marimo as mo
 
 from capture_plan.evaluation.carrigan2020.mu_sweep import AblationRow
-from capture_plan.evaluation.carrigan2020.packing_worth import ALONE, RANDOM, Curve, ErrorCurves, error_after
+from capture_plan.evaluation.carrigan2020.packing_error import ALONE, RANDOM, Curve, ErrorCurves, error_after
 from capture_plan.expressions import PackingSettings
 from capture_plan.notebooks_support.figures import show_table
 from capture_plan.notebooks_support.knobs import knob_group, slider
@@ -18,7 +18,7 @@ AFTER = (5, 10, 15, 20)
 ALIKE = 0.01  # errors that differ by less than this share are called alike
 
 
-def packing_worth_knobs() -> Any:
+def packing_error_knobs() -> Any:
     """Mu, rules and pairs; `value` holds fields of `PackingSettings`."""
     start = PackingSettings()
     return knob_group(
@@ -56,7 +56,7 @@ def ablation_table(rows: Sequence[AblationRow]) -> mo.Html:
     )
 
 
-def worth_table(errors: ErrorCurves) -> mo.Html:
+def value_table(errors: ErrorCurves) -> mo.Html:
     """One row for each target and list: the error after the first scans and after all, mm."""
     rows = [(target, name, curve) for target, curves in errors.items() for name, curve in curves.items()]
     return show_table(
@@ -72,10 +72,10 @@ def worth_table(errors: ErrorCurves) -> mo.Html:
 
 def saving_words(errors: ErrorCurves) -> mo.Html:
     """Who is best where, after 5, 10, 15, 20 scans and after all, as the numbers say."""
-    return mo.md("\n".join(f"- {sentence}" for sentence in worth_sentences(errors)))
+    return mo.md("\n".join(f"- {sentence}" for sentence in value_sentences(errors)))
 
 
-def worth_sentences(errors: ErrorCurves) -> list[str]:
+def value_sentences(errors: ErrorCurves) -> list[str]:
     """Which list is best where, one sentence each; lists within a hundredth of the best are named beside it."""
     curves = list(errors.values())
     scans = curves[0][OURS][0][-1]
@@ -138,9 +138,9 @@ def _best(errors: ErrorCurves, n: int | None) -> dict[str, tuple[str, ...]]:
     """By target the lists that leave least after n scans; after all of a packed list where n is None."""
     best = {}
     for target, of in errors.items():
-        told = {name: curve[1][-1] if n is None else _at(curve, n) for name, curve in of.items()}
-        told = {name: error for name, error in told.items() if n is not None or name != ALONE}
-        best[target] = tuple(name for name, error in told.items() if error <= (1 + ALIKE) * min(told.values()))
+        message = {name: curve[1][-1] if n is None else _at(curve, n) for name, curve in of.items()}
+        message = {name: error for name, error in message.items() if n is not None or name != ALONE}
+        best[target] = tuple(name for name, error in message.items() if error <= (1 + ALIKE) * min(message.values()))
     return best
 
 

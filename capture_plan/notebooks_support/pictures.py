@@ -39,7 +39,7 @@ def incidence_figure(face: Face, settings: LayoutSettings, vertices: Int[np.ndar
     """Which landmarks stand for which blendshape, landmarks named as on the sheets, from the top of the face down."""
     order = vertices[np.argsort(-face.rig.neutral[vertices, 1], kind="stable")]
     names = tuple(one.label for one in name_landmarks(face, settings, order, [0] * len(order)))
-    return incidence(face.used, names, face.reach(settings)[:, order], epsilon=settings.epsilon)
+    return incidence(face.used, names, face.relative_displacement(settings)[:, order], epsilon=settings.epsilon)
 
 
 def blendshape_knob(used: tuple[str, ...]) -> Any:
@@ -47,7 +47,7 @@ def blendshape_knob(used: tuple[str, ...]) -> Any:
     return mo.ui.dropdown(list(used), used[0], label="Blendshape", searchable=True)
 
 
-def rigs_beside(rig: Rig) -> tuple[Rig, ...]:
+def neighbouring_rigs(rig: Rig) -> tuple[Rig, ...]:
     """The rig of the session, and those given as `-- --beside PATH`, several allowed."""
     with working():
         return (rig, *(read_rig(str(path)) for path in mo.cli_args().get_all("beside")))

@@ -99,12 +99,12 @@ def views_table(found: Evaluation) -> mo.Html:
             {
                 "Layout": one.method,
                 "Error of the take": millimetres(one.rmse_mm),
-                "Told apart": f"{one.rank} of {found.full_rank}",
+                "Distinguished": f"{one.rank} of {found.full_rank}",
                 "Not seen": len(one.unseen),
             }
             for one in rows
         ],
-        numbers=("Error of the take", "Told apart", "Not seen"),
+        numbers=("Error of the take", "Distinguished", "Not seen"),
     )
 
 

@@ -143,17 +143,17 @@ def put_back(made: Path, stood: Stood) -> None:
     """Undo moves out of `made`, as often as it is asked."""
     for name, (before, moved) in stood.items():
         place, old = made.parent / name, made / OLD / name
-        there, kept = digest_of(place), digest_of(old)
+        there, retained = digest_of(place), digest_of(old)
         mine = there is not None and there == moved
-        if before is not None and kept == before and there != before:
-            os.replace(old, place if mine or not os.path.lexists(place) else _beside(place))
+        if before is not None and retained == before and there != before:
+            os.replace(old, place if mine or not os.path.lexists(place) else _better_of(place))
         elif before is None and mine:
             os.unlink(place)
     with suppress(FileNotFoundError):
         os.unlink(made / MOVES)
 
 
-def _beside(path: Path) -> Path:
+def _better_of(path: Path) -> Path:
     """A free name for what stood at a place before: its own and `~`, else `~2` and so on."""
     names = (path.with_name(f"{path.name}~{n if n > 1 else ''}") for n in count(1))
     return next(each for each in names if not os.path.lexists(each))

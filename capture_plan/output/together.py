@@ -68,10 +68,10 @@ def move(made: Path, of: str) -> None:
     names = files_in(new)
     for name in names:
         flush(new / name)
-    kept = {name: _keep(made, name) for name in (*names, *gone)}
+    retained = {name: _keep(made, name) for name in (*names, *gone)}
     stood = {
         str(name): (digest_of(made / OLD / name) if stands else None, digest_of(new / name))
-        for name, stands in kept.items()
+        for name, stands in retained.items()
     }
     missing = [each for each in {folder / name.parent for name in names} if not each.exists()]
     write_whole(made / MOVES, json.dumps(stood).encode())
@@ -118,16 +118,16 @@ def remember(new: Path, folder: Path, names: list[Path], of: str) -> list[Path]:
         now = {name.name: digest_of(new / name) or "" for name in names if name.parent == inside}
         for name in now:
             if (place := folder / inside / name).exists() and digest_of(place) not in (before.get(name), now[name]):
-                for kept, old in keeping(place).items():
-                    same_file(old, new / inside / kept.name)
-                    tell([f"note: {old} was not as we wrote it: it is kept as {kept.name}"])
+                for retained, old in keeping(place).items():
+                    same_file(old, new / inside / retained.name)
+                    tell([f"note: {old} was not as we wrote it: it is kept as {retained.name}"])
         left = [name for name in before if name not in now]
         if inside != Path():
             gone += [inside / name for name in left if unchanged(folder / inside / name, before[name])]
             left = []
         memory = dict(sorted((now | {name: before[name] for name in left}).items()))
-        kept = {WRITTEN: memory} | ({OF: of} if of else {})
-        write_whole(new / inside / MEMORY, json.dumps(kept, indent=1).encode() + b"\n")
+        retained = {WRITTEN: memory} | ({OF: of} if of else {})
+        write_whole(new / inside / MEMORY, json.dumps(retained, indent=1).encode() + b"\n")
     return gone
 
 

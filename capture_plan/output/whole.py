@@ -90,11 +90,11 @@ def replace_whole(path: Path, content: bytes) -> list[str]:
         PlanError: the place cannot be written; what stood there still does.
     """
     with in_one_line(path), folder_of(path) as folder, alone_in(folder):
-        kept = keeping(path) if path.exists() and path.read_bytes() != content else {}
-        for place, old in kept.items():
+        retained = keeping(path) if path.exists() and path.read_bytes() != content else {}
+        for place, old in retained.items():
             write_whole(place, old.read_bytes())
         write_whole(path, content)
-        return [f"kept {old} as {place}" for place, old in kept.items()]
+        return [f"kept {old} as {place}" for place, old in retained.items()]
 
 
 def keeping(path: Path) -> dict[Path, Path]:

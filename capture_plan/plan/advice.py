@@ -21,8 +21,8 @@ AXES, ON_AXES = ("--up", "--facing"), ("axes", "sides", "regions")
 def corrections(given: RigReference, rig: Rig, senses: Sequence[Sense]) -> list[str]:
     """What to correct, for each question; nothing where it holds."""
     lies = next((sense for sense in senses if sense.about == "axes" and sense.better and not sense.holds), None)
-    told = [lies if lies and sense.about in ON_AXES else sense for sense in senses]
-    return ["" if sense.holds else correction(given, rig, one) for sense, one in zip(senses, told, strict=True)]
+    messages = [lies if lies and sense.about in ON_AXES else sense for sense in senses]
+    return ["" if sense.holds else correction(given, rig, one) for sense, one in zip(senses, messages, strict=True)]
 
 
 def correction(given: RigReference, rig: Rig, sense: Sense) -> str:

@@ -28,16 +28,16 @@ def unspent_words(plan: Plan) -> list[str]:
 
 
 def no_more_words(settings: LayoutSettings, left: int) -> str:
-    """'beside these no further dot, with its mirror image, keeps 8 mm from the others and all wishes'."""
-    kept = (
-        f"keeps {settings.spacing_mm:g} mm from the others and all wishes"
+    """'beside these no further dot, with its mirror image, keeps 8 mm from the others and all constraints'."""
+    unmoved = (
+        f"keeps {settings.spacing_mm:g} mm from the others and all constraints"
         if settings.spacing_mm
-        else "keeps all wishes"
+        else "keeps all constraints"
     )
     if settings.symmetric and left == 1:
-        return f"the one that is left buys no pair of dots, and no further one in the middle of the face {kept}"
+        return f"the one that is left buys no pair of dots, and no further one in the middle of the face {unmoved}"
     image = ", with its mirror image," if settings.symmetric else ""
-    return f"beside these no further dot{image} {kept}"
+    return f"beside these no further dot{image} {unmoved}"
 
 
 def bound_words(plan: Plan) -> list[str]:
@@ -48,5 +48,5 @@ def bound_words(plan: Plan) -> list[str]:
     least = layout.error_bound.error_mm
     return [
         f"Proved: no layout of {len(layout.landmarks)} landmarks has an upper estimate below {least:.3f} mm; "
-        f"this one is {layout.worth.error_mm / least - 1:.1%} above that."
+        f"this one is {layout.information.error_mm / least - 1:.1%} above that."
     ]

@@ -18,7 +18,7 @@ class Claim:
     mend: str = ""
 
     @property
-    def told(self) -> str:
+    def explanation(self) -> str:
         """What was found and what to correct, in one line."""
         return f"{self.found}: {self.mend}" if self.mend else self.found
 

@@ -16,7 +16,7 @@ ENTRIES = 64  # a few kilobytes each
 def collide(rig: Rig, used: tuple[str, ...], settings: PackingSettings) -> tuple[tuple[str, str], ...]:
     """Blendshapes whose surfaces run through each other when performed at once; none where anything goes.
 
-    Kept on disk by all that it depends on, so that the same rig is tried once.
+    Cached on disk by all that it depends on, so that the same rig is tried once.
     """
     if not settings.poseable:
         return ()

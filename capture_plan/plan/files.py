@@ -145,8 +145,8 @@ def refer_to(
 ) -> RigReference:
     """How the plan at `plan_path` remembers its rig."""
     path, skin, names = (seen_from(plan_path.parent, given) for given in (rig_path, skin, names))
-    kept = SAMPLE if rig_path == SAMPLE else str(path)
-    return RigReference(rig.name, kept, rig.fingerprint, len(rig.neutral), unit_mm, up, facing, skin, names)
+    unmoved = SAMPLE if rig_path == SAMPLE else str(path)
+    return RigReference(rig.name, unmoved, rig.fingerprint, len(rig.neutral), unit_mm, up, facing, skin, names)
 
 
 def settings_seen_from(folder: Path, settings: Settings) -> Settings:

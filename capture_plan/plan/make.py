@@ -3,7 +3,7 @@
 from importlib.metadata import version
 
 from capture_plan.audit.audit import Audit
-from capture_plan.audit.kept import audit_once
+from capture_plan.audit.audit_cache import audit_once
 from capture_plan.errors import RigError
 from capture_plan.expressions.pack import pack
 from capture_plan.expressions.record import Packing

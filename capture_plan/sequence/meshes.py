@@ -73,8 +73,8 @@ def frames_and_neutral(files: Sequence[Path]) -> tuple[tuple[Path, ...], Path | 
     neutrals = [path for path in single if NEUTRAL.search(path.stem)]
     odd = [path for path in single if path not in neutrals]
     if len(takes) != 1 or len(neutrals) > 1 or odd:
-        told = ", ".join([path.name for path in (*(paths[0] for paths in takes), *odd, *neutrals)][:4])
-        raise RigError(f"holds more or less than one take ({told}): number the frames of one take, head.0001.obj")
+        message = ", ".join([path.name for path in (*(paths[0] for paths in takes), *odd, *neutrals)][:4])
+        raise RigError(f"holds more or less than one take ({message}): number the frames of one take, head.0001.obj")
     return tuple(takes[0]), neutrals[0] if neutrals else None
 
 

@@ -87,8 +87,8 @@ def read_sequence(
     try:
         take = read_take(path, set() if rig is None else {len(rig.neutral), int(rig.source_index.max()) + 1})
     except RigError as error:
-        told = str(error)
-        raise RigError(told if told.startswith(path.name) else f"{path.name}: it {told}") from error
+        message = str(error)
+        raise RigError(message if message.startswith(path.name) else f"{path.name}: it {message}") from error
     except OSError as error:
         raise RigError(f"{path.name} cannot be read ({error.strerror or error}): check the file") from error
     if isinstance(take, WeightTable):
@@ -99,7 +99,7 @@ def read_sequence(
         sequence = orient_take(path, take, neutral, fps, unit_mm, up, facing)
     else:
         sequence = lay_onto(path, take, rig, neutral, fps, unit_mm)
-    tell(sequence.told())
+    tell(sequence.messages())
     return sequence
 
 
@@ -134,15 +134,15 @@ def drive_rig(path: Path, take: WeightTable, rig: Rig | None, fps: float | None,
     take = without_raw(take, [*mine.weights, *mine.names] if mine else [])
     mapping = map_weights(take.columns, rig.names, mine=mine, skipped=take.skipped)
     take = without_wild(take, mapping.columns)
-    columns, told = take.columns, take.notes
-    notes = [*told]
+    columns, messages = take.columns, take.notes
+    notes = [*messages]
     driving = [
         c for c, column in enumerate(take.columns) if column in mapping.columns and not INTENSITY.fullmatch(column)
     ]
     verdict = judge_take(path, take, driving, mine)
     notes += [verdict.note] if verdict.note else []
     take, read_as = as_blinks(take, verdict.full, rig.names, mine)
-    notes += take.notes[len(told) :]
+    notes += take.notes[len(messages) :]
     if verdict.full != 1 or take.columns != columns or read_as:
         scale = 1 / verdict.full
         mapping = map_weights(take.columns, rig.names, mine=mine, skipped=take.skipped, scale=scale, read_as=read_as)
@@ -150,8 +150,8 @@ def drive_rig(path: Path, take: WeightTable, rig: Rig | None, fps: float | None,
         weights = drive(mapping, take.columns, rig.names, take.weights)
     if not (usual := np.abs(weights) < MOST_WEIGHT).all():
         t, k = np.argwhere(~usual)[0]
-        told = f"lets {rig.names[k]} stand at {weights[t, k]:.0e} in frame {t:,}, expected 1 for a full weight"
-        raise RigError(f"{path.name}: it {told}: export the take again, or say what is full in a name map")
+        messages = f"lets {rig.names[k]} stand at {weights[t, k]:.0e} in frame {t:,}, expected 1 for a full weight"
+        raise RigError(f"{path.name}: it {messages}: export the take again, or say what is full in a name map")
     rate = frame_rate(fps, take.fps, notes)
     return Sequence(path.stem, rig.neutral, rig.triangles, PosedFrames(rig, weights), rate, rig, mapping, tuple(notes))
 

@@ -14,7 +14,7 @@ from jaxtyping import Float, Int
 
 from capture_plan.curves.frames import Frames, PosedFrames
 from capture_plan.curves.mapping import WeightMapping
-from capture_plan.curves.told import fold, length, mapped
+from capture_plan.curves.take_report import fold, length, mapped
 from capture_plan.errors import RigError
 from capture_plan.progress import track
 from capture_plan.rig.record import Rig
@@ -64,7 +64,7 @@ class Sequence:
         """How many frames are held in memory at a time."""
         return max(1, int(CHUNK_BYTES / (24 * max(len(self.neutral), 1))))
 
-    def told(self) -> tuple[str, ...]:
+    def messages(self) -> tuple[str, ...]:
         """What was understood of the file: its length, its notes, which weight drives what, and what hardly moves."""
         notes = [line for note in self.notes for line in fold(f"note: {note}", "", "  ")]
         drives = mapped(self.mapping) if self.mapping else []

@@ -37,16 +37,16 @@ def stand_in_rig(
     """
     if sequence.rig is not None:
         raise RigError(f"{sequence.name} has blendshapes of its own: plan from the rig, with this take as --sequence")
-    kept, corners = decimate(sequence.neutral, sequence.triangles, triangles)
+    retained, corners = decimate(sequence.neutral, sequence.triangles, triangles)
     coarse = replace(
-        sequence, neutral=sequence.neutral[kept], triangles=corners, frames=ChosenFrames(sequence.frames, kept)
+        sequence, neutral=sequence.neutral[retained], triangles=corners, frames=ChosenFrames(sequence.frames, retained)
     )
     deltas = {f"frame_{t}": coarse.frame(t) - coarse.neutral for t in evenly(len(coarse), POSES)}
     moved = {name: d.astype(np.float32) for name, d in deltas.items() if np.linalg.norm(d, axis=1).max() > SAME_MM}
     if not moved:
         raise RigError(f"{sequence.name}: no frame moves by {SAME_MM:g} mm: give a take of a face that moves")
-    parts, d = np.zeros(len(kept), dtype=np.int32), np.stack(list(moved.values()))
-    found = find_skin(coarse.neutral, coarse.triangles, d, parts, ("mesh",)) if skin is None else skin[kept]
+    parts, d = np.zeros(len(retained), dtype=np.int32), np.stack(list(moved.values()))
+    found = find_skin(coarse.neutral, coarse.triangles, d, parts, ("mesh",)) if skin is None else skin[retained]
     if not found[coarse.triangles].all(axis=1).any():
         raise RigError(f"{sequence.name}: no triangle of it lies on the skin: list the vertices of the face as skin")
     rig = Rig(
@@ -58,7 +58,7 @@ def stand_in_rig(
         skin=found,
         parts=parts,
         part_names=("mesh",),
-        source_index=kept.astype(np.int32),
+        source_index=retained.astype(np.int32),
     )
     return rig, replace(coarse, rig=rig)
 

@@ -17,27 +17,27 @@ from capture_plan.input.zipped import open_zip
 from capture_plan.names.tokens import split_words
 
 FIRST = (".csv", ".tsv", ".txt")
-BESIDE = RAW | {"neutral", "calibration"}
+ASIDE = RAW | {"neutral", "calibration"}
 Readers = Mapping[str, Callable[[Path], WeightTable]]
 
 
 def read_zip(path: Path, readers: Readers) -> WeightTable:
     """The take in a zip archive. RigError where it holds none or several."""
     found, faults, count = tables_in(path, readers)
-    plain = {name: take for name, take in found.items() if BESIDE.isdisjoint(split_words(PurePosixPath(name).stem))}
+    plain = {name: take for name, take in found.items() if ASIDE.isdisjoint(split_words(PurePosixPath(name).stem))}
     chosen = plain if len(found) > 1 else found
     if not found and len(faults) == 1:
         name, fault = next(iter(faults.items()))
         raise RigError(f"holds {name}, which {fault}")
     if len(chosen) != 1:
-        told = f"{len(found)} tables of weights ({', '.join(list(found)[:3])})" if found else "no table of weights"
-        raise RigError(f"holds {told}, expected one: unpack it and give one file")
+        message = f"{len(found)} tables of weights ({', '.join(list(found)[:3])})" if found else "no table of weights"
+        raise RigError(f"holds {message}, expected one: unpack it and give one file")
     name, take = next(iter(chosen.items()))
     if count == 1:
         return take
     others = [other for other in found if other != name]
-    beside = f"; {', '.join(others)} beside it {'is' if len(others) == 1 else 'are'} left out" if others else ""
-    return replace(take, notes=(f"of the archive, {name} is read{beside}", *take.notes))
+    others_words = f"; {', '.join(others)} beside it {'is' if len(others) == 1 else 'are'} left out" if others else ""
+    return replace(take, notes=(f"of the archive, {name} is read{others_words}", *take.notes))
 
 
 def tables_in(path: Path, readers: Readers) -> tuple[dict[str, WeightTable], dict[str, str], int]:

@@ -106,7 +106,9 @@ def _draw_answers(book: Booklet, found: Audit) -> None:
     y += 1.3
     rows = _rows(answers(found.reading))
     by_lines = [_signs(book, rows, most, wide - 40) for most in ((2, 2), (1, 2), (1, 1), (0, 0))]
-    signs = next((told for told in by_lines if y + _high(book, rows, told, wide - 40) <= BOTTOM_Y), by_lines[-1])
+    signs = next(
+        (message for message in by_lines if y + _high(book, rows, message, wide - 40) <= BOTTOM_Y), by_lines[-1]
+    )
     for one, rests in zip(rows, signs, strict=True):
         book.line((x, y), (x + wide, y), width=0.1, colour=FAINT)
         book.text(x, y + 3.7, one.label, ANSWER_PT, bold=True)
@@ -154,30 +156,30 @@ def _status(one: Answer) -> str:
     return "in part" if NOT_FOUND in one.text else one.status
 
 
-def _rows(told: list[Answer]) -> list[Answer]:
+def _rows(messages: list[Answer]) -> list[Answer]:
     """Nose, chin and ears, which are drawn and rest on eyes and mouth, in one row."""
-    small = [one for one in told if one.label in ("Nose", "Chin", "Ears")]
+    small = [one for one in messages if one.label in ("Nose", "Chin", "Ears")]
     unseen = [one.label.lower() for one in small if one.text == NOT_FOUND]
     sure = [one.label.lower() for one in small if one.sure and one.label.lower() not in unseen]
     rest = [one.label.lower() for one in small if not one.sure]
     groups = ((sure, "drawn above"), (rest, "drawn above, not certain"), (unseen, NOT_FOUND))
     words = NOT_FOUND if len(unseen) == len(small) else "; ".join(f"{', '.join(n)}: {said}" for n, said in groups if n)
     merged = Answer("Nose, chin, ears", words, (), all(one.sure for one in small))
-    return [*(one for one in told[:-1] if one not in small), merged, told[-1]]
+    return [*(one for one in messages[:-1] if one not in small), merged, messages[-1]]
 
 
 def _draw_doubts(book: Booklet, found: Audit) -> None:
     """What is in doubt with what to give, and what was left out."""
     assert found.reading is not None, "checked when the page is begun"
     x, wide = book.paper.width / 2 + 3, book.paper.width / 2 - MARGIN_MM - 3
-    told, out = doubts(found.reading), _left_out(book, found.reading, wide - 22)
-    words = told or ["If the picture looks wrong all the same, give --up, --facing, --unit-mm or --skin."]
+    message, out = doubts(found.reading), _left_out(book, found.reading, wide - 22)
+    words = message or ["If the picture looks wrong all the same, give --up, --facing, --unit-mm or --skin."]
     most = MOST_MM - OUT_MM * len(out)
     size = next((pt for pt in DOUBT_PTS if _height(book, words, pt, wide - 6) <= most), DOUBT_PTS[-1])
     y, high = TEXT_Y - 4, min(_height(book, words, size, wide - 6), most)
-    book.box(x, y, wide, high, fill=PAPER_OF_WARNING if told else WASH, line=WARN if told else None, width=0.4)
+    book.box(x, y, wide, high, fill=PAPER_OF_WARNING if message else WASH, line=WARN if message else None, width=0.4)
     calm = ("NOTHING IS IN DOUBT", GOOD) if verdict(found).startswith("Yes") else ("SEE THE VERDICT ABOVE", WARN)
-    title, colour = ("IN DOUBT", WARN) if told else calm
+    title, colour = ("IN DOUBT", WARN) if message else calm
     book.text(x + 3, y + 4.6, title, 9, bold=True, colour=colour)
     row = y + 6.0
     for sentence in words:
@@ -207,8 +209,8 @@ def _draw_asked(book: Booklet, found: Audit, x: float, y: float, wide: float) ->
 
 def _left_out(book: Booklet, read: ReadingFacts, wide: float) -> list[tuple[str, str]]:
     """What was left out or set aside, with as many names as go on two lines; the text of the audit has them all."""
-    told = (left_out_words(read, most) for most in range(NAMED, 0, -1))
-    fits = (rows for rows in told if all(len(book.broken(text, OUT_PT, width=wide)) <= 2 for _, text in rows))
+    messages = (left_out_words(read, most) for most in range(NAMED, 0, -1))
+    fits = (rows for rows in messages if all(len(book.broken(text, OUT_PT, width=wide)) <= 2 for _, text in rows))
     return next(fits, left_out_words(read, 1))
 
 

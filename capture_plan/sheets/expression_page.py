@@ -22,7 +22,11 @@ HEAT_COLOURS = ((0.86, 0.86, 0.85), (0.98, 0.83, 0.45), (0.95, 0.52, 0.22), (0.7
 
 
 KIND_NAMES = ("still", "smoothing", "active")
-KIND_COLOURS = ((0.90, 0.90, 0.89), (0.98, 0.76, 0.32), (0.12, 0.24, 0.55))  # light, middle, dark: told apart in grey
+KIND_COLOURS = (
+    (0.90, 0.90, 0.89),
+    (0.98, 0.76, 0.32),
+    (0.12, 0.24, 0.55),
+)  # light, middle, dark: distinguished in grey
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +104,7 @@ def shoot(head: Head, anchors: Anchors, expression: Expression, *, mu: float, si
     scale = heat_scale(rig, moved)
     kinds = vertex_kinds(rig, tuple(expression.pose), mu).max(axis=0)
     heated = _coloured(head, posed, heat_colours(moved / scale))
-    told = _coloured(head, posed, np.array(KIND_COLOURS)[kinds])
+    message = _coloured(head, posed, np.array(KIND_COLOURS)[kinds])
 
     def seen(shown: Posed, view: Viewpoint, size: tuple[int, int]) -> Picture:
         return picture(shown, view, portrait(rig, anchors, view, size[0] / size[1]), size_px=size)
@@ -110,7 +114,7 @@ def shoot(head: Head, anchors: Anchors, expression: Expression, *, mu: float, si
         seen(posed, FRONT, sizes.large),
         seen(posed, LEFT, sizes.small),
         seen(heated, FRONT, sizes.narrow),
-        seen(told, FRONT, sizes.narrow),
+        seen(message, FRONT, sizes.narrow),
         scale,
         moved_side(rig, anchors, moved),
     )

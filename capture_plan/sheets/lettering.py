@@ -54,8 +54,8 @@ def with_known_glyphs(text: str) -> str:
     plain = "".join(letter if letter.isprintable() else " " for letter in unicodedata.normalize("NFC", text))
     if all(face_with(letter) for letter in plain):
         return plain
-    told = groupby(_with_marks(plain), lambda one: one[1])
-    return "".join("".join(letter for letter, _ in some) if known else _told(list(some)) for known, some in told)
+    message = groupby(_with_marks(plain), lambda one: one[1])
+    return "".join("".join(letter for letter, _ in some) if known else _in_words(list(some)) for known, some in message)
 
 
 class Labels:
@@ -63,8 +63,8 @@ class Labels:
 
     def __init__(self, names: Sequence[str] = ()) -> None:
         odd = [k for k, name in enumerate(names) if not _is_printable(name)]
-        told = movements_of(names) if odd else ()
-        words = {k: said_of(found) if (found := told[k]) else None for k in odd}
+        message = movements_of(names) if odd else ()
+        words = {k: said_of(found) if (found := message[k]) else None for k in odd}
         often = Counter(words.values())
         self._labels = {
             names[k]: (said if often[said] == 1 else f"{said} (No. {k + 1})")
@@ -106,7 +106,7 @@ def _with_marks(text: str) -> list[tuple[str, bool]]:
     return list(zip(text, known, strict=True))
 
 
-def _told(some: list[tuple[str, bool]]) -> str:
+def _in_words(some: list[tuple[str, bool]]) -> str:
     """What is written for letters that no face has."""
     run = "".join(letter for letter, _ in some)
     if (found := movement_of(run)) is not None:

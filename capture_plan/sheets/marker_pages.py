@@ -54,10 +54,10 @@ def nearest_words(layout: Layout, rig: Rig) -> str:
 
 def rig_words(layout: Layout, rig: Rig) -> str:
     """What the markers tell of the rig."""
-    worth = layout.worth
+    information = layout.information
     bare = f" · {len(layout.uncovered)} blendshapes have no marker" if layout.uncovered else ""
     head = f" + {len(layout.head)} on the head" if layout.head else ""
-    markers = f"{worth.landmarks} markers{head} · {headline_words(worth, layout.predictions)}"
+    markers = f"{information.landmarks} markers{head} · {headline_words(information, layout.predictions)}"
     return f"{markers}{bare}{nearest_words(layout, rig)}"
 
 
@@ -69,11 +69,11 @@ def take_words(fit: MotionFit) -> str:
 
 @dataclass
 class MarkerPages:
-    """Draws the pages into a book; `add_page` begins one. `worth` are at most two lines under each title."""
+    """Draws the pages into a book; `add_page` begins one. `information` are at most two lines under each title."""
 
     book: Booklet
     face: MarkedFace
-    worth: HeadLine
+    information: HeadLine
     last: Column
     dpi: int
     shown: set[str] = field(default_factory=set)
@@ -96,7 +96,7 @@ class MarkerPages:
         for n, first in enumerate(range(0, len(landmarks), per_page)):
             add_page("marker-table" if n == 0 else f"marker-table-{n + 1}")
             some = landmarks[first : first + per_page]
-            draw_table(self.book, some, landmarks, self.face.looks, self.anchors, self.worth, self.last)
+            draw_table(self.book, some, landmarks, self.face.looks, self.anchors, self.information, self.last)
             self._unseen([m.name for m in some if m.name not in self.shown])
 
     def _view(self, view: Viewpoint, add_page: Callable[[str], None]) -> None:
@@ -104,7 +104,7 @@ class MarkerPages:
         placed = place(face, view, book, dpi=self.dpi)
         add_page(SLUGS[view])
         draw_markers(book, placed, face.looks)
-        head_line(book, TITLES[view], self.worth)
+        head_line(book, TITLES[view], self.information)
         sides(book, HEADER_MM - 0.5, left_on_right=not view.mirrored)
         y = book.paper.height - 27
         size = "LIFE SIZE 1:1" if placed.scale == 1 else f"SCALE 1:{placed.scale:g}"

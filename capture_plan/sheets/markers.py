@@ -32,7 +32,7 @@ PROBE_DPI = 60  # of the quick picture that tells what is seen and where labels 
 SEEN_MM = 2.0  # a marker this much behind the surface in front of it is hidden
 GRAZING = 0.12  # least cosine between the skin's normal and the view; below it a dot is only a stroke
 BARE_MM, LEAST_NECK_MM = 35.0, 12.0  # shown above the highest and below the lowest marker
-BESIDE_MM = 16.0  # room beside the outermost marker
+NEAR_MM = 16.0  # room beside the outermost marker
 BELOW_MM, FADE_MM = 38.0, 22.0  # of neck shown below the lowest place that matters, and how long it fades
 
 
@@ -141,8 +141,8 @@ def unhidden(
     column, row = np.clip(pixel, 0, [width - 1, height - 1]).T
     facing = view.project(normals)[:, 2] > GRAZING
     # the skin of a nose's wing goes back by millimetres within a pixel: what lies behind it lies behind all around it
-    beside = minimum_filter(np.where(np.isfinite(shown.z), shown.z, -np.inf), size=3)
-    return inside & facing & (places[:, 2] > beside[row, column] - SEEN_MM)
+    front = minimum_filter(np.where(np.isfinite(shown.z), shown.z, -np.inf), size=3)
+    return inside & facing & (places[:, 2] > front[row, column] - SEEN_MM)
 
 
 def place(face: MarkedFace, view: Viewpoint, book: Booklet, *, dpi: Number) -> Placed:
@@ -224,7 +224,7 @@ def _frame(face: MarkedFace, view: Viewpoint, width: Number, height: Number, col
     elif view.azimuth < 0:
         start = right + max(column, (width - (right - left)) / 2) - width
         blank_left = column if left - column < start else 0.0
-    if need_left - start < BESIDE_MM + blank_left or start + width - need_right < BESIDE_MM + blank_right:
+    if need_left - start < NEAR_MM + blank_left or start + width - need_right < NEAR_MM + blank_right:
         return None
     return PictureFrame(start, start + width, bottom, top, FADE_MM, blank_left, blank_right, FADE_MM if cut else 0.0)
 

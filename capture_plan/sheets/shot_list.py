@@ -65,8 +65,8 @@ def draw_shot_list(
     foot = min(y + 4, book.paper.height - (18 if apart and near else 14.5 if apart or near else 12))
     book.text(left, foot, note, 6.6, colour=SOFT, fit=right - left)
     if apart and items[-1:] == list(of.items[-1:]):
-        told = ". ".join(f"{heading} ({names.count(', ') + 1}): {names}" for heading, names, _ in apart)
-        book.text(left, foot + 3.2, f"Planned apart. {told}", 6.6, colour=SOFT, fit=right - left)
+        message = ". ".join(f"{heading} ({names.count(', ') + 1}): {names}" for heading, names, _ in apart)
+        book.text(left, foot + 3.2, f"Planned apart. {message}", 6.6, colour=SOFT, fit=right - left)
     if near and items[-1:] == list(of.items[-1:]):
         book.text(left, foot + (6.4 if apart else 3.2), near, 6.6, bold=True, fit=right - left)
 

@@ -127,9 +127,9 @@ def _step(distance: Float[np.ndarray, " n"], width: float) -> Float[np.ndarray, 
     return t * t * (3 - 2 * t)
 
 
-def _fade(rgb: UInt8[np.ndarray, "p q 3"], kept: Float[np.ndarray, "a b"]) -> None:
-    """Keep the share `kept` of each row or column of the picture, in place."""
-    touched = np.flatnonzero(kept.ravel() < 1)
-    part = np.s_[touched] if kept.shape[1] == 1 else np.s_[:, touched]
-    share = kept[part][..., None].astype(np.float32)
+def _fade(rgb: UInt8[np.ndarray, "p q 3"], retained: Float[np.ndarray, "a b"]) -> None:
+    """Keep the share `retained` of each row or column of the picture, in place."""
+    touched = np.flatnonzero(retained.ravel() < 1)
+    part = np.s_[touched] if retained.shape[1] == 1 else np.s_[:, touched]
+    share = retained[part][..., None].astype(np.float32)
     rgb[part] = np.round(255 - (255 - rgb[part].astype(np.float32)) * share).astype(np.uint8)

@@ -33,13 +33,13 @@ class Boundary:
 def find_boundary(
     vertices: Float[np.ndarray, "v 3"],
     triangles: Int[np.ndarray, "f 3"],
-    reach: Float[np.ndarray, " v"],
+    extent: Float[np.ndarray, " v"],
     *,
     still_mm: float = STILL_MM,
     apart_mm: float = APART_MM,
 ) -> Boundary:
     """Fixed points along the line where the motion ends; none where everything moves."""
-    moving = reach >= still_mm
+    moving = extent >= still_mm
     line = ~moving & (neighbours_of(triangles, moving) | np.isin(np.arange(len(moving)), boundary_vertices(triangles)))
     fixed = np.zeros(len(moving), dtype=bool)
     fixed[_spread(vertices, np.flatnonzero(line), apart_mm)] = True
@@ -71,9 +71,9 @@ def _spread(vertices: Float[np.ndarray, "v 3"], at: Int[np.ndarray, " n"], apart
     if not len(at):
         return at
     tree, open_ = KDTree(vertices[at]), np.ones(len(at), dtype=bool)
-    kept = []
+    retained = []
     for i in range(len(at)):
         if open_[i]:
-            kept.append(at[i])
+            retained.append(at[i])
             open_[tree.query_ball_point(vertices[at[i]], apart_mm * (1 - 1e-9))] = False
-    return np.array(kept)
+    return np.array(retained)

@@ -55,6 +55,6 @@ def moved_triangles(rig: Rig, furthest: Float[np.ndarray, " n"]) -> Int[np.ndarr
     piece, inside = pieces(triangles, len(rig.neutral)), np.unique(triangles)
     size = np.bincount(piece[inside])
     held = np.bincount(piece[inside], weights=find_boundary(rig.neutral, triangles, furthest).fixed[inside]) > 0
-    kept = held & (size >= CRUMB * size.max())
-    kept[size.argmax()] = True
-    return triangles[kept[piece[triangles[:, 0]]]]
+    retained = held & (size >= CRUMB * size.max())
+    retained[size.argmax()] = True
+    return triangles[retained[piece[triangles[:, 0]]]]

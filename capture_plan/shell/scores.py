@@ -41,8 +41,8 @@ def add_pair_scores(state: State) -> Float[np.ndarray, " v"]:
     """E(H + v + its partner); infinite where v is its own partner."""
     p, v, R = state.partner, np.arange(len(state.s)), state.R
     between = row_products(R, state.Z[p])
-    G = Two(state.gamma, state.gamma_beside, state.gamma[p])
-    N = Two(state.nu, state.nu_beside, state.nu[p])
+    G = Two(state.gamma, state.gamma_partner, state.gamma[p])
+    N = Two(state.nu, state.nu_partner, state.nu[p])
     RR = Two(state.e, row_products(R, R[p]), state.e[p])
     RZ = Two(state.z, between + between[p], state.z[p])
     can = open_vertices(state)

@@ -1,6 +1,6 @@
 """A layout that grows and settles, on rows of the motion that are as fine as its error asks for.
 
-Data       subjects as given; sites; kept markers, which are pinned
+Data       subjects as given; sites; pinned markers, which stay
 Grow       the site that leaves the least error, again and again; pieces that nothing holds get one first
 Settle     each marker, or mirrored pair, to its best place, until no move of one gains; no step goes uphill
 Two        neighbouring markers at once, each among the vertices around it
@@ -30,11 +30,13 @@ FINER = 0.1  # share of the error that the next rows leave out: sqrt(1 + 0.1^2) 
 class MarkerSearch:
     """A layout while it grows and settles; the first `pinned` markers stay where they are."""
 
-    def __init__(self, subjects: Sequence[Subject], sites: MarkerSites, kept: Sequence[int], tail_mm: float) -> None:
+    def __init__(
+        self, subjects: Sequence[Subject], sites: MarkerSites, retained: Sequence[int], tail_mm: float
+    ) -> None:
         self.given, self.sites = subjects, sites
-        self.pinned, self.swaps = len(kept), 0
+        self.pinned, self.swaps = len(retained), 0
         self.greedy_mm = np.inf
-        self._see(tail_mm, kept)
+        self._see(tail_mm, retained)
 
     def _see(self, tail_mm: float, markers: Sequence[int]) -> None:
         """The motion but for `tail_mm` of it."""
@@ -79,7 +81,7 @@ class MarkerSearch:
     def _best_site(self, left: int) -> Best:
         """The error with the best site added, and its one or two vertices, of `left` that may be placed."""
         state, sites = self.state, self.sites
-        free, floating, single = sites.beside(state.markers), state.floating, state.add_scores()
+        free, floating, single = sites.clear_of(state.markers), state.floating, state.add_scores()
         if floating.any():
             return least(single, free & floating)
         if sites.mirror is None:
@@ -122,7 +124,7 @@ class MarkerSearch:
 
     def _move(self, h: int) -> bool:
         j, markers = self.state.markers.index(h), self.state.markers
-        at = np.flatnonzero(self.sites.beside(markers[:j] + markers[j + 1 :]))
+        at = np.flatnonzero(self.sites.clear_of(markers[:j] + markers[j + 1 :]))
         scores = self.state.swap_scores(j, at)
         best = int(scores.argmin()) if len(at) else -1
         if best < 0 or not scores[best] < self._to_beat:
@@ -138,7 +140,7 @@ class MarkerSearch:
         if not site <= set(self.state.markers):
             return False
         twin = self._without(site)
-        free = self.sites.beside(twin.markers)
+        free = self.sites.clear_of(twin.markers)
         if len(site) == 1:
             score, to = self.sites.best_middle(twin.add_scores(), free)
         else:
@@ -163,7 +165,7 @@ class MarkerSearch:
         if not {i, j} <= set(self.state.markers):
             return False
         twin = self._without({i, j})
-        free = self.sites.beside(twin.markers) & ~self.state.fixed
+        free = self.sites.clear_of(twin.markers) & ~self.state.fixed
         a, b = neighbourhoods(self._vertices, free, np.array([i, j]))
         scores = np.where(self.sites.too_close(a, b), np.inf, twin.two_scores(a, b))
         u, v = np.unravel_index(scores.argmin(), scores.shape)

@@ -17,7 +17,7 @@ Best = tuple[float, tuple[int, ...]]  # the error that a site would leave, and i
 
 @dataclass(frozen=True, eq=False)
 class MarkerSites:
-    """Candidates, `spacing` between markers and the `mirror` image of each vertex, where there are such wishes."""
+    """Candidates, `spacing` between markers and the `mirror` image of each vertex, where there are such constraints."""
 
     candidates: Bool[np.ndarray, " v"]
     spacing: csr_array | None = None
@@ -29,7 +29,7 @@ class MarkerSites:
         table = self.spacing
         return table if table is None else csr_array((np.ones(table.nnz), table.indices, table.indptr), table.shape)
 
-    def beside(self, markers: Sequence[int]) -> Bool[np.ndarray, " v"]:
+    def clear_of(self, markers: Sequence[int]) -> Bool[np.ndarray, " v"]:
         """Candidates that are not too close to any of these markers."""
         if self.near is None or not len(markers):
             return self.candidates
@@ -60,6 +60,6 @@ class MarkerSites:
 
 def least(scores: Float[np.ndarray, " v"], may: Bool[np.ndarray, " v"]) -> Best:
     """The vertex with the least finite score among some."""
-    among = np.where(may, scores, np.inf)
-    v = int(among.argmin())
-    return (float(among[v]), (v,)) if np.isfinite(among[v]) else (np.inf, ())
+    subset = np.where(may, scores, np.inf)
+    v = int(subset.argmin())
+    return (float(subset[v]), (v,)) if np.isfinite(subset[v]) else (np.inf, ())

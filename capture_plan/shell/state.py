@@ -22,7 +22,7 @@ from jaxtyping import Bool, Float, Int
 from capture_plan.shell.model import Shell
 from capture_plan.shell.motion import Motion
 
-IN_PLACE = ("R", "Z", "W", "T", "KC", "gamma", "nu", "gamma_beside", "nu_beside")
+IN_PLACE = ("R", "Z", "W", "T", "KC", "gamma", "nu", "gamma_partner", "nu_partner")
 
 
 class State:
@@ -43,8 +43,8 @@ class State:
         pairs = np.concatenate([np.stack([v, v], axis=1), np.stack([paired, self.partner[paired]], axis=1)])
         both = self.shell.entries(self.s, pairs)
         self.gamma_bare, self.nu_bare = (x[: len(v)] for x in both)
-        self.gamma_beside_bare, self.nu_beside_bare = self.gamma_bare.copy(), self.nu_bare.copy()
-        self.gamma_beside_bare[paired], self.nu_beside_bare[paired] = (x[len(v) :] for x in both)
+        self.gamma_partner_bare, self.nu_partner_bare = self.gamma_bare.copy(), self.nu_bare.copy()
+        self.gamma_partner_bare[paired], self.nu_partner_bare[paired] = (x[len(v) :] for x in both)
 
     def refresh(self, markers: Sequence[int]) -> None:
         """Compute everything from scratch for these markers."""
@@ -62,10 +62,10 @@ class State:
         self.T = np.asfortranarray((GSK - KBQ)[:, : len(H)])
         self.Z = self.shell.solve_all(s[:, None] * self.R) - KB @ (self.KC.T @ (s[:, None] * self.R))
         self.gamma = self.gamma_bare - row_products(KB, self.KC)
-        self.gamma_beside = self.gamma_beside_bare - row_products(KB, self.KC[p])
+        self.gamma_partner = self.gamma_partner_bare - row_products(KB, self.KC[p])
         half = GSK - KBQ / 2
         self.nu = self.nu_bare - 2 * row_products(half, self.KC)
-        self.nu_beside = self.nu_beside_bare - row_products(half, self.KC[p]) - row_products(half[p], self.KC)
+        self.nu_partner = self.nu_partner_bare - row_products(half, self.KC[p]) - row_products(half[p], self.KC)
         self._let_pieces_float()
         self._forget()
 
@@ -74,11 +74,11 @@ class State:
         piece, s, floating = self.shell.piece, self.s, self.floating
         for c in np.unique(piece[floating]):
             inside = piece == c
-            beside = inside & inside[self.partner]
+            paired = inside & inside[self.partner]
             self.Z[inside] = s[inside] @ self.R[inside]
             self.gamma[inside], self.nu[inside] = 1, s[inside].sum()
-            self.gamma_beside[inside], self.nu_beside[inside] = 0, 0
-            self.gamma_beside[beside], self.nu_beside[beside] = 1, s[inside].sum()
+            self.gamma_partner[inside], self.nu_partner[inside] = 0, 0
+            self.gamma_partner[paired], self.nu_partner[paired] = 1, s[inside].sum()
 
     @property
     def floating(self) -> Bool[np.ndarray, " v"]:

@@ -1,7 +1,7 @@
 """One recorded take on a rig's skin, as shapes and how much of each is in every frame.
 
 Data       X[t, v]   displacements of the skin from the take's own neutral, millimetres
-Kept       X[t] = sum_r C[t, r] S[r]: recorded weights C and deltas S of a rig as they are, without a frame being posed;
+Basis      X[t] = sum_r C[t, r] S[r]: recorded weights C and deltas S of a rig as they are, without a frame being posed;
            of meshes, read in chunks, S are the leading shapes and C has orthonormal columns
 Left out   `EXACT_MM` root mean square, or more where a noisy take has more than `MOST_SHAPES` shapes: `lost_mm`
 """
@@ -22,7 +22,7 @@ from capture_plan.shell.motion import ROUNDING, Motion, motion_from_rig
 EXACT_MM = 2e-3  # errors add in squares: an error of 0.4 mm changes by 5e-6 mm
 MOST_SHAPES = 400  # 0.25 GB for skin of 26,000 vertices
 BLOCK = 64  # frames at once
-DEPENDENT = 1e-6  # share of the largest eigenvalue: blendshapes that mix into one another are not told apart
+DEPENDENT = 1e-6  # share of the largest eigenvalue: blendshapes that mix into one another are not distinguished
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,6 +1,6 @@
 """All takes that a layout is judged by: sessions of one person or of several, on the rig's mesh.
 
-Data     sessions with shares g; s_v how much an error counts at a vertex (Le et al. 2013, section 8), 1 unless told
+Data     sessions with shares g; s_v how much an error counts at a vertex (Le et al. 2013, section 8), 1 unless given
 Subject  the sessions of one person (`identify_subjects.py`): a shell of its own, on the part that any take moves
          (section 4.7)
 Error    RMSE = sqrt(sum_d g_d E_d / (sum_d g_d sum_v s_v)), g_d the sum of the shares of its sessions
@@ -89,7 +89,7 @@ def takes_of(
     shares: Several[float] = (),
     s: Float[np.ndarray, " n"] | float = 1.0,
 ) -> Takes:
-    """The takes of the rig's mesh together; `shares` of the sequences are equal unless told.
+    """The takes of the rig's mesh together; `shares` of the sequences are equal unless given.
 
     Raises:
         RigError: one is of another mesh, or they move nothing.
@@ -107,13 +107,13 @@ def takes_of(
         say = [shares[d] if shares else 1.0 for d in numbers]
         subjects.append(tuple(record(rig, one, g) for one, g in zip(own, say, strict=True)))
         decided += borrowed
-    told = [words for sessions in subjects for one in sessions for words in about(one)]
+    messages = [words for sessions in subjects for one in sessions for words in about(one)]
     if len(set(shares)) > 1:
         decided.append(f"the takes count {' : '.join(f'{g:g}' for g in shares)}")
     s = np.broadcast_to(np.asarray(s, dtype=float), len(rig.neutral))
     if np.ptp(s[rig.skin]):
         decided.append("errors count by the weights given for each vertex")
-    return replace(_shared_part(rig, subjects, s, None), notes=(*told, *decided))
+    return replace(_shared_part(rig, subjects, s, None), notes=(*messages, *decided))
 
 
 def _shared_part(

@@ -105,9 +105,9 @@ def _change(state: State, change: Change) -> None:
     sx, p, xy = state.s * x, state.partner, np.stack([y, x], axis=1)
     xx = float(sx @ x)
     state.gamma += sigma * x**2
-    state.gamma_beside += sigma * x * x[p]
+    state.gamma_partner += sigma * x * x[p]
     state.nu += sigma * (2 * x * y + sigma * xx * x**2)
-    state.nu_beside += sigma * (x * y[p] + y * x[p] + sigma * xx * x * x[p])
+    state.nu_partner += sigma * (x * y[p] + y * x[p] + sigma * xx * x * x[p])
     state.Z += xy @ np.stack([h, sigma * (sx @ state.R + xx * h)])
     state.R += np.outer(x, h)
     _add_product(state.T, xy, np.stack([k, sigma * (sx @ state.W + xx * k)]))

@@ -156,8 +156,8 @@ def energy(
     a = prior.surface.shares
     fit = per_cell(prior.surface, np.square(W @ X - Y)) @ a
     moved = per_cell(prior.surface, np.square(X - prior.cells))
-    kept = np.divide(moved, u, out=np.where(moved > 0, np.inf, 0), where=u > 0) @ a
-    return float(fit.sum() + beta * kept.sum())
+    retained = np.divide(moved, u, out=np.where(moved > 0, np.inf, 0), where=u > 0) @ a
+    return float(fit.sum() + beta * retained.sum())
 
 
 def integrate(
@@ -176,9 +176,9 @@ def integrate(
 def means_on(surface: Surface, whole: Surface, means: Float[np.ndarray, "c 3"]) -> Float[np.ndarray, "d 3"]:
     """The means of the loose pieces of `whole` that are loose on `surface` too, where more is held."""
     loose = surface.piece >= 0
-    kept = np.zeros(surface.piece.max(initial=-1) + 1, dtype=int)
-    kept[surface.piece[loose]] = whole.piece[loose]
-    return means[kept]
+    retained = np.zeros(surface.piece.max(initial=-1) + 1, dtype=int)
+    retained[surface.piece[loose]] = whole.piece[loose]
+    return means[retained]
 
 
 def _spread(surface: Surface, a: Float[np.ndarray, " t"]) -> Float[np.ndarray, " n"]:

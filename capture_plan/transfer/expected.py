@@ -38,7 +38,7 @@ class Expectation:
     def __len__(self) -> int:
         return len(self.v)
 
-    def among(self, rows: Iterable[int]) -> "Expectation":
+    def restricted_to(self, rows: Iterable[int]) -> "Expectation":
         """The expectation of some blendshapes, numbered anew."""
         chosen = list(rows)
         return Expectation(self.v[chosen], self.u[chosen])
@@ -46,14 +46,14 @@ class Expectation:
     @property
     def start(self) -> float:
         """Squared error before the first scan, the sum over blendshapes, mm^2."""
-        return float(self.worth.sum())
+        return float(self.importance.sum())
 
-    def weighed(self, worth: Float[np.ndarray, " k"]) -> "Expectation":
+    def weighed(self, importance: Float[np.ndarray, " k"]) -> "Expectation":
         """The expectation at these places where blendshape k is worth `worth[k]` in all."""
-        return Expectation(self.v * (worth / np.where(self.worth > 0, self.worth, 1))[:, None], self.u)
+        return Expectation(self.v * (importance / np.where(self.importance > 0, self.importance, 1))[:, None], self.u)
 
     @cached_property
-    def worth(self) -> Float[np.ndarray, " k"]:
+    def importance(self) -> Float[np.ndarray, " k"]:
         """Squared error of each blendshape before the first scan, mm^2."""
         return self.v.sum(axis=1)
 
@@ -82,7 +82,7 @@ class Expectation:
     def taken(self, persons: Float[np.ndarray, "p k"], scanned: Iterable[int]) -> Float[np.ndarray, " p"]:
         """The share of each person's squared error that a scan takes, where blendshape k has `persons[p, k]` v[k]."""
         chosen = tuple(scanned)
-        return persons[:, chosen] @ self.gain_of_each(chosen) / (persons @ self.worth)
+        return persons[:, chosen] @ self.gain_of_each(chosen) / (persons @ self.importance)
 
 
 def expectation(rig: Rig, target: Float[np.ndarray, "n 3"] | None = None) -> Expectation:

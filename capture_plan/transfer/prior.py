@@ -2,7 +2,7 @@
 
 Data       P[k, t]   gradient of blendshape k in cell t by deformation transfer: a triangle's (3 2) as 6 numbers
            d[k, t]   mean displacement of the triangle's corners, millimetres
-Freedom    u[k, t] = |P|^2 + |d|^2 / REACH^2 + STIR^2     variance of the gradient, without unit
+Freedom    u[k, t] = |P|^2 + |d|^2 / EXTENT^2 + STIR^2     variance of the gradient, without unit
 
 What changes a movement d by a smooth share g of it has gradient g P + d grad g: that is the variance of a habit. Li et
 al. (2010) weigh by |P| alone and less steeply: a cheek that is carried along without being stretched then counts as
@@ -19,7 +19,7 @@ from jaxtyping import Bool, Float, Int
 from capture_plan.transfer.deformation import STILL_MM, target_surface, transfer_onto
 from capture_plan.transfer.surface import Surface
 
-REACH_MM = 20.0  # over which a habit changes: 10 and 40 give the same rig within 1 %
+EXTENT_MM = 20.0  # over which a habit changes: 10 and 40 give the same rig within 1 %
 STIR = 0.01  # strain that is allowed where nothing moves
 
 
@@ -47,7 +47,7 @@ class Prior:
         u = per_cell(self.surface, np.square(self.cells)) + STIR**2
         f = len(self.surface.triangles)
         d = np.linalg.norm(self.deltas, axis=2)[:, self.surface.triangles].mean(axis=2)
-        u[:, :f] += np.square(d / REACH_MM)
+        u[:, :f] += np.square(d / EXTENT_MM)
         if hard:
             moves = ~self.still
             loose = self.surface.loose_means(moves.T.astype(float)).T > 0

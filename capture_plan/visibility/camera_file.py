@@ -115,7 +115,7 @@ def _pose(table: dict[str, Any], where: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def numbers(table: dict[str, Any], key: str, where: str, *shapes: tuple[int, ...]) -> np.ndarray:
-    """table[key] as floats of one of these shapes, a single number unless told otherwise."""
+    """table[key] as floats of one of these shapes, a single number where no shape is given."""
     shapes = shapes or ((),)
     if key not in table:
         raise RigError(f"{where}: '{key}' is missing")

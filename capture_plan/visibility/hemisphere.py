@@ -74,7 +74,7 @@ def global_visibility(
 ) -> Float[np.ndarray, " m"]:
     """The least `hemisphere_visibility` of each vertex `at` over the neutral and every blendshape at full weight.
 
-    Kept on disk by content, so that the same rig is traced once.
+    Cached on disk by content, so that the same rig is traced once.
     """
 
     def share(vertices: Float[np.ndarray, "v 3"], some: Int[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:

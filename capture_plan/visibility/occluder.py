@@ -34,8 +34,8 @@ class Occluder:
         return (vertices[at] - self.centre + self.offset * self.normals[at]).astype(np.float32)
 
     def blocked(
-        self, origins: Float[np.ndarray, "r 3"], directions: Float[np.ndarray, "r 3"], *, reach: float = np.inf
+        self, origins: Float[np.ndarray, "r 3"], directions: Float[np.ndarray, "r 3"], *, extent: float = np.inf
     ) -> Bool[np.ndarray, " r"]:
         """Whether each ray o + t d, in the centred frame and float32, hits a triangle at 0 <= t <= reach."""
-        far = np.full(len(origins), reach, dtype=np.float32)
+        far = np.full(len(origins), extent, dtype=np.float32)
         return self.scene.run(origins, directions, dists=far, query="OCCLUDED") >= 0

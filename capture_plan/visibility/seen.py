@@ -25,7 +25,7 @@ def seen_by(
     seen = (np.einsum("mx,mx->m", way, occluder.normals[at]) > 0) & camera.in_image(vertices[at])
     origins = occluder.above_skin(vertices, at[seen])
     ends = (camera.position - occluder.centre).astype(np.float32)
-    seen[seen] = ~occluder.blocked(origins, ends - origins, reach=1.0)
+    seen[seen] = ~occluder.blocked(origins, ends - origins, extent=1.0)
     return seen
 
 
@@ -38,7 +38,7 @@ def camera_visibility(
 ) -> Float[np.ndarray, " m"]:
     """Share of the cameras that see each vertex `at`, the least over the neutral and every blendshape at full weight.
 
-    Kept on disk by content, like the global visibility.
+    Cached on disk by content, like the global visibility.
     """
 
     def share(vertices: Float[np.ndarray, "v 3"], some: Int[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:

@@ -69,7 +69,7 @@ def camera_views(
 ) -> Views:
     """What the cameras see of a dot of `dot_mm` at each of `vertices`, in the neutral and every blendshape in full.
 
-    Kept on disk by content, like the global visibility.
+    Cached on disk by content, like the global visibility.
     """
     lenses = [camera.numbers for camera in cameras]
     key = digest([METHOD, version("embreex"), "dots", neutral, deltas, triangles, vertices, *lenses, np.array(dot_mm)])

@@ -45,29 +45,29 @@ def knobs(vertices):
 def measured(face, left, noise, vertices):
     observation = face.observation(noise.value)
     at = vertices[: left.value]
-    worth = observation.worth(at)
+    information = observation.information(at)
     expected = predictions(observation, at, performances(observation, None))
-    return expected, worth
+    return expected, information
 
 
 @app.cell
-def figures(expected, worth):
+def figures(expected, information):
     parts.table(
         ("Number", "Here", "What it says"),
         [
             (
                 "Rank",
-                f"{worth.rank} of {worth.full_rank}",
+                f"{information.rank} of {information.full_rank}",
                 "Mixes of blendshapes that the landmarks tell apart. Below the full number some movements look alike.",
             ),
             (
                 "Condition",
-                f"{worth.condition:.0f}",
+                f"{information.condition:.0f}",
                 "How many times more noise grows in the worst mix than in the best. It does not depend on the noise.",
             ),
             (
                 "Upper estimate",
-                f"{worth.error_mm:.3f} mm",
+                f"{information.error_mm:.3f} mm",
                 "Mean error of the skin where weights may have any size. It grows with the noise.",
             ),
             *(

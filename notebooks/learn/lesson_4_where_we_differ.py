@@ -43,13 +43,13 @@ def covers(face):
     weights = {"paper": "the paper's sum", "lexicographic": "fewest first, then the best places"}
     found = {name: design_layout(face, LayoutSettings(method="cover", weights=name)) for name in weights}
     parts.table(
-        ("Weights", "Landmarks", "Mixes told apart", "Upper estimate"),
+        ("Weights", "Landmarks", "Mixes distinguished", "Upper estimate"),
         [
             (
                 f"{name}: {weights[name]}",
                 f"{len(one.landmarks)}",
-                f"{one.worth.rank} of {one.worth.full_rank}",
-                f"{one.worth.error_mm:.2f} mm",
+                f"{one.information.rank} of {one.information.full_rank}",
+                f"{one.information.error_mm:.2f} mm",
             )
             for name, one in found.items()
         ],
@@ -62,7 +62,7 @@ def about_rank():
     mo.md(r"""
     One landmark for every blendshape is not enough to tell blendshapes apart: *M* landmarks give 3 *M* numbers, and
     with fewer numbers than blendshapes some movements look alike. The default therefore also asks for the error of 68
-    points, and that all mixes be told apart which cost the others little. It needs more landmarks than a cover, and
+    points, and that all mixes be distinguished which cost the others little. It needs more landmarks than a cover, and
     half as many as 68:
     """)
     return
@@ -72,13 +72,13 @@ def about_rank():
 def our_default(face):
     ours = design_layout(face, LayoutSettings())
     parts.table(
-        ("Default", "Landmarks", "Mixes told apart", "Upper estimate"),
+        ("Default", "Landmarks", "Mixes distinguished", "Upper estimate"),
         [
             (
                 "studio",
                 f"{len(ours.landmarks)}",
-                f"{ours.worth.rank} of {ours.worth.full_rank}",
-                f"{ours.worth.error_mm:.2f} mm",
+                f"{ours.information.rank} of {ours.information.full_rank}",
+                f"{ours.information.error_mm:.2f} mm",
             )
         ],
     )

@@ -99,7 +99,7 @@ def more():
     mo.md("""
     ## All figures
 
-    `capture-plan notebook` opens the session; beside it lie `compact_landmarks`, `thin_shell` and `packing_worth`,
+    `capture-plan notebook` opens the session; beside it lie `compact_landmarks`, `thin_shell` and `packing_error`,
     which draw all figures of the three papers on your data (`marimo run notebooks/thin_shell.py -- --rig RIG --take
     TAKE`).
     """)

@@ -148,6 +148,6 @@ def test_every_statement_of_the_audit_about_mirror_images_says_what_its_table_sa
         "mouthPullLeft": "mouthPullRight", "mouthPullRight": "mouthPullLeft",
     }  # fmt: skip
     assert partners(rig, rig.names, symmetry) == []
-    told = [one.words for one in pair_disagreements(rig, symmetry.blendshapes)]
-    assert all("they mirror each other" in words for words in told)
-    assert [words.split()[0] for words in told] == ["mouthPullLeft", "mouthPullRight"]
+    messages = [one.words for one in pair_disagreements(rig, symmetry.blendshapes)]
+    assert all("they mirror each other" in words for words in messages)
+    assert [words.split()[0] for words in messages] == ["mouthPullLeft", "mouthPullRight"]

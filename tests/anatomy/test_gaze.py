@@ -46,16 +46,16 @@ def without_moving_balls(rig):
 
 
 def without_balls(rig):
-    kept = ~np.any(eyeballs(rig), axis=0)
-    number = np.cumsum(kept) - 1
+    retained = ~np.any(eyeballs(rig), axis=0)
+    number = np.cumsum(retained) - 1
     return replace(
         rig,
-        neutral=rig.neutral[kept],
-        triangles=number[rig.triangles[kept[rig.triangles].all(axis=1)]],
-        deltas=rig.deltas[:, kept],
-        skin=rig.skin[kept],
-        parts=rig.parts[kept],
-        source_index=rig.source_index[kept],
+        neutral=rig.neutral[retained],
+        triangles=number[rig.triangles[retained[rig.triangles].all(axis=1)]],
+        deltas=rig.deltas[:, retained],
+        skin=rig.skin[retained],
+        parts=rig.parts[retained],
+        source_index=rig.source_index[retained],
     )
 
 

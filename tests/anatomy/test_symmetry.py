@@ -67,10 +67,10 @@ def test_the_sample_is_symmetric_to_the_figures_that_are_told():
     assert found.neutral_max_mm < 0.05
     assert found.tilt_degrees < 0.01
     assert all(image.partner for image in found.blendshapes)
-    told = {image.blendshape: image.partner for image in found.blendshapes}
-    assert told["mouthSmileLeft"] == "mouthSmileRight"
-    assert told["jawLeft"] == "jawRight"
-    assert told["jawOpen"] == "jawOpen"
+    message = {image.blendshape: image.partner for image in found.blendshapes}
+    assert message["mouthSmileLeft"] == "mouthSmileRight"
+    assert message["jawLeft"] == "jawRight"
+    assert message["jawOpen"] == "jawOpen"
 
 
 def test_a_lopsided_delta_is_told_by_how_much():
@@ -99,11 +99,11 @@ def test_a_lopsided_neutral_makes_no_blendshape_lopsided():
     bulged = replace(rig, neutral=rig.neutral + left * [3.0, 4.0, 0.0])
     found = symmetry_report(bulged)
     assert found.neutral_p95_mm > 1.5
-    told = {image.blendshape: image.percent for image in found.blendshapes}
-    assert max(told[name] for name in ("eyeBlinkLeft", "eyeSquintRight", "mouthSmileLeft", "browDownLeft")) < 12
+    message = {image.blendshape: image.percent for image in found.blendshapes}
+    assert max(message[name] for name in ("eyeBlinkLeft", "eyeSquintRight", "mouthSmileLeft", "browDownLeft")) < 12
     halved = replace(bulged, deltas=np.where([[[n == "eyeBlinkLeft"]] for n in rig.names], 0.5, 1) * bulged.deltas)
-    told = {image.blendshape: image.percent for image in symmetry_report(halved).blendshapes}
-    assert told["eyeBlinkLeft"] > 40
+    message = {image.blendshape: image.percent for image in symmetry_report(halved).blendshapes}
+    assert message["eyeBlinkLeft"] > 40
 
 
 def test_hair_that_lies_on_a_brow_is_no_mirror_image_of_it():

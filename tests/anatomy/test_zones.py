@@ -79,8 +79,8 @@ def test_both_sides_have_the_same_zones(rig, noise_mm):
 def test_lashes_do_not_shade_skin_into_the_lash_line(rig, zones):
     """The sample's lash strips hang in front of the lids: without them the zone is the same."""
     lashes = [i for i, part in enumerate(rig.part_names) if "lash" in part]
-    kept = ~np.isin(rig.parts[rig.triangles[:, 0]], lashes)
-    bare = replace(rig, triangles=rig.triangles[kept])
+    retained = ~np.isin(rig.parts[rig.triangles[:, 0]], lashes)
+    bare = replace(rig, triangles=rig.triangles[retained])
     assert np.array_equal(zone_mask(bare, "lash line"), zones["lash line"].mask)
 
 

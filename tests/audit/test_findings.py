@@ -111,14 +111,14 @@ def test_what_moves_the_other_side_alone_is_counted_with_its_likes(rig):
     """One half of a pair is gone: the finding and the answer about sides tell of the same blendshapes."""
     some = replace(rig, names=rig.names[1:], deltas=rig.deltas[1:])
     found = audit_rig(renamed(some, {"browDownRight": "browDownLeft"}))
-    (told,) = [finding for finding in of_kind(found, "name") if "move the other side" in finding.message]
-    assert told.blendshapes == found.reading.sides.disagree == ("browDownLeft",)
-    assert "1 of 5 sided" in told.message
+    (listing,) = [finding for finding in of_kind(found, "name") if "move the other side" in finding.message]
+    assert listing.blendshapes == found.reading.sides.disagree == ("browDownLeft",)
+    assert "1 of 5 sided" in listing.message
 
 
 def test_where_as_many_names_err_as_agree_the_verdict_asks_to_look_first(rig):
-    told = [name for name in NAMES if not name.startswith("jaw")]
-    two = replace(rig, names=tuple(told[:4]), deltas=np.stack([delta(rig, name) for name in told[:4]]))
+    messages = [name for name in NAMES if not name.startswith("jaw")]
+    two = replace(rig, names=tuple(messages[:4]), deltas=np.stack([delta(rig, name) for name in messages[:4]]))
     crossed = renamed(two, {"browDownLeft": "browDownRight", "browDownRight": "browDownLeft"})
     assert not all(sense.holds for sense in side_senses(crossed))
     assert not verdict(audit_rig(crossed)).startswith("Yes")

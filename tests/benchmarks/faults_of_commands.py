@@ -59,12 +59,12 @@ def drawn_once(command: str) -> AbstractContextManager[object]:
     room, name = DRAWN[command].rsplit(".", 1)
     draw, drawn = getattr(import_module(room), name), []
 
-    def kept(*arguments: object, **options: object) -> object:
+    def recalled(*arguments: object, **options: object) -> object:
         if not drawn:
             drawn.append(draw(*arguments, **options))
         return drawn[0]
 
-    return patch(DRAWN[command], kept)
+    return patch(DRAWN[command], recalled)
 
 
 def every_fault(command: str) -> None:
@@ -90,8 +90,8 @@ def every_fault(command: str) -> None:
                     done = run(*arguments, cwd=folder)
                 sweep(folder / "here")
                 found = shown(folder)
-                kept = {name: text for name, text in found.items() if "~" not in name}
-                assert kept in (old, {name: text for name, text in new.items() if "~" not in name}), (n, ever)
+                retained = {name: text for name, text in found.items() if "~" not in name}
+                assert retained in (old, {name: text for name, text in new.items() if "~" not in name}), (n, ever)
                 assert "Traceback" not in done.stderr, done.stderr
                 tried, n = tried + 1, n + 1
         print(f"{command}: {tried} faults, 0 torn, 0 lost, 0 left over")

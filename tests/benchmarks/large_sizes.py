@@ -48,8 +48,8 @@ def head(vertices: int, blendshapes: int) -> dict[str, np.ndarray]:
         every = trimesh.remesh.subdivide(np.hstack([x, *deltas]), triangles, vertex_attributes=None)
         x, deltas, triangles = every[0][:, :3], every[0][:, 3:].reshape(len(every[0]), -1, 3).swapaxes(0, 1), every[1]
     if len(x) > 2 * vertices:
-        kept, triangles = decimate(x, triangles, 2 * vertices)
-        x, deltas = x[kept], deltas[:, kept]
+        retained, triangles = decimate(x, triangles, 2 * vertices)
+        x, deltas = x[retained], deltas[:, retained]
     deltas = list(deltas[:blendshapes])
     names = list(rig.names[:blendshapes])
     for number in range(blendshapes - len(deltas)):
@@ -104,10 +104,10 @@ def main(names: list[str]) -> None:
                 code, *_, lines, _ = ran(before, folder)
                 assert code == 0, lines
             code, seconds, memory, lines, _ = ran(command, folder)
-            told = sum("%" in line for line in lines)
+            message = sum("%" in line for line in lines)
             stopped, *_, last, after = ran(command, folder, seconds / 2)
             print(
-                f"| {name} | exit {code}, {seconds:.0f} s | {memory:.2f} GB | {told} lines |"
+                f"| {name} | exit {code}, {seconds:.0f} s | {memory:.2f} GB | {message} lines |"
                 f" exit {stopped} after {after:.1f} s: {last[-1] if last else ''} |",
                 flush=True,
             )

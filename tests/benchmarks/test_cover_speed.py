@@ -19,9 +19,9 @@ def generated_face(k, v, seed=0):
     place, centre, width = rng.uniform(-1, 1, (v, 2)), rng.uniform(-0.9, 0.9, (k, 2)), rng.uniform(0.05, 0.35, (k, 1))
     distance2 = ((place[None] - centre[:, None]) ** 2).sum(axis=2)
     ripple = 1 + 0.3 * np.sin(6 * place[None, :, 0] * rng.uniform(0.5, 2, (k, 1)) + rng.uniform(0, 6, (k, 1)))
-    reach = np.exp(-distance2 / (2 * width**2)) * ripple
-    reach = (reach / reach.max(axis=1, keepdims=True)).astype(np.float32)  # as rigs keep their deltas
-    return single_sites(reach, rng.uniform(0.5, 1, v), np.ones(v, dtype=bool))
+    extent = np.exp(-distance2 / (2 * width**2)) * ripple
+    extent = (extent / extent.max(axis=1, keepdims=True)).astype(np.float32)  # as rigs keep their deltas
+    return single_sites(extent, rng.uniform(0.5, 1, v), np.ones(v, dtype=bool))
 
 
 @pytest.mark.parametrize(("k", "v"), [(57, 26_719), (237, 25_000)])

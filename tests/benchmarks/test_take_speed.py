@@ -54,8 +54,8 @@ def test_a_row_for_each_weight_is_read_in_a_few_times_what_its_numbers_take(benc
     assert take.fps == 60
     if benchmark.enabled:
         memory = 1024 * peak_kilobytes(path) / path.stat().st_size
-        told = f"{spent:.2f} CPU s, {spent / raw:.2f} times NumPy's parser alone"
-        print(f"\n{x.size:,} rows of one weight: {told}, memory {memory:.1f} times the file")
+        message = f"{spent:.2f} CPU s, {spent / raw:.2f} times NumPy's parser alone"
+        print(f"\n{x.size:,} rows of one weight: {message}, memory {memory:.1f} times the file")
         assert spent < MOST_RATIO_LONG * raw
         assert memory < MOST_OF_FILE
 

@@ -50,8 +50,8 @@ def test_only_expressions_of_the_face_take_markers_importance_and_minutes(rig, p
 
 
 def test_the_plan_lists_what_is_apart_with_kind_and_reason(plan):
-    told = {one.name: one.kind for one in plan.audit.apart}
-    assert told == {
+    message = {one.name: one.kind for one in plan.audit.apart}
+    assert message == {
         "headForward": "head movement",
         "Fcl_ALL_Surprise": "calls others",
         "Fcl_ALL_Neutral": "moves nothing",

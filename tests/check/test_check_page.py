@@ -60,7 +60,7 @@ def test_what_differs_is_called_as_people_know_it(plan):
 
 
 def test_every_claim_has_its_line_in_the_order_of_the_check_where_all_are_asked():
-    *lines, told = check_lines(CLAIMS, (), every=True)
+    *lines, message = check_lines(CLAIMS, (), every=True)
     assert lines == [
         "FAILS  a: 1: turn it",
         "holds  b: 2",
@@ -68,7 +68,7 @@ def test_every_claim_has_its_line_in_the_order_of_the_check_where_all_are_asked(
         "FAILS  d: 4: turn it",
         "FAILS  e: 5",
     ]
-    assert told == "1 of 5 claims hold."
+    assert message == "1 of 5 claims hold."
 
 
 def test_programs_read_what_was_found_and_what_to_correct_in_one_text():
@@ -98,23 +98,23 @@ def test_what_is_not_checked_is_always_said(every):
     ],
 )
 def test_advice_names_what_was_stated_and_never_asks_for_it_anew(given, sense):
-    told = correction(replace(NOTHING, **given), RIG, sense)
+    message = correction(replace(NOTHING, **given), RIG, sense)
     wrong = {"facing": "-z"} if given == {"up": "+y", "facing": "-z"} else given  # the way up is right
     for value in wrong.values():
-        assert (f"{value:g}" if isinstance(value, float) else value) in told
-    assert not [option for option in stated(replace(NOTHING, **given)) if f"plan again with {option}" in told]
+        assert (f"{value:g}" if isinstance(value, float) else value) in message
+    assert not [option for option in stated(replace(NOTHING, **given)) if f"plan again with {option}" in message]
 
 
 @pytest.mark.parametrize("sense", [WRONG, LARGE, SIDES, REGIONS])
 def test_advice_where_nothing_was_stated_says_what_to_give(sense):
-    told = correction(NOTHING, RIG, sense)
-    assert "plan again with --" in told
-    assert "this plan was made with" not in told
+    message = correction(NOTHING, RIG, sense)
+    assert "plan again with --" in message
+    assert "this plan was made with" not in message
 
 
 def test_a_stated_option_that_agrees_is_not_blamed():
-    told = correction(replace(NOTHING, up="+y"), RIG, VOTED)
-    assert told == "it was read with +y up and +z forward: plan again with --up +y --facing +z"
+    message = correction(replace(NOTHING, up="+y"), RIG, VOTED)
+    assert message == "it was read with +y up and +z forward: plan again with --up +y --facing +z"
 
 
 def test_a_head_that_lies_has_one_correction_for_its_sides_and_regions_too_but_not_for_its_size():
@@ -148,12 +148,12 @@ def test_what_only_the_solver_knows_is_said(plan):
 
 
 def test_the_order_is_the_solvers_word_but_for_an_early_list_whose_order_is_checked(plan):
-    def told(method):
+    def message(method):
         packing = replace(plan.packing, method=method, order_proven=True)
         return any("most important one possible" in line for line in unchecked(replace(plan, packing=packing), ()))
 
-    assert told("minimum")
-    assert not told("early")
+    assert message("minimum")
+    assert not message("early")
 
 
 def test_an_early_order_is_found_out_where_it_is_not_kept_and_where_nothing_is_claimed(plan):

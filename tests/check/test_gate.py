@@ -11,7 +11,7 @@ import pytest
 from msgspec.structs import replace
 from PIL import Image
 
-from capture_plan.audit import kept as audited
+from capture_plan.audit import audit_cache as audited
 from capture_plan.audit.audit import audit_rig
 from capture_plan.check import gate
 from capture_plan.check.check import check_plan, claims_of

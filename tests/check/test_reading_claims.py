@@ -26,8 +26,8 @@ def plan():
 def file(rig, tmp_path_factory):
     """A coarser sample in centimetres, as a file that says nothing of its axes; and its mirror image."""
     folder = tmp_path_factory.mktemp("rigs")
-    kept, triangles = decimate(rig.neutral, rig.triangles, len(rig.triangles) // 2)
-    x, deltas = rig.neutral[kept] / 10, rig.deltas[:, kept] / 10
+    retained, triangles = decimate(rig.neutral, rig.triangles, len(rig.triangles) // 2)
+    x, deltas = rig.neutral[retained] / 10, rig.deltas[:, retained] / 10
     for name, flip in (("head.npz", [1, 1, 1]), ("mirrored.npz", [-1, 1, 1])):
         arrays = {"faces": triangles[:, :: flip[0]], "names": np.array(rig.names), "units": "cm"}
         np.savez(folder / name, vertices=x * flip, deltas=deltas * flip, **arrays)
@@ -38,7 +38,7 @@ def file(rig, tmp_path_factory):
 
 
 def broken(plan, rig):
-    return {claim.what: claim.told for claim in reading_claims(plan, rig) if not claim.holds}
+    return {claim.what: claim.explanation for claim in reading_claims(plan, rig) if not claim.holds}
 
 
 def test_a_plan_that_was_read_right_makes_sense(plan, rig):
@@ -57,7 +57,7 @@ PUPILS = "the pupils are 50 to 80 mm apart, or there is a reason why not"
 
 
 @pytest.mark.parametrize(
-    ("given", "what", "told", "says"),
+    ("given", "what", "message", "says"),
     [
         ("--up +y --facing -z", FROM_THE_FRONT, "0% of the markers look forward", "without it, or with --facing +z."),
         ("--up +z --facing +y", EYES_ABOVE, "--up +y --facing +z", "without them, or with --up +y --facing +z."),
@@ -66,12 +66,12 @@ PUPILS = "the pupils are 50 to 80 mm apart, or there is a reason why not"
     ],
 )
 def test_a_wrong_reading_fails_though_the_plan_was_made_with_it_and_what_to_correct_is_said_once(
-    file, given, what, told, says
+    file, given, what, message, says
 ):
     run("plan", file.name, *given.split(), "--settings", "quick.toml", "-o", "plan.json", cwd=file.parent)
     plan = read_plan(file.with_name("plan.json"))
     claims = reading_claims(plan, rig_of(plan, file.with_name("plan.json")))
-    assert told in next(claim.told for claim in claims if claim.what == what and not claim.holds)
+    assert message in next(claim.explanation for claim in claims if claim.what == what and not claim.holds)
     (to_correct,) = (line for line in check_lines(claims, ()) if line.startswith("To correct: "))
     assert says in to_correct
 

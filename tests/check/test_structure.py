@@ -64,8 +64,10 @@ def test_what_is_not_there_is_named_in_a_line(plan, change, says):
 
 def test_a_blendshape_that_no_expression_shows_is_found_missing(plan):
     first, *others = plan.packing.expressions
-    kept = replace(first, blendshapes=first.blendshapes[1:], weights=first.weights[1:])
-    failing = [claim for claim in check_plan(with_packing(plan, expressions=(kept, *others)), RIG) if not claim.holds]
+    retained = replace(first, blendshapes=first.blendshapes[1:], weights=first.weights[1:])
+    failing = [
+        claim for claim in check_plan(with_packing(plan, expressions=(retained, *others)), RIG) if not claim.holds
+    ]
     assert any(first.blendshapes[0] in claim.found for claim in failing)
 
 

@@ -111,7 +111,7 @@ def broken_by(path, decide):
         plan.settings.landmarks,
     )
     if plan.layout.head:
-        task = task.beside(np.array([m.vertex for m in plan.layout.head]))
+        task = task.with_head_markers(np.array([m.vertex for m in plan.layout.head]))
     decided = decide(plan)
     layout = check.follow(task, check.decided_in(decided.layout, task), None)
     forged = sealed(again.made_again(decided, report, layout, again.stated_list(decided, given)))
@@ -264,10 +264,10 @@ def test_a_single_cover_at_worse_places_is_none(made):
     said = plan.layout.references[SINGLE_COVER]
     at = np.flatnonzero(np.isin(sites.vertices, said.vertices).all(axis=1))
     room = Room(covers[covers.any(axis=1)], np.ones(len(sites.size), dtype=bool), None)
-    rest, among = next(
+    rest, subset = next(
         (rest, same) for rest, found in room.exchanges(at) if len(same := found[sites.size[found] == 2]) > 5
     )
-    worst = among[ranked(sites, plain, np.flatnonzero(covers.any(axis=1)))[among].argmax()]
+    worst = subset[ranked(sites, plain, np.flatnonzero(covers.any(axis=1)))[subset].argmax()]
     vertices = tuple(sorted(sites.members(np.append(rest, worst)).tolist()))
     layout, others = plan.layout, plan.layout.references
     forged = replace(layout, references={**others, SINGLE_COVER: replace(said, vertices=vertices)})
@@ -284,7 +284,7 @@ def test_an_order_that_an_exchange_refutes_is_not_proved(rig, method):
     given, turned = (again.Stated(rig, settings, problem, None, shots) for shots in (chosen, chosen[::-1]))
     assert again.order_stands(given, proved) == (method != "greedy") == made.order_proven
     assert not again.order_stands(turned, proved)
-    assert not again.order_stands(given, replace(proved, kept=3))
+    assert not again.order_stands(given, replace(proved, unmoved=3))
 
 
 def lists_of(path):

@@ -62,10 +62,10 @@ def test_midnight_is_no_gap():
 
 @pytest.mark.parametrize("unit_s", [1.0, 1e-3, 1e-6, 1e-9])
 @pytest.mark.parametrize("fps", [10.0, 24.0, 30.0, 60.0, 120.0])
-@pytest.mark.parametrize("told", [True, False])
-def test_times_in_any_unit_give_the_rate(unit_s, fps, told):
+@pytest.mark.parametrize("message", [True, False])
+def test_times_in_any_unit_give_the_rate(unit_s, fps, message):
     times = [repr(float(t / fps / unit_s)) for t in range(200)]
-    assert timing_of(times, unit_s if told else None).fps == fps
+    assert timing_of(times, unit_s if message else None).fps == fps
 
 
 def test_whole_milliseconds_do_not_round_the_rate():

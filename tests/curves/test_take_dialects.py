@@ -291,8 +291,8 @@ def test_names_that_frames_leave_out_are_0_and_told(tmp_path):
     w = np.where(weights() > 0.4, weights(), 0)
     frames = [{name: x for name, x in row.items() if x} for row in named(w)]
     take = read(tmp_path / "take.json", json.dumps({"fps": 60, "frames": frames}))
-    kept = np.array([bool(frame) for frame in frames])
-    assert driven(take) == pytest.approx(w[kept])
+    retained = np.array([bool(frame) for frame in frames])
+    assert driven(take) == pytest.approx(w[retained])
     assert any("missing in some frames and count as 0" in note for note in take.notes)
 
 

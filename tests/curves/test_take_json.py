@@ -1,4 +1,4 @@
-"""Takes as JSON: sides and groups within each other, faces told apart, lost faces, names that frames leave out."""
+"""Takes as JSON: sides and groups within each other, faces distinguished, lost faces, names that frames leave out."""
 
 import json
 
@@ -77,7 +77,7 @@ def test_what_is_no_number_among_weights_is_named(tmp_path):
 
 
 LOST = np.arange(T) % 10 == 3
-BESIDE = {
+ASIDE = {
     "isTracked": lambda lost: {"isTracked": "NO" if lost else "YES"},
     "trackingState": lambda lost: {"trackingState": "notTracking" if lost else "normal"},
     "limited": lambda lost: {"trackingState": "limited" if lost else "normal"},
@@ -89,10 +89,10 @@ BESIDE = {
 }
 
 
-@pytest.mark.parametrize("said", BESIDE)
+@pytest.mark.parametrize("said", ASIDE)
 def test_every_way_to_say_that_the_face_is_lost_leaves_the_frame_out(tmp_path, said):
     rows = enumerate(named(weights()))
-    frames = [{"timestamp": t / 60, "blendShapes": row, **BESIDE[said](bool(LOST[t]))} for t, row in rows]
+    frames = [{"timestamp": t / 60, "blendShapes": row, **ASIDE[said](bool(LOST[t]))} for t, row in rows]
     take = read(tmp_path / "a.json", json.dumps(frames))
     assert driven(take) == pytest.approx(weights()[~LOST])
     assert "9 of 90 frames have no face and were left out" in take.notes

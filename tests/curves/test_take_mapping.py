@@ -10,7 +10,7 @@ import pytest
 from capture_plan.cli import open_take, unheard
 from capture_plan.curves.columns import plain
 from capture_plan.curves.mapping import drive
-from capture_plan.curves.told import WIDE, mapped, of_several
+from capture_plan.curves.take_report import WIDE, mapped, of_several
 from capture_plan.progress import listen
 from capture_plan.sample import sample_rig
 from capture_plan.sequence import map_weights, read_sequence
@@ -85,9 +85,9 @@ def test_the_command_line_shows_the_mapping_on_standard_error(tmp_path, capsys):
 def test_what_hardly_moves_is_no_missing_column(tmp_path):
     rows = "".join(f"00:00:0{t // 30}:{t % 30:02d},0.5,0.02\n" for t in range(90))
     (tmp_path / "a.csv").write_text("Timecode,JawOpen,MouthPucker\n" + rows)
-    told = " ".join(read_sequence(tmp_path / "a.csv", rig=sample_rig()).told())
-    assert "1 of the driven blendshapes hardly moves (no weight above 0.1): mouthPucker" in " ".join(told.split())
-    assert "2 columns drive 2 of the rig's 52 blendshapes" in told
+    message = " ".join(read_sequence(tmp_path / "a.csv", rig=sample_rig()).messages())
+    assert "1 of the driven blendshapes hardly moves (no weight above 0.1): mouthPucker" in " ".join(message.split())
+    assert "2 columns drive 2 of the rig's 52 blendshapes" in message
 
 
 def test_notes_are_said_once():
@@ -104,8 +104,8 @@ def test_action_units_in_words_drive_what_they_name_and_quarters_never_add_up_to
     columns = ["Outer_Brow_Raiser_L", "Inner_Brow_Raiser_L", "Lid_Tightener_R", "Eyes_Closed_R", *QUARTERS]
     names = sample_rig().names
     mapping = map_weights(columns, names)
-    told = {drive.column: drive.blendshape for drive in mapping.drives}
-    assert [told[column] for column in columns[:4]] == [
+    message = {drive.column: drive.blendshape for drive in mapping.drives}
+    assert [message[column] for column in columns[:4]] == [
         "browOuterUpLeft", "browInnerUp", "eyeSquintRight", "eyeBlinkRight"
     ]  # fmt: skip
     w = drive(mapping, columns, names, np.ones((1, len(columns))))[0]

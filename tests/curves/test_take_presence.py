@@ -39,9 +39,9 @@ def test_a_column_that_tells_of_loss_means_the_opposite(tmp_path):
 
 
 def test_words_that_are_not_known_and_columns_that_find_no_face_are_said(tmp_path):
-    lost, told = without_face("state", ["tracked", "warped", "lost"])
+    lost, message = without_face("state", ["tracked", "warped", "lost"])
     assert lost.tolist() == [False, False, True]
-    assert "'warped'" in told
+    assert "'warped'" in message
     take = read(tmp_path / "a.csv", table(["0"] * T))
     assert len(take) == T
     assert any("every row" in note for note in take.notes)
@@ -91,9 +91,9 @@ def test_two_faces_are_never_mixed_in_a_table(tmp_path, lead, ids):
 
 
 def test_the_face_with_most_rows_is_the_take():
-    other, told = other_faces("id", ["B", "A", "A", "", "A", "B"])
+    other, message = other_faces("id", ["B", "A", "A", "", "A", "B"])
     assert other.tolist() == [True, False, False, False, False, True]
-    assert "'A' 3, 'B' 2" in told
+    assert "'A' 3, 'B' 2" in message
     assert other_faces("id", ["7"] * 5)[1] == ""
 
 
@@ -107,10 +107,10 @@ def test_a_flag_called_face_is_no_face_of_its_own(tmp_path, majority):
 def test_two_faces_are_told_apart_by_a_column_called_id_and_a_row_number_is_no_face(tmp_path):
     w = np.repeat(weights(), 2, axis=0)
     w[1::2] = 1 - w[1::2]
-    kept = [t for t in range(2 * T) if t % 2 == 0 or t % 3]
-    ids = ["A" if t % 2 == 0 else "B" for t in kept]
-    times = [code(t // 2) for t in kept]
-    take = read(tmp_path / "a.csv", table(ids, lead="id", w=w[kept], times=times))
+    retained = [t for t in range(2 * T) if t % 2 == 0 or t % 3]
+    ids = ["A" if t % 2 == 0 else "B" for t in retained]
+    times = [code(t // 2) for t in retained]
+    take = read(tmp_path / "a.csv", table(ids, lead="id", w=w[retained], times=times))
     assert driven(take) == pytest.approx(weights())
     assert any("holds 2 faces by 'id'" in note for note in take.notes)
     assert driven(read(tmp_path / "b.csv", table([str(t) for t in range(T)], lead="id"))) == pytest.approx(weights())
@@ -118,8 +118,8 @@ def test_two_faces_are_told_apart_by_a_column_called_id_and_a_row_number_is_no_f
 
 def test_the_one_face_that_is_kept_is_not_said_to_be_lost(tmp_path):
     w = np.repeat(weights(), 2, axis=0)
-    kept = [t for t in range(2 * T) if t % 2 == 0 or t % 3]
-    faces = [str(t % 2) for t in kept]
-    take = read(tmp_path / "a.csv", table(faces, lead="face", w=w[kept], times=[code(t // 2) for t in kept]))
+    retained = [t for t in range(2 * T) if t % 2 == 0 or t % 3]
+    faces = [str(t % 2) for t in retained]
+    take = read(tmp_path / "a.csv", table(faces, lead="face", w=w[retained], times=[code(t // 2) for t in retained]))
     assert len(take) == T
     assert not any("not believed" in note for note in take.notes)

@@ -40,7 +40,7 @@ def test_the_angle_between_responses_is_that_of_their_directions():
     B = np.array([[1.0, 1.0, -2.0, 0.0], [0.0, 1.0, 0.0, 0.0]])
     between = angles(B.T @ B)
     assert between[0, 1] == pytest.approx(45)
-    assert between[0, 2] == pytest.approx(180)  # opposites are told apart
+    assert between[0, 2] == pytest.approx(180)  # opposites are distinguished
     assert between[0, 3] == 180  # nothing is like a response that is none
     assert (np.diagonal(between) == 180).all()
 

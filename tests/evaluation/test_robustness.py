@@ -9,8 +9,8 @@ from capture_plan.curves.random_mixes import random_mixes
 from capture_plan.evaluation.monte_carlo import misplaced_responses, neighbours, solved, swapped, trials
 from capture_plan.evaluation.robustness import (
     DOT_MM,
+    EXTENT_MM,
     GROWTH,
-    REACH_MM,
     losses,
     measured_error,
     substitutes,
@@ -54,7 +54,7 @@ def observation(plane):
 def charts(plane):
     neutral, triangles = plane
     normals = np.tile([0.0, 0.0, 1.0], (V, 1))
-    return flatten(neutral, normals, surface_graph(neutral, triangles), VERTICES, reach_mm=REACH_MM)
+    return flatten(neutral, normals, surface_graph(neutral, triangles), VERTICES, extent_mm=EXTENT_MM)
 
 
 @pytest.mark.parametrize("at_once", [1, 2])

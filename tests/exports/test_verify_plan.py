@@ -182,7 +182,7 @@ def dropped_landmark(plan):
     gone = layout["landmarks"].pop(3)
     for number, m in enumerate(layout["landmarks"], start=1):
         m["name"] = f"M{number:02d}"
-    layout["worth"]["landmarks"] -= 1
+    layout["information"]["landmarks"] -= 1
     layout["order"] = layout["order"][:-1]
     layout["curve_mm"] = layout["curve_mm"][:-1]
     assert gone["name"] == "M04"
@@ -210,12 +210,12 @@ def all_in_one(plan):
 
 
 def smaller_error(plan):
-    plan["layout"]["worth"]["error_mm"] *= 0.8
+    plan["layout"]["information"]["error_mm"] *= 0.8
 
 
 def higher_rank(plan):
-    worth = plan["layout"]["worth"]
-    worth["rank"], worth["full_rank"] = worth["rank"] - 1, worth["full_rank"] - 1
+    information = plan["layout"]["information"]
+    information["rank"], information["full_rank"] = information["rank"] - 1, information["full_rank"] - 1
 
 
 def better_curve(plan):
@@ -348,8 +348,8 @@ def test_a_forged_plan_fails_with_the_lie_named(given, made, kind, forge, named)
     plan, rig = given[kind]
     lie = copy.deepcopy(plan)
     forge(lie)
-    told = failed(lie, rig)
-    assert any(named in line for line in told), told
+    message = failed(lie, rig)
+    assert any(named in line for line in message), message
     assert verdict(lie, read_plan(made[kind]), made[kind], resealed=True) in ("caught", "refused")
 
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from capture_plan.expressions.collision import (
-    REACH_MM,
+    EXTENT_MM,
     TOUCH_MM,
     colliding_pairs,
     collisions,
@@ -41,7 +41,7 @@ def sheet(height=0.0, size=12):
     return vertices, vertex_normals(vertices, triangles), border
 
 
-@given(depth=st.floats(0.1, REACH_MM - 0.1), move=st.tuples(*[st.floats(-500, 500)] * 3))
+@given(depth=st.floats(0.1, EXTENT_MM - 0.1), move=st.tuples(*[st.floats(-500, 500)] * 3))
 def test_a_point_under_a_sheet_lies_as_deep_as_it_was_put_wherever_both_are(depth, move):
     vertices, normals, border = sheet()
     point = np.array([[6.2, -depth, 6.1]])
@@ -61,7 +61,7 @@ def test_a_point_inside_a_ball_lies_as_deep_as_it_was_put():
 
 def test_beside_the_border_and_out_of_reach_nothing_is_said():
     vertices, normals, border = sheet()
-    aside = np.array([[-0.2, -2.0, 6.0], [6.0, -REACH_MM - 0.5, 6.0], [30.0, -1.0, 6.0]])
+    aside = np.array([[-0.2, -2.0, 6.0], [6.0, -EXTENT_MM - 0.5, 6.0], [30.0, -1.0, 6.0]])
     assert not depth_behind(aside, vertices, normals, border).any()
 
 

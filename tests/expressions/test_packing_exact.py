@@ -170,8 +170,8 @@ def small_face(seed):
     corner = np.array([9 * row + column for row in range(8) for column in range(8)])
     mirror = np.arange(81).reshape(9, 9)[:, ::-1].ravel()
 
-    def spot(centre, reach):
-        return (np.hypot(x - centre[0], y - centre[1]) <= reach).astype(np.float32)
+    def spot(centre, extent):
+        return (np.hypot(x - centre[0], y - centre[1]) <= extent).astype(np.float32)
 
     moved = []
     for _ in range(int(rng.integers(1, 4))):
@@ -212,8 +212,8 @@ def possible(rig, packing, colliding, most):
     """Every list of whole blendshapes that keeps pairs, edits and limits, by the letter of the record alone."""
     names = tuple(name for name in rig.names if name not in packing.edits.dropped)
     active = dict(zip(rig.names, rig.displacement > 0, strict=True))
-    kept = [pair for pair in packing.pairs if pair not in packing.relaxed]
-    items = groups(names, [*kept, *packing.edits.companions])
+    retained = [pair for pair in packing.pairs if pair not in packing.relaxed]
+    items = groups(names, [*retained, *packing.edits.companions])
     apart = {frozenset(pair) for pair in (*colliding, *packing.edits.apart)}
     partners = {frozenset(pair) for pair in packing.pairs}
     numbers = packing.edits.numbers
@@ -250,18 +250,18 @@ def test_lists_of_a_face_with_pairs_and_edits_are_shortest_and_change_least(seed
     assert packing_faults(rig, rig.names, edited, 0.5) == ()
     was = [set(e.blendshapes) for e in former.expressions]
     if fewest == len(was) and not edits.numbers:
-        most_kept = max(_kept(blocks, was) for blocks in lists if len(blocks) == fewest)
-        assert edited.kept == most_kept
+        most_kept = max(_retained(blocks, was) for blocks in lists if len(blocks) == fewest)
+        assert edited.unmoved == most_kept
     else:
-        assert edited.kept is not None
+        assert edited.unmoved is not None
 
 
-def _kept(blocks, was):
+def _retained(blocks, was):
     """Most blendshapes that stay when expressions are numbered as is best."""
     if not blocks:
         return 0
     first, *rest = blocks
-    return max(len(was[n] & set(first)) + _kept(rest, [*was[:n], *was[n + 1 :]]) for n in range(len(was)))
+    return max(len(was[n] & set(first)) + _retained(rest, [*was[:n], *was[n + 1 :]]) for n in range(len(was)))
 
 
 @few
@@ -280,11 +280,11 @@ def test_pairs_are_split_only_where_they_block(seed):
 
 def test_an_order_is_judged_by_what_things_are_worth_once_the_expressions_before_are_done():
     """Three items that exclude each other; what is done is worth nothing more."""
-    instance, worth, seen = Instance.free(np.ones((3, 1), dtype=bool)), np.array([3.0, 2.0, 1.0]), []
+    instance, information, seen = Instance.free(np.ones((3, 1), dtype=bool)), np.array([3.0, 2.0, 1.0]), []
 
     def weigh(packed):
         seen.append(packed.tolist())
-        return np.where(packed, 0, worth)
+        return np.where(packed, 0, information)
 
     down, up = [[frozenset({i}) for i in order] for order in ((0, 1, 2), (2, 1, 0))]
     assert not order_refuted(instance, weigh, "minimum", down)

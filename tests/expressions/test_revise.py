@@ -75,7 +75,7 @@ def test_what_is_kept_apart_is_not_held_for_a_corrective_either(rig, used, packi
 def test_without_an_edit_nothing_changes(rig, used, packing):
     again = repack(rig, used, PackingSettings(), packing, Edits())
     assert place_of(again) == place_of(packing)
-    assert again.kept is None
+    assert again.unmoved is None
     assert again.order_proven
 
 
@@ -84,7 +84,7 @@ def test_an_edited_list_is_as_short_as_any_that_follows_the_edits(rig, used, pac
         fresh = pack(rig, used, PackingSettings(method="minimum", edits=edits))
         edited = repack(rig, used, PackingSettings(), packing, edits)
         assert edited.objective == edited.solver_bound == fresh.objective
-        assert (edited.kept or 0) >= len(used) - len(moved(packing, fresh))
+        assert (edited.unmoved or 0) >= len(used) - len(moved(packing, fresh))
 
 
 def test_keeping_two_apart_moves_only_one_of_them_and_its_partner(rig, used, packing):
@@ -154,8 +154,8 @@ def test_other_lists_are_as_short_nearly_as_good_and_all_different(rig, used, pa
         lists.append(another(rig, used, PackingSettings(), lists))
     groupings = {frozenset(e.blendshapes for e in one.expressions) for one in lists}
     assert len(groupings) == 4
-    worth = [np.mean([e.covered for e in one.expressions]) for one in lists]
-    assert min(worth) >= 0.99 * worth[0] - 1e-3
+    information = [np.mean([e.covered for e in one.expressions]) for one in lists]
+    assert min(information) >= 0.99 * information[0] - 1e-3
     for one in lists:
         assert one.objective == packing.objective
         assert packing_faults(rig, used, one, 0.3) == ()

@@ -91,8 +91,8 @@ def test_unknown_names_are_described_by_place_way_and_millimetres(name, said):
 
 
 def test_mirrored_halves_without_names_are_told_as_one():
-    (told,) = movements(unnamed(), (unnamed_name("mouthSmileLeft"), unnamed_name("mouthSmileRight")))
-    assert told.startswith("both mouth corners up")
+    (message,) = movements(unnamed(), (unnamed_name("mouthSmileLeft"), unnamed_name("mouthSmileRight")))
+    assert message.startswith("both mouth corners up")
 
 
 def replaced(**sums):
@@ -109,8 +109,8 @@ BROWS = {"browDownLeft": 1, "browDownRight": 1}
 @pytest.mark.parametrize("share", [-0.5, 0.5, -2])
 def test_what_moves_one_place_is_told_once_as_its_sum(share):
     rig = replaced(one=BROWS, two={name: share for name in BROWS}, both={name: 1 + share for name in BROWS})
-    (told,) = movements(rig, ("one", "two"))
-    assert told == movements(rig, ("two", "one"))[0] == movements(rig, ("both",))[0]
+    (message,) = movements(rig, ("one", "two"))
+    assert message == movements(rig, ("two", "one"))[0] == movements(rig, ("both",))[0]
     assert movements(rig, ("shape9", "one")) == (*movements(rig, ("shape9",)), *movements(rig, ("one",)))
 
 
@@ -205,14 +205,14 @@ def mixed(**weights):
 @pytest.mark.parametrize(("sign", "inner", "outer"), [(1, "up", "down"), (-1, "down", "up")])
 def test_brows_whose_ends_go_opposite_ways_are_told_by_their_ends(sign, inner, outer):
     tilted = mixed(browInnerUp=0.7 * sign, browOuterUpLeft=-sign, browOuterUpRight=-sign)
-    (told,) = movements(tilted, ("shape",))
-    assert told.startswith(f"both brows {inner} at the inner end and {outer} at the outer end by ")
+    (message,) = movements(tilted, ("shape",))
+    assert message.startswith(f"both brows {inner} at the inner end and {outer} at the outer end by ")
 
 
 def test_lips_that_part_while_no_jaw_goes_down_are_told():
     parted = mixed(mouthUpperUpLeft=1.5, mouthUpperUpRight=1.5)
-    told = movements(parted, ("shape",))
-    assert any(words.startswith("your lips apart by ") for words in told)
+    message = movements(parted, ("shape",))
+    assert any(words.startswith("your lips apart by ") for words in message)
     assert not any("apart" in words for words in movements(parted, ("jawOpen",)))
 
 

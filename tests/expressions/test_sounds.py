@@ -6,7 +6,7 @@ import numpy as np
 
 from capture_plan.anatomy.kinds import expression_kinds
 from capture_plan.check.sentence_claims import MILLIMETRES
-from capture_plan.expressions.sentences import sentence, told_apart
+from capture_plan.expressions.sentences import distinct_sentences, sentence
 from capture_plan.expressions.sounds import sounds_of
 from capture_plan.face.anchors import face_anchors
 from capture_plan.sample import sample_rig
@@ -56,7 +56,7 @@ def test_expressions_that_would_read_alike_say_how_they_move():
     deltas = rig.deltas.copy()
     deltas[j] = 0.5 * deltas[k]
     rig = replace(rig, deltas=deltas, meanings=(("mouthFunnel", "mouthPucker"),))
-    said = told_apart(rig, [("mouthPucker",), ("mouthFunnel",), ("browInnerUp",)])
+    said = distinct_sentences(rig, [("mouthPucker",), ("mouthFunnel",), ("browInnerUp",)])
     assert len(set(said)) == 3
     assert "It moves" in said[0]
     assert "It moves" in said[1]

@@ -65,9 +65,9 @@ def test_the_two_halves_of_one_head_are_no_two_heads():
     assert "two heads" not in rig_from_raw(raw_of(split)).note
 
 
-def cut_by_triangles(head, kept):
-    used = np.unique(head.triangles[kept])
-    triangles = np.searchsorted(used, head.triangles[kept]).astype(np.int32)
+def cut_by_triangles(head, retained):
+    used = np.unique(head.triangles[retained])
+    triangles = np.searchsorted(used, head.triangles[retained]).astype(np.int32)
     pick = {"neutral": head.neutral[used], "deltas": head.deltas[:, used], "parts": head.parts[used]}
     return dataclasses.replace(head, triangles=triangles, **pick)
 

@@ -9,7 +9,7 @@ from capture_plan.face.anchors import _eyes as eyes_of
 from capture_plan.face.anchors import are_ears
 from capture_plan.face.candidate import Candidate
 from capture_plan.face.edge import outer_edge
-from capture_plan.face.islands import beside, variety
+from capture_plan.face.islands import off_face, variety
 from capture_plan.face.lids import against_eyes, before_the_balls
 from capture_plan.face.of_rig import rig_channels, rig_points, rig_shape
 from capture_plan.face.points import choose
@@ -62,8 +62,8 @@ def test_two_alike_are_both_heads_and_what_stands_within_a_face_belongs_to_it():
     twice = np.vstack([rig.neutral, rig.neutral + apart])
     triangles = np.vstack([rig.triangles, rig.triangles + len(rig.neutral)])
     a, rho = vertex_areas(twice, triangles), rig_channels(rig).rho
-    assert not beside(twice, triangles, np.concatenate([rig.deltas, rig.deltas], axis=1), a, rho).any()
-    assert not rig_channels(rig).beside.any()
+    assert not off_face(twice, triangles, np.concatenate([rig.deltas, rig.deltas], axis=1), a, rho).any()
+    assert not rig_channels(rig).off_face.any()
 
 
 def test_movements_that_are_one_another_s_multiples_are_one():

@@ -92,9 +92,9 @@ def scaled(raw: RawRig, truth: Truth, unit: str = "m") -> tuple[RawRig, Truth]:
 
 
 def decimated(raw: RawRig, truth: Truth) -> tuple[RawRig, Truth]:
-    kept, triangles = decimate(raw.neutral, raw.triangles, len(raw.triangles) // 2)
-    numbers = np.arange(len(kept), dtype=np.int32)
-    arrays = {"neutral": raw.neutral[kept], "deltas": raw.deltas[:, kept], "parts": raw.parts[kept]}
+    retained, triangles = decimate(raw.neutral, raw.triangles, len(raw.triangles) // 2)
+    numbers = np.arange(len(retained), dtype=np.int32)
+    arrays = {"neutral": raw.neutral[retained], "deltas": raw.deltas[:, retained], "parts": raw.parts[retained]}
     return replace(raw, triangles=triangles, source_index=numbers, **arrays), truth
 
 

@@ -63,8 +63,8 @@ def test_the_face_is_skin_whatever_is_worn(kind):
     head = sample_head()
     rig, plain = as_rig(kind(head)), as_rig(head)
     face = plain.neutral[plain.skin & (plain.neutral[:, 1] > CHIN) & (plain.neutral[:, 2] > 90)]
-    kept = {tuple(point) for point in rig.neutral[rig.skin].round(2)}
-    assert np.mean([tuple(point) in kept for point in face.round(2)]) > 0.97
+    retained = {tuple(point) for point in rig.neutral[rig.skin].round(2)}
+    assert np.mean([tuple(point) in retained for point in face.round(2)]) > 0.97
 
 
 def test_a_head_that_ends_with_its_neck_is_left_whole():

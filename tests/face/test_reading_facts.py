@@ -42,16 +42,18 @@ def test_points_of_the_file_are_those_of_the_rig_in_its_unit_and_axes(rig):
 
 
 def test_json_has_every_answer_with_its_doubt(found):
-    told = msgspec.json.decode(msgspec.json.encode(found))["reading"]
-    assert set(told) == {
+    message = msgspec.json.decode(msgspec.json.encode(found))["reading"]
+    assert set(message) == {
         *("axes", "unit", "eyes", "mouth", "nose", "chin", "ears", "sides"),
         *("left_out", "set_aside", "against", "turn"),
     }
     for name in ("axes", "unit", "eyes", "mouth", "nose", "chin", "ears", "sides"):
-        assert {"sure", "signs"} <= set(told[name]), name
-    assert len(told["eyes"]["left"]["mm"]) == len(told["eyes"]["left"]["file"]) == len(told["mouth"]["mm"]) == 3
-    carried = told["unit"]["mm"] * np.array(told["turn"]) @ told["mouth"]["file"]
-    assert carried == pytest.approx(told["mouth"]["mm"], abs=0.01)
+        assert {"sure", "signs"} <= set(message[name]), name
+    assert (
+        len(message["eyes"]["left"]["mm"]) == len(message["eyes"]["left"]["file"]) == len(message["mouth"]["mm"]) == 3
+    )
+    carried = message["unit"]["mm"] * np.array(message["turn"]) @ message["mouth"]["file"]
+    assert carried == pytest.approx(message["mouth"]["mm"], abs=0.01)
 
 
 def test_an_audit_without_a_reading_is_still_read(found):
@@ -73,21 +75,23 @@ def test_a_plan_carries_the_strongest_signs_alone(rig, monkeypatch):
 
     read = face_reading(rig)
     monkeypatch.setattr("capture_plan.face.facts.face_reading", with_signs)
-    kept = reading_facts(rig).axes.signs
-    assert {sign.name for sign in kept} == {f"sign {i}" for i in range(20 - SIGNS, 20)}
+    retained = reading_facts(rig).axes.signs
+    assert {sign.name for sign in retained} == {f"sign {i}" for i in range(20 - SIGNS, 20)}
 
 
 def test_signs_are_told_for_and_against():
-    told = signs_words((Sign("weak", "", 1.0), Sign("the format", "+y", 5.0), Sign("the blink", "it goes down", -2.0)))
-    assert told == "rests on: the format, weak; against it: the blink (it goes down)"
+    message = signs_words(
+        (Sign("weak", "", 1.0), Sign("the format", "+y", 5.0), Sign("the blink", "it goes down", -2.0))
+    )
+    assert message == "rests on: the format, weak; against it: the blink (it goes down)"
 
 
 def test_a_unit_that_a_sign_would_fit_is_told_as_a_unit_and_not_as_a_distance(read):
     signs = (Sign("the format", "1000 mm", 4.5), Sign("the distance between the pupils", "304.8 mm", -2.0))
-    told = next(
+    message = next(
         one for one in answers(replace(read, unit=replace(read.unit, mm=304.8, signs=signs))) if one.label == "Unit"
     )
-    assert signs_words(told.signs) == (
+    assert signs_words(message.signs) == (
         "rests on: the format; against it: the distance between the pupils would fit 1 unit = 304.8 mm"
     )
 
@@ -124,9 +128,9 @@ def test_the_text_says_what_was_understood(found):
 def test_a_thing_without_a_face_is_not_shot_with(found, read):
     nothing = without_face(read)
     assert verdict(replace(found, reading=nothing)).startswith("No: no face was found")
-    (told,) = doubts(nothing)
+    (message,) = doubts(nothing)
     for option in ("--up", "--facing", "--unit-mm", "--skin"):
-        assert option in told
+        assert option in message
 
 
 def test_a_mouth_alone_is_a_face_in_doubt(found, read):
@@ -148,9 +152,9 @@ def test_a_mouth_alone_is_a_face_in_doubt(found, read):
 )
 def test_every_doubt_is_a_sentence_with_what_to_give(found, read, doubt, says):
     assert doubts(read) == []
-    told = doubts(doubt(read))
-    assert any(says in sentence for sentence in told)
-    assert all(sentence[0].isupper() and sentence.endswith(".") for sentence in told)
+    message = doubts(doubt(read))
+    assert any(says in sentence for sentence in message)
+    assert all(sentence[0].isupper() and sentence.endswith(".") for sentence in message)
     assert says in " ".join(audit_text(replace(found, reading=doubt(read))).split())
 
 

@@ -101,8 +101,8 @@ def test_a_name_map_may_set_right_what_names_say_wrongly(rig):
     }
     lying = change(rig, names=tuple(other.values()))
     assert failing(side_senses(lying))
-    told = change(lying, meanings=tuple((wrong, name) for name, wrong in other.items() if wrong != name))
-    assert failing(side_senses(told)) == []
+    message = change(lying, meanings=tuple((wrong, name) for name, wrong in other.items() if wrong != name))
+    assert failing(side_senses(message)) == []
 
 
 @pytest.mark.parametrize("times", [0.1, 0.39, 2.54, 10.0])
@@ -137,10 +137,10 @@ def test_pupils_are_judged_as_they_are_told():
 
 def test_a_unit_is_hinted_only_where_a_person_would_have_the_size(rig):
     read = reading_facts(rig)
-    for says, told in (("10 mm", "another unit"), ("1.2 mm", "1 unit = 1.2 mm")):
+    for says, message in (("10 mm", "another unit"), ("1.2 mm", "1 unit = 1.2 mm")):
         doubted = replace(read, unit=replace(read.unit, mm=1.0, signs=(Sign("the size of the mesh", says, -1.0),)))
         (unit,) = [one for one in answers(doubted) if one.label == "Unit"]
-        assert [sign.name for sign in unit.signs] == [f"the size of the mesh would fit {told}"]
+        assert [sign.name for sign in unit.signs] == [f"the size of the mesh would fit {message}"]
 
 
 def test_a_unit_that_failed_is_not_the_better_one():

@@ -55,9 +55,9 @@ def understood(rig):
 
 def few(head: Head) -> Head:
     """The head with a jaw, lids and two corners of the mouth alone: too few to crop a figure by."""
-    kept = ("jawOpen", "eyeBlinkLeft", "eyeBlinkRight", "mouthSmileLeft", "mouthSmileRight", "mouthPucker")
-    rows = [head.names.index(name) for name in kept]
-    return replace(head, deltas=head.deltas[rows], names=kept)
+    retained = ("jawOpen", "eyeBlinkLeft", "eyeBlinkRight", "mouthSmileLeft", "mouthSmileRight", "mouthPucker")
+    rows = [head.names.index(name) for name in retained]
+    return replace(head, deltas=head.deltas[rows], names=retained)
 
 
 @cache

@@ -100,8 +100,8 @@ def test_every_axis_of_an_error_has_its_unit():
 
 
 def test_the_matrix_has_a_dot_where_a_landmark_stands_for_a_blendshape():
-    reach = np.array([[0.9, 0.1], [0.4, 0.5]])
-    figure = figures.incidence(("jaw$Open$", "smile"), ("M01", "M02"), reach, epsilon=0.5)
+    extent = np.array([[0.9, 0.1], [0.4, 0.5]])
+    figure = figures.incidence(("jaw$Open$", "smile"), ("M01", "M02"), extent, epsilon=0.5)
     (dots,) = [c for c in figure.axes[0].collections if len(c.get_offsets()) == 2]
     assert dots.get_offsets().tolist() == [[0, 0], [1, 1]]
     assert "jaw$Open$" in text(figure)

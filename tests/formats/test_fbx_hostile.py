@@ -35,14 +35,14 @@ def outcome(path, data):
 @pytest.mark.parametrize("form", FILES)
 def test_a_file_cut_off_at_any_byte_is_refused_or_whole(tmp_path, form):
     data = FILES[form]
-    whole, kept = read_fbx(tmp_path / "r.fbx") if outcome(tmp_path / "r.fbx", data) else None, 0
+    whole, retained = read_fbx(tmp_path / "r.fbx") if outcome(tmp_path / "r.fbx", data) else None, 0
     for length in range(len(data)):
         found = outcome(tmp_path / "r.fbx", data[:length])
         if not isinstance(found, str):  # nothing that matters was cut off: the footer, or the last links
-            kept += 1
+            retained += 1
             np.testing.assert_array_equal(found.deltas, whole.deltas)
             np.testing.assert_array_equal(found.triangles, whole.triangles)
-    assert kept < 0.05 * len(data)
+    assert retained < 0.05 * len(data)
 
 
 @settings(max_examples=300, deadline=None)

@@ -292,7 +292,7 @@ def test_documents_that_hold_no_rig_are_refused(tmp_path, change, says):
         read_gltf(tmp_path / "r.glb")
 
 
-def told(tmp_path, writer):
+def message(tmp_path, writer):
     """The rig of a document and what its note says."""
     rig = read_gltf(writer.glb(tmp_path / "r.glb"))
     return rig, rig.note
@@ -301,7 +301,7 @@ def told(tmp_path, writer):
 def test_targets_of_equal_names_are_numbered_and_told(tmp_path):
     writer = Writer()
     writer.mesh([primitive(writer, deltas=(LIFT, 2 * LIFT, 3 * LIFT, 4 * LIFT))], ["a", "a", "a 2", "a"])
-    rig, note = told(tmp_path, writer)
+    rig, note = message(tmp_path, writer)
     assert rig.names == ("a", "a 3", "a 2", "a 4")
     assert "a 3, a 4" in note
     np.testing.assert_array_equal(rig.deltas[:, 2, 2], [2, 4, 6, 8])
@@ -311,7 +311,7 @@ def test_targets_of_equal_names_are_numbered_and_told(tmp_path):
 def test_the_neutral_among_the_names_is_left_out_and_told(tmp_path, basis):
     writer = Writer()
     writer.mesh([primitive(writer, deltas=(LIFT, 2 * LIFT))], [basis, "a", "b"])
-    rig, note = told(tmp_path, writer)
+    rig, note = message(tmp_path, writer)
     assert rig.names == ("a", "b")
     assert f"'{basis}'" in note
 
@@ -320,7 +320,7 @@ def test_the_neutral_among_the_names_is_left_out_and_told(tmp_path, basis):
 def test_names_that_do_not_fit_are_not_dropped_in_silence(tmp_path, names):
     writer = Writer()
     writer.mesh([primitive(writer, deltas=(LIFT, 2 * LIFT))], names, name="face")
-    rig, note = told(tmp_path, writer)
+    rig, note = message(tmp_path, writer)
     assert rig.names == ("target_0", "target_1")
     assert f"face has {len(names)} name" in note
 
@@ -329,7 +329,7 @@ def test_names_given_once_for_each_primitive_are_the_same_names(tmp_path):
     writer = Writer()
     deltas = (LIFT, 2 * LIFT)
     writer.mesh([primitive(writer, deltas=deltas), primitive(writer, SQUARE + 5, deltas=deltas)], ["a", "b"] * 2)
-    rig, note = told(tmp_path, writer)
+    rig, note = message(tmp_path, writer)
     assert (rig.names, note) == (("a", "b"), "")
 
 
@@ -340,7 +340,7 @@ def test_data_may_be_called_after_the_blendshape(tmp_path, names):
     for target, name in zip(p["targets"], names, strict=True):
         writer.document["accessors"][target["POSITION"]]["name"] = name
     writer.mesh([p])
-    assert told(tmp_path, writer)[0].names == (names if names == ("a", "b") else ("target_0", "target_1"))
+    assert message(tmp_path, writer)[0].names == (names if names == ("a", "b") else ("target_0", "target_1"))
 
 
 def test_what_a_primitive_lacks_in_targets_stands_still(tmp_path):
@@ -349,7 +349,7 @@ def test_what_a_primitive_lacks_in_targets_stands_still(tmp_path):
     third = primitive(writer, SQUARE + 9, deltas=())
     del third["targets"]
     writer.mesh([primitive(writer, deltas=(LIFT, 2 * LIFT)), second, third], ["a", "b"], name="head")
-    rig, note = told(tmp_path, writer)
+    rig, note = message(tmp_path, writer)
     np.testing.assert_array_equal(rig.deltas[:, [2, 6, 10], 2], [[2, 10, 0], [4, 0, 0]])
     assert "head have 1 and 2 blendshapes" in note
 
@@ -367,7 +367,7 @@ def test_weights_that_are_left_on_are_told_and_the_neutral_is_without_them(tmp_p
     writer = Writer()
     writer.mesh([primitive(writer, deltas=(LIFT, 2 * LIFT))], ["a", "b"])
     writer.document[owner][0]["weights"] = [0, 0.8]
-    rig, note = told(tmp_path, writer)
+    rig, note = message(tmp_path, writer)
     assert "b at 80 %" in note
     assert "a at" not in note
     np.testing.assert_array_equal(rig.neutral, SQUARE)
@@ -381,7 +381,7 @@ def test_a_hidden_mesh_is_left_out_and_named(tmp_path, above):
     writer.mesh([primitive(writer, deltas=())], name="cage", **({} if above else hidden))
     if above:
         writer.document["nodes"].append({"children": [1]} | hidden)
-    rig, note = told(tmp_path, writer)
+    rig, note = message(tmp_path, writer)
     assert (rig.part_names, rig.left_out) == (("face",), ("cage",))
     assert "cage" in note
 
@@ -390,6 +390,6 @@ def test_a_rig_whose_only_blendshapes_are_hidden_is_still_read(tmp_path):
     writer = Writer()
     writer.mesh([primitive(writer)], ["lift"], name="face", extensions={"KHR_node_visibility": {"visible": False}})
     writer.mesh([primitive(writer, SQUARE + 9, deltas=())], name="hat")
-    rig, note = told(tmp_path, writer)
+    rig, note = message(tmp_path, writer)
     assert (rig.part_names, rig.left_out) == (("face", "hat"), ())
     assert "face" in note

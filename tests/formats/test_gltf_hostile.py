@@ -134,10 +134,10 @@ def test_documents_that_lie_are_refused_before_memory_is_taken(tmp_path, monkeyp
     monkeypatch.setattr(gltf, "MOST_DISPLACEMENTS", 80)  # of 24 + 8
     path = glb(tmp_path / "r.glb", written(change))
     tracemalloc.start()
-    told = refuse(path)
+    message = refuse(path)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert any(word in told for word in says.split("|")), told
+    assert any(word in message for word in says.split("|")), message
     assert peak < 20_000_000
 
 
@@ -157,7 +157,8 @@ def test_morph_targets_that_lie_are_nowhere_and_named_before_memory_is_taken(tmp
     tracemalloc.stop()
     assert [bool(np.isnan(delta).any()) for delta in rig.deltas] == [own == name for own in rig.names]
     assert any(
-        told.startswith("broken blendshapes") and says in told and f" {name} " in told for told in rig.note.split(";")
+        message.startswith("broken blendshapes") and says in message and f" {name} " in message
+        for message in rig.note.split(";")
     )
     assert peak < 20_000_000
 

@@ -25,7 +25,7 @@ def found(plan):
 
 
 def test_the_inspection_agrees_with_the_plan(plan, found):
-    assert found.worth == plan.layout.worth
+    assert found.information == plan.layout.information
     assert found.blind == plan.layout.uncovered
     assert [marker.name for marker in found.markers] == [landmark.name for landmark in plan.layout.landmarks]
     assert found.trials[0].error_mm == pytest.approx(plan.layout.predictions[0].error_mm, rel=0.1)
@@ -57,7 +57,7 @@ def test_the_page_names_every_marker_and_the_json_holds_the_same(plan, found):
     page = inspection_text(found)
     for landmark in plan.layout.landmarks:
         assert page.count(f"{landmark.name} {landmark.label}:") == 3
-    assert f"rank {found.worth.rank} of {found.worth.full_rank}" in page
+    assert f"rank {found.information.rank} of {found.information.full_rank}" in page
     assert "nan" not in page.replace("nanny", "")
     assert msgspec.json.decode(msgspec.json.encode(found), type=Inspection) == found
 

@@ -57,13 +57,13 @@ def test_a_swap_lowers_the_error_by_what_its_closed_form_says(singles):
     gains = search.gains(chosen)
     for left in chosen:
         rest = [site for site in chosen if site != left]
-        among = np.array([site for site in range(9) if site not in rest])
+        subset = np.array([site for site in range(9) if site not in rest])
         before = error(observation, sites, rest) ** 2
-        after = np.array([error(observation, sites, [*rest, site]) ** 2 for site in among])
+        after = np.array([error(observation, sites, [*rest, site]) ** 2 for site in subset])
         rows = search.rows((left,))
-        assert gains.without(rows, among, beat=0.0) == pytest.approx(before - after, rel=1e-6)
+        assert gains.without(rows, subset, beat=0.0) == pytest.approx(before - after, rel=1e-6)
         assert gains.loss(rows) == pytest.approx(before - error(observation, sites, chosen) ** 2, rel=1e-6)
-        some = gains.without(rows, among, beat=gains.loss(rows))
+        some = gains.without(rows, subset, beat=gains.loss(rows))
         assert (some[before - after > gains.loss(rows)] > 0).all()
 
 
@@ -143,7 +143,7 @@ def test_a_budget_is_left_short_only_where_no_site_is_open(seed):
 @pytest.mark.parametrize("seed", range(8))
 def test_every_blendshape_keeps_a_landmark_where_the_budget_pays_for_a_cover(seed):
     observation, sites = problem(seed, k=8, s=20, singles=6)
-    covers = sites.reach >= 0.8
+    covers = sites.relative_displacement >= 0.8
     covers[:, 19] = True  # one pair reaches all
     cover = np.array([19])
     for budget in (2, 3, 6):
@@ -240,9 +240,9 @@ def test_limits_come_before_blendshapes_and_blendshapes_before_the_error(seed):
 def test_what_a_site_would_leave_missing_is_what_is_missing_with_it(seed):
     observation, sites = problem(seed, singles=4)
     limits = limited(np.random.default_rng(seed), sites)
-    search = Search(observation, sites, sites.reach > 0.7, None, 5, limits)
-    rest, among = (1, 6), np.array([0, 2, 3, 4, 5, 7, 8])
-    assert search.misses_with(rest, among).tolist() == [search.misses((*rest, site)) for site in among.tolist()]
+    search = Search(observation, sites, sites.relative_displacement > 0.7, None, 5, limits)
+    rest, subset = (1, 6), np.array([0, 2, 3, 4, 5, 7, 8])
+    assert search.misses_with(rest, subset).tolist() == [search.misses((*rest, site)) for site in subset.tolist()]
 
 
 def one(vertex, **ends):
@@ -302,9 +302,9 @@ def test_the_last_of_a_nested_order_is_missed_least(seed):
     observation, sites = problem(seed)
     order = np.array(unlimited(observation, sites, 9).in_order((0, 3, 1, 8, 5)))
     for n in range(2, 6):
-        kept = order[:n]
-        lost = [error(observation, sites, kept[kept != site]) ** 2 for site in kept]
-        lost = (np.array(lost) - error(observation, sites, kept) ** 2) / sites.size[kept]
+        retained = order[:n]
+        lost = [error(observation, sites, retained[retained != site]) ** 2 for site in retained]
+        lost = (np.array(lost) - error(observation, sites, retained) ** 2) / sites.size[retained]
         assert lost.argmin() == n - 1
 
 
@@ -314,25 +314,25 @@ def half():
 
 
 def test_half_of_68_landmarks_predict_less_error_on_the_sample(half):
-    assert half.worth.landmarks == 34
-    assert half.worth.error_mm < half.references[SIXTY_EIGHT].error_mm
+    assert half.information.landmarks == 34
+    assert half.information.error_mm < half.references[SIXTY_EIGHT].error_mm
     assert half.uncovered == ()
 
 
 def test_on_the_sample_the_budget_beats_the_cover_at_its_number_and_equals_the_studio_layout_at_its_own(face, half):
     studio = layout_of()
     cover = half.references[SINGLE_COVER]
-    for worth in (studio.worth, cover):
-        layout = design_layout(face, LayoutSettings(method="budget", budget=worth.landmarks))
-        assert layout.worth.landmarks <= worth.landmarks
-        assert layout.worth.error_mm <= worth.error_mm
+    for information in (studio.information, cover):
+        layout = design_layout(face, LayoutSettings(method="budget", budget=information.landmarks))
+        assert layout.information.landmarks <= information.landmarks
+        assert layout.information.error_mm <= information.error_mm
         assert layout.uncovered == studio.uncovered
-    assert half.worth.error_mm < cover.error_mm
+    assert half.information.error_mm < cover.error_mm
 
 
 def test_a_budget_below_the_minimum_says_which_blendshapes_go_without(face):
     layout = design_layout(face, LayoutSettings(method="budget", budget=5))
-    assert layout.worth.landmarks == 5
+    assert layout.information.landmarks == 5
     assert layout.programs == ()
     assert set(layout.uncovered) == set(face.used) - {name for m in layout.landmarks for name in m.blendshapes}
 
@@ -356,7 +356,7 @@ def test_a_budget_that_is_not_spent_says_why(plan):
     (left,) = unspent_words(with_budget(plan, budget=20))
     assert left == (
         "15 of the 20 are used: beside these no further dot, with its mirror image, keeps 8 mm from the others and all "
-        "wishes."
+        "constraints."
     )
     (one,) = unspent_words(with_budget(plan, budget=16))
     assert "15 of the 16 are used: the one that is left buys no pair" in one

@@ -29,8 +29,8 @@ def grid(n, spacing_mm):
 def test_as_many_as_fit_on_a_grid_stand_at_the_spacing(n):
     sites, spacing, apart = grid(n, 2.0)
     chosen = fitting_sites(sites, spacing)
-    among = apart[np.ix_(chosen, chosen)]
-    assert among[among > 0].min() >= 2.0
+    subset = apart[np.ix_(chosen, chosen)]
+    assert subset[subset > 0].min() >= 2.0
     assert len(chosen) == ((n + 1) // 2) ** 2  # neighbours, also across corners, are too close
 
 

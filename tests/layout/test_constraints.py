@@ -1,4 +1,4 @@
-"""Wishes on the sample head: every method keeps each, one that cannot be had is named, head markers stand apart."""
+"""Constraints on the sample head: every method meets each, what clashes is named, head markers keep apart."""
 
 import numpy as np
 import pytest
@@ -183,8 +183,8 @@ def test_a_budget_planned_again_after_a_pin_moves_few_landmarks_and_stays_near_t
     again, afresh = design_layout(face, pinned, former=former), design_layout(face, pinned)
     assert face.rig.vertex_of[pin] in vertices_of(again)
     assert len(set(vertices_of(again)) & set(vertices_of(former))) >= 12
-    assert again.worth.error_mm <= 1.03 * afresh.worth.error_mm
-    assert again.error_bound.error_mm <= again.worth.error_mm
+    assert again.information.error_mm <= 1.03 * afresh.information.error_mm
+    assert again.error_bound.error_mm <= again.information.error_mm
 
 
 def test_a_plan_that_breaks_a_wish_is_caught(pin):
@@ -230,6 +230,6 @@ def test_zones_relaxed_for_a_known_layout_are_open_at_its_points_and_shut_elsewh
 def test_half_of_68_landmarks_allowed_where_these_stand_have_less_error_than_they(face):
     layout = design_layout(face, LayoutSettings(method="budget", budget=34, relaxed_for="ibug68"))
     other = layout.references[SIXTY_EIGHT]
-    assert layout.worth.error_mm < other.error_mm
+    assert layout.information.error_mm < other.error_mm
     assert layout.predictions[0].error_mm < other.predictions[0].error_mm
     assert layout.target_landmarks <= 34

@@ -34,7 +34,7 @@ def apart(face):
     return design_layout(face, WIDE, poses=POSES)
 
 
-def told(face, layout, dot_mm=WIDE.dot_mm):
+def message(face, layout, dot_mm=WIDE.dot_mm):
     alone = {name: {name: 1.0} for name in face.used}
     return meetings(face.rig, layout.markers, alone | POSES, dot_mm)
 
@@ -60,8 +60,8 @@ def test_a_pose_is_the_rig_posed(face):
 def test_no_dots_of_a_layout_meet_where_some_would_have(face, apart):
     task = task_of(face, WIDE)
     neutral_only = replace(WIDE, dot_mm=0.0)
-    assert [one for one in told(face, design_layout(face, neutral_only)) if one.pose != "neutral"]
-    assert not [one for one in told(face, apart) if one.pose != "neutral"]
+    assert [one for one in message(face, design_layout(face, neutral_only)) if one.pose != "neutral"]
+    assert not [one for one in message(face, apart) if one.pose != "neutral"]
     assert len(task.apart_in(POSES).open_) < len(task.open_)
 
 
@@ -78,7 +78,7 @@ def test_two_pins_that_meet_stay_and_are_told_and_no_others_meet(face, near, sym
     pinned = {u, v, *(face.mirror[[u, v]].tolist() if symmetric else ())}
     assert pinned <= {m.vertex for m in layout.landmarks}
     names = {m.name for m in layout.landmarks if m.vertex in pinned}
-    met = [set(one.dots) for one in told(face, layout) if one.pose != "neutral"]
+    met = [set(one.dots) for one in message(face, layout) if one.pose != "neutral"]
     assert met
     assert all(dots <= names for dots in met)
 

@@ -105,21 +105,21 @@ def test_pins_keep_outs_caps_numbers_spacing_and_demands_together_are_as_cheap_a
     covers, cost, _ = random_program(seed)
     rng = np.random.default_rng(seed)
     spacing = apart([rng.choice(9, 3, replace=False), rng.choice(9, 2, replace=False)])
-    wishes, demand = random_wishes(seed), rng.integers(1, 3, 5) if rng.random() < 0.3 else np.ones(5, dtype=int)
+    constraints, demand = random_wishes(seed), rng.integers(1, 3, 5) if rng.random() < 0.3 else np.ones(5, dtype=int)
     close = spacing.table.toarray() & ~np.eye(9, dtype=bool)
 
     def keeps_all(subset):
         at = np.array(subset)
-        kept = not close[np.ix_(at, at)].any() and (covers[:, at].sum(axis=1) >= demand).all()
-        return kept and all(limit.shortfall(at) == 0 for limit in wishes)
+        retained = not close[np.ix_(at, at)].any() and (covers[:, at].sum(axis=1) >= demand).all()
+        return retained and all(limit.shortfall(at) == 0 for limit in constraints)
 
     subsets = [list(subset) for n in range(1, 10) for subset in combinations(range(9), n)]
     prices = [cost[subset].sum() for subset in subsets if keeps_all(subset)]
     if not prices:
         with pytest.raises(InfeasibleError, match=r"cannot be had together|reach every blendshape"):
-            solve_cover(covers, cost, demand=demand, spacing=spacing, limits=wishes)
+            solve_cover(covers, cost, demand=demand, spacing=spacing, limits=constraints)
         return
-    found = solve_cover(covers, cost, demand=demand, spacing=spacing, limits=wishes)
+    found = solve_cover(covers, cost, demand=demand, spacing=spacing, limits=constraints)
     assert keeps_all(found.chosen)
     assert found.proven_optimal
     assert found.objective == pytest.approx(min(prices), abs=1e-6)
@@ -132,8 +132,8 @@ def test_what_is_left_of_a_wish_misses_as_much_as_the_whole_with_what_was_chosen
     before, more = np.split(rng.permutation(9), [int(rng.integers(5))])
     amount, most = rng.integers(0, 3, 9), [None, 0, 3, 30][int(rng.integers(4))]
     total = int(amount[before].sum())
-    wish = Limit("some", amount, least=int(rng.integers(0, 8)), most=None if most is None else most + total)
-    assert wish.after(before).shortfall(more) == wish.shortfall(np.concatenate([before, more]))
+    constraint = Limit("some", amount, least=int(rng.integers(0, 8)), most=None if most is None else most + total)
+    assert constraint.after(before).shortfall(more) == constraint.shortfall(np.concatenate([before, more]))
 
 
 @given(st.integers(0, 10**6))
@@ -148,8 +148,8 @@ def test_a_clash_names_wishes_of_which_each_is_needed(seed):
     by_name = {limit.name: limit for limit in limits}
     clash = [by_name.get(name, name) for name in smallest_clash(program)]
     assert not possible(program, clash)
-    for wish in clash:
-        assert possible(program, [other for other in clash if other is not wish])
+    for constraint in clash:
+        assert possible(program, [other for other in clash if other is not constraint])
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -219,8 +219,8 @@ def test_two_cheap_landmarks_do_not_replace_the_one_that_is_allowed():
 def test_reductions_keep_the_optimum(seed):
     covers, cost, _ = random_program(seed)
     rows = essential_rows(covers)
-    kept = undominated(covers[rows], cost[None], np.ones(9, dtype=bool))
-    assert cheapest(covers[np.ix_(rows, kept)], cost[kept]) == pytest.approx(cheapest(covers, cost))
+    retained = undominated(covers[rows], cost[None], np.ones(9, dtype=bool))
+    assert cheapest(covers[np.ix_(rows, retained)], cost[retained]) == pytest.approx(cheapest(covers, cost))
 
 
 def test_of_equal_sites_the_first_is_kept():

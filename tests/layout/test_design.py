@@ -18,16 +18,16 @@ SETTINGS = LayoutSettings()
 
 
 def test_a_supervisor_gets_full_rank_at_the_error_of_68_points_with_fewer_markers(studio):
-    assert studio.worth.rank == studio.worth.full_rank
-    assert studio.worth.error_mm <= studio.references[SIXTY_EIGHT].error_mm
-    assert studio.worth.landmarks < 68
+    assert studio.information.rank == studio.information.full_rank
+    assert studio.information.error_mm <= studio.references[SIXTY_EIGHT].error_mm
+    assert studio.information.landmarks < 68
 
 
 def test_the_paper_s_single_cover_is_shown_beside_it_with_its_blindness(studio):
     single = studio.references[SINGLE_COVER]
-    assert single.landmarks < studio.worth.landmarks
+    assert single.landmarks < studio.information.landmarks
     assert single.rank < single.full_rank
-    assert single.error_mm > studio.worth.error_mm
+    assert single.error_mm > studio.information.error_mm
 
 
 def test_every_blendshape_is_on_some_landmark(face, studio):

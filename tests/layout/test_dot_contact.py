@@ -81,9 +81,9 @@ def test_dots_that_meet_in_a_pose_are_those_that_come_within_a_diameter_and_the_
                 for b in range(a + 1, len(marks))
                 if np.linalg.norm(posed[a] - posed[b]) < dot_mm + GAP_MM - 0.005
             }
-            told = [one for one in found if one.pose == name]
-            assert {one.dots for one in told} == expected
-            assert [one.apart_mm for one in told] == sorted(one.apart_mm for one in told)
+            messages = [one for one in found if one.pose == name]
+            assert {one.dots for one in messages} == expected
+            assert [one.apart_mm for one in messages] == sorted(one.apart_mm for one in messages)
     assert "E" not in meeting_words((), 3.0)
     words = meeting_words(found, 25.0)
     assert all(f"{one.dots[0]} and {one.dots[1]} {one.apart_mm:.1f} mm" in words for one in found)

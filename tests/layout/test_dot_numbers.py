@@ -91,10 +91,10 @@ def test_pins_and_forbidden_dots_on_the_command_line_mean_those_of_the_plan_that
 
 
 def test_dots_in_a_settings_file_mean_those_of_the_plan_that_is_named(folder, plan):
-    wishes = f'[landmarks]\nmethod = "cover"\npins = ["M03", {at(plan, "H01")}]\nforbidden = []\n'
-    wishes += '[expressions]\nmethod = "greedy"\n'
-    (folder / "wishes.toml").write_text(wishes)
-    done = run("plan", "sample", "--settings", "wishes.toml", "--dots-of", "plan.json", "-o", "x.json", cwd=folder)
+    constraints = f'[landmarks]\nmethod = "cover"\npins = ["M03", {at(plan, "H01")}]\nforbidden = []\n'
+    constraints += '[expressions]\nmethod = "greedy"\n'
+    (folder / "constraints.toml").write_text(constraints)
+    done = run("plan", "sample", "--settings", "constraints.toml", "--dots-of", "plan.json", "-o", "x.json", cwd=folder)
     assert done.returncode == 0, done.stderr
     assert read_plan(folder / "x.json").settings.landmarks.pins == (at(plan, "M03"), at(plan, "H01"))
 

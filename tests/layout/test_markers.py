@@ -72,8 +72,8 @@ def written(folder):
 
 @pytest.mark.parametrize("take", ["scan.npz", "objs"])
 def test_a_take_becomes_sheets_a_table_and_a_layout_in_its_own_numbers(run, folder, scan, tmp_path, take):
-    code, told = run("markers", take, "--number", NUMBER, "-o", tmp_path, "--faces", 3000, *AS_IT_IS)
-    assert code == 0, told
+    code, message = run("markers", take, "--number", NUMBER, "-o", tmp_path, "--faces", 3000, *AS_IT_IS)
+    assert code == 0, message
     layout, rows, pdf = written(tmp_path)
     frames, triangles = scan
     assert len(rows) == len(layout["landmarks"]) == NUMBER
@@ -91,8 +91,8 @@ def test_a_take_becomes_sheets_a_table_and_a_layout_in_its_own_numbers(run, fold
         assert f"{FRAMES} frames" in page
         assert error in page
     assert all(f"{int(row['vertex']):,}" in pages[-1] and row["name"] in pages[-1] for row in rows)
-    assert error in told
-    assert "rank" in told
+    assert error in message
+    assert "rank" in message
 
 
 def test_an_archive_and_its_obj_files_get_the_same_markers(run, folder, tmp_path):
@@ -129,10 +129,10 @@ def test_what_cannot_be_marked_is_said_in_one_line_and_nothing_written(run, fold
     (folder / "one.txt").write_text("12")
     np.savez(folder / "still.npz", frames=np.repeat(scan[0][:1], 3, axis=0), faces=scan[1], units=np.array("mm"))
     np.savez(folder / "weights.npz", weights=np.zeros((4, 2)), names=np.array(["a", "b"]))
-    code, told = run("markers", *arguments, "--unit-mm", 1, "--up", "+y", "--facing", "+z", "-o", folder / "out")
+    code, message = run("markers", *arguments, "--unit-mm", 1, "--up", "+y", "--facing", "+z", "-o", folder / "out")
     assert code == 2
-    assert len(told.strip().splitlines()) == 1
-    assert says in told
+    assert len(message.strip().splitlines()) == 1
+    assert says in message
     assert not (folder / "out").exists()
 
 

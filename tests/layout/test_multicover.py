@@ -64,7 +64,7 @@ def test_every_ball_is_a_clique_and_every_close_pair_is_known(face, graph):
 def test_a_site_is_close_when_either_of_its_landmarks_is(face):
     sites = face.sites(SETTINGS)
     spacing = spacing_over(face, sites)
-    lopsided = Sites(sites.vertices.copy(), sites.reach, sites.visibility)
+    lopsided = Sites(sites.vertices.copy(), sites.relative_displacement, sites.visibility)
     pair = int(np.flatnonzero(sites.size == 2)[0])
     partner = lopsided.vertices[pair, 1]
     far = np.flatnonzero(~spacing.close(np.array([pair]))[0] & (sites.size == 2))[-1]
@@ -114,10 +114,10 @@ def test_a_landmark_may_own_exactly_a_tenth_of_the_blendshapes_and_each_of_a_pai
     """20 blendshapes, two landmarks or pairs; the first owns as many as it may, then one more."""
     most = 4 if pair else 2
     for owned, found in ((most, []), (most + 1, list(range(most + 1)))):
-        reach = np.zeros((20, 2))
-        reach[:owned, 0] = 1.0
-        reach[owned:, 1] = 0.1  # too little to be a candidate
-        sites = Sites(np.array([[0, 5 * pair], [1, 1]]), reach, np.ones(2))
+        relative = np.zeros((20, 2))
+        relative[:owned, 0] = 1.0
+        relative[owned:, 1] = 0.1  # too little to be a candidate
+        sites = Sites(np.array([[0, 5 * pair], [1, 1]]), relative, np.ones(2))
         assert crowded(sites, np.array([0, 1]), 0.5).tolist() == found
 
 

@@ -50,15 +50,15 @@ def test_without_landmarks_the_error_is_what_the_prior_leaves(observation):
 
 
 def test_one_landmark_has_rank_three(observation):
-    worth = observation.worth(np.array([8]))
-    assert (worth.landmarks, worth.rank, worth.full_rank) == (1, 3, K)
+    information = observation.information(np.array([8]))
+    assert (information.landmarks, information.rank, information.full_rank) == (1, 3, K)
 
 
 @pytest.mark.parametrize("unit", [0.1, 1.0, 30.0])
 def test_the_condition_is_that_of_the_response_whatever_the_unit(observation, unit):
     scaled = replace(observation, deltas=observation.deltas * np.float32(unit))
     at = np.arange(0, V, 4)
-    assert scaled.worth(at).condition == pytest.approx(np.linalg.cond(observation.response(at)), abs=0.06)
+    assert scaled.information(at).condition == pytest.approx(np.linalg.cond(observation.response(at)), abs=0.06)
 
 
 def test_a_rig_with_a_dependent_blendshape_has_less_than_full_rank():

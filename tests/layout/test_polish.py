@@ -1,4 +1,4 @@
-"""The last exchanges: never worse on what they are judged by, the wishes kept, the closed form exact."""
+"""The last exchanges: never worse on what they are judged by, the constraints kept, the closed form exact."""
 
 import numpy as np
 import pytest

@@ -13,10 +13,10 @@ from capture_plan.layout.exchange import Search
 from capture_plan.layout.face import SIXTY_EIGHT
 from capture_plan.layout.observation import Observation
 from capture_plan.layout.problem import search_of, task_of
-from capture_plan.layout.record import Worth
+from capture_plan.layout.record import Information
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites
-from capture_plan.layout.studio import HARDLY, WORTHWHILE, Goal, ceiling, fewest
+from capture_plan.layout.studio import HARDLY, LEAST_GAIN, Goal, ceiling, fewest
 
 K = 5
 
@@ -27,7 +27,7 @@ def problem(seed, *, s=14, pairs=0, budget=14, noise_mm=0.3):
     vertices = np.stack([np.arange(s), np.arange(s)], axis=1)
     vertices[:pairs, 1] += s
     sites = Sites(vertices, rng.uniform(size=(K, s)), np.ones(s))
-    covers = sites.reach > 0.8
+    covers = sites.relative_displacement > 0.8
     return Search(
         Observation(deltas, np.ones(2 * s, dtype=bool), noise_mm), sites, covers[covers.any(axis=1)], None, budget
     )
@@ -73,7 +73,7 @@ def test_what_cannot_be_had_ends_where_another_landmark_is_not_worth_its_while()
     found = fewest(search, start_of(search), target_mm=0.0)
     assert len(found) < 120
     goal = Goal(replace(search, budget=len(found) + 1), 0.0)
-    assert goal.error(goal.of(len(found) + 1).fill(found)) > goal.error(found) * (1 - 1.5 * WORTHWHILE)
+    assert goal.error(goal.of(len(found) + 1).fill(found)) > goal.error(found) * (1 - 1.5 * LEAST_GAIN)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -82,8 +82,8 @@ def test_where_the_target_cannot_be_had_every_landmark_is_worth_its_while(seed):
     found = fewest(search, start_of(search), target_mm=0.0)
     goal = Goal(search, 0.0)
     spared = [tuple(other for other in found if other != site) for site in found]
-    kept = [one for one in spared if search.misses(one) == 0 and goal.rank(one) == K]
-    assert all(goal.error(one) > goal.error(found) * (1 + WORTHWHILE) for one in kept)
+    retained = [one for one in spared if search.misses(one) == 0 and goal.rank(one) == K]
+    assert all(goal.error(one) > goal.error(found) * (1 + LEAST_GAIN) for one in retained)
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -108,8 +108,8 @@ def with_a_shy_site(seed, like):
 def test_a_mix_that_costs_the_others_nothing_is_told_apart_though_the_error_does_not_ask_for_it():
     plain, _ = with_a_shy_site(6, like=None)
     target = Goal(plain, 0.0).error((0, 1, 2, 3))
-    told = next(site for site in fewest(plain, (0,), target))
-    search, shy = with_a_shy_site(6, like=told)
+    message = next(site for site in fewest(plain, (0,), target))
+    search, shy = with_a_shy_site(6, like=message)
     found = fewest(search, (0,), target)
     assert shy in found
     assert Goal(search, 0.0).rank(found) == K
@@ -161,42 +161,42 @@ def test_the_ceiling_is_half_as_many_again_as_is_usual_or_needed(cover, rank, mo
     assert ceiling(cover, rank) == most
 
 
-def worth(error_mm):
-    return Worth(68, 50, 51, 100.0, 0.2, error_mm)
+def information(error_mm):
+    return Information(68, 50, 51, 100.0, 0.2, error_mm)
 
 
 def test_points_that_tell_less_than_dots_anywhere_are_no_target():
-    assert target_of({SIXTY_EIGHT: worth(0.18), EVEN: worth(0.25)}) == (SIXTY_EIGHT, 0.18)
-    assert target_of({SIXTY_EIGHT: worth(2.11), EVEN: worth(0.25)}) == (EVEN, 0.25)
-    assert target_of({EVEN: worth(0.25), "single set cover": worth(0.1)}) == (EVEN, 0.25)
+    assert target_of({SIXTY_EIGHT: information(0.18), EVEN: information(0.25)}) == (SIXTY_EIGHT, 0.18)
+    assert target_of({SIXTY_EIGHT: information(2.11), EVEN: information(0.25)}) == (EVEN, 0.25)
+    assert target_of({EVEN: information(0.25), "single set cover": information(0.1)}) == (EVEN, 0.25)
 
 
 def test_on_the_sample_no_budget_of_as_many_landmarks_is_better_by_more_than_hardly(face, studio):
     count = len(studio.landmarks)
     budget = design_layout(face, LayoutSettings(method="budget", budget=count))
-    assert studio.worth.error_mm <= budget.worth.error_mm * (1 + HARDLY)
+    assert studio.information.error_mm <= budget.information.error_mm * (1 + HARDLY)
 
 
 def test_a_budget_of_two_fewer_does_not_reach_the_target(face, studio):
     budget = design_layout(face, LayoutSettings(method="budget", budget=len(studio.landmarks) - 2))
-    assert budget.worth.error_mm > target_of(studio.references)[1]
+    assert budget.information.error_mm > target_of(studio.references)[1]
 
 
 def test_it_says_which_landmark_to_spare_first(studio):
     assert sorted(studio.order) == sorted(m.name for m in studio.landmarks)
     assert len(studio.curve_mm) == len(studio.landmarks)
-    assert studio.curve_mm[-1] == pytest.approx(studio.worth.error_mm, abs=1e-4)
+    assert studio.curve_mm[-1] == pytest.approx(studio.information.error_mm, abs=1e-4)
 
 
 def test_no_layout_of_as_many_landmarks_can_predict_less_than_its_bound(studio):
-    assert 0.9 * studio.worth.error_mm < studio.error_bound.error_mm <= studio.worth.error_mm
+    assert 0.9 * studio.information.error_mm < studio.error_bound.error_mm <= studio.information.error_mm
 
 
 def test_wider_zones_without_dots_end_in_a_number_that_people_glue(face):
     wide = LayoutSettings(keep_out={"lash line": 8.0, "wet lip": 12.0, "nostril rim": 8.0})
     layout = design_layout(face, wide)
     assert len(layout.landmarks) < 68
-    assert layout.worth.error_mm > target_of(layout.references)[1]
+    assert layout.information.error_mm > target_of(layout.references)[1]
 
 
 def test_planned_again_from_itself_it_stays_as_small(face, studio):

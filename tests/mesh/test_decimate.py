@@ -41,11 +41,11 @@ def euler(vertices, triangles):
 
 def test_a_flat_sheet_loses_triangles_for_nothing():
     x, triangles = sheet()
-    kept, coarse = decimate(x, triangles, 24)
+    retained, coarse = decimate(x, triangles, 24)
     assert len(coarse) <= 24
-    assert triangle_areas(x[kept], coarse).sum() == pytest.approx(144)
-    assert (triangle_cross(x[kept], coarse)[:, 2] > 0).all()
-    assert {0, 12, 156, 168} <= set(kept.tolist())
+    assert triangle_areas(x[retained], coarse).sum() == pytest.approx(144)
+    assert (triangle_cross(x[retained], coarse)[:, 2] > 0).all()
+    assert {0, 12, 156, 168} <= set(retained.tolist())
 
 
 def test_a_collapse_costs_the_squared_distances_from_the_planes_around_both_ends_then_the_squared_length():
@@ -64,26 +64,26 @@ def test_a_collapse_costs_the_squared_distances_from_the_planes_around_both_ends
 def test_no_triangle_of_a_bumpy_sheet_turns_over():
     x, triangles = sheet(21)
     x[:, 2] = 0.4 * np.sin(x[:, 0]) * np.cos(x[:, 1])
-    kept, coarse = decimate(x, triangles, 150)
-    assert (triangle_cross(x[kept], coarse)[:, 2] > 0).all()
-    assert triangle_areas(x[kept] * [1, 1, 0], coarse).sum() == pytest.approx(400)
+    retained, coarse = decimate(x, triangles, 150)
+    assert (triangle_cross(x[retained], coarse)[:, 2] > 0).all()
+    assert triangle_areas(x[retained] * [1, 1, 0], coarse).sum() == pytest.approx(400)
 
 
 @pytest.mark.parametrize("share", [0.8, 0.4, 0.15])
 def test_the_surface_stays_the_kind_of_surface_it_was(face, share):
     x, triangles = face
-    kept, coarse = decimate(x, triangles, int(share * len(triangles)))
-    mesh = trimesh.Trimesh(x[kept], coarse, process=False)
-    assert euler(x[kept], coarse) == euler(x, triangles)
+    retained, coarse = decimate(x, triangles, int(share * len(triangles)))
+    mesh = trimesh.Trimesh(x[retained], coarse, process=False)
+    assert euler(x[retained], coarse) == euler(x, triangles)
     assert mesh.is_winding_consistent
     assert len({tuple(sorted(t)) for t in coarse.tolist()}) == len(coarse) <= share * len(triangles)
-    assert set(kept[boundary_vertices(coarse)].tolist()) <= set(boundary_vertices(triangles).tolist())
+    assert set(retained[boundary_vertices(coarse)].tolist()) <= set(boundary_vertices(triangles).tolist())
 
 
 def test_a_closed_ball_stays_closed():
     ball = trimesh.creation.icosphere(subdivisions=3, radius=50.0)
-    kept, coarse = decimate(np.array(ball.vertices), np.array(ball.faces), 200)
-    mesh = trimesh.Trimesh(ball.vertices[kept], coarse, process=False)
+    retained, coarse = decimate(np.array(ball.vertices), np.array(ball.faces), 200)
+    mesh = trimesh.Trimesh(ball.vertices[retained], coarse, process=False)
     assert mesh.is_watertight
     assert mesh.volume == pytest.approx(ball.volume, rel=0.1)
 
@@ -92,24 +92,24 @@ def test_more_triangles_come_closer_to_the_scan(face):
     x, triangles = face
     off = []
     for wanted in (300, 1000, 2500):
-        kept, coarse = decimate(x, triangles, wanted)
-        off.append(distance(x, x[kept], coarse))
+        retained, coarse = decimate(x, triangles, wanted)
+        off.append(distance(x, x[retained], coarse))
     assert off[0] > off[1] > off[2]
 
 
 def test_what_is_coarse_enough_stays_as_it_is(face):
     x, triangles = face
-    kept, coarse = decimate(x, triangles, len(triangles))
-    assert (kept == np.arange(len(x))).all()
+    retained, coarse = decimate(x, triangles, len(triangles))
+    assert (retained == np.arange(len(x))).all()
     assert (coarse == triangles).all()
 
 
 def test_a_triangle_by_itself_is_never_taken_out():
     x, triangles = sheet()
     x = np.vstack([x, [[20, 0, 0], [20.1, 0, 0], [20, 0.1, 0]]])
-    kept, coarse = decimate(x, np.vstack([triangles, [[169, 170, 171]]]), 1)
-    assert {169, 170, 171} <= set(kept.tolist())
-    assert pieces(coarse, len(kept)).max() == 1
+    retained, coarse = decimate(x, np.vstack([triangles, [[169, 170, 171]]]), 1)
+    assert {169, 170, 171} <= set(retained.tolist())
+    assert pieces(coarse, len(retained)).max() == 1
 
 
 def test_the_same_scan_gives_the_same_mesh(face):

@@ -85,8 +85,8 @@ ALIKE = """browser eyelash Tearing earing Hatch target_43 target.43 shape_12 A L
 def wanted(table):
     """(name, kind, side) of every entry of a table."""
     for entry in table.split():
-        name, _, told = entry.partition("=")
-        kind, _, side = told.replace("_", " ").partition("/")
+        name, _, message = entry.partition("=")
+        kind, _, side = message.replace("_", " ").partition("/")
         yield name, None if kind == "-" else kind, side or None
 
 
@@ -94,8 +94,8 @@ def wanted(table):
 def test_names_of_every_standard_say_their_movement_and_side(standard):
     names = [name for name, _, _ in wanted(TOLD[standard])]
     found = movements_of(names)
-    told = [(name, one and one.kind, one.side if one else None) for name, one in zip(names, found, strict=True)]
-    assert told == list(wanted(TOLD[standard]))
+    messages = [(name, one and one.kind, one.side if one else None) for name, one in zip(names, found, strict=True)]
+    assert messages == list(wanted(TOLD[standard]))
 
 
 def test_arkits_own_names_are_surest_and_none_is_unknown():

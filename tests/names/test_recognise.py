@@ -109,8 +109,8 @@ def test_every_name_of_a_house_is_told_and_its_nearest_is_arkits():
 
 def test_letters_are_visemes_only_beside_their_family():
     assert recognise("A") == recognise_all(["A", "B"])["A"]
-    told = recognise_all(list("AIUEO"))
-    assert all(one and one.words.startswith("mouth") for one in told.values())
+    message = recognise_all(list("AIUEO"))
+    assert all(one and one.words.startswith("mouth") for one in message.values())
 
 
 def test_openface_writes_r_for_regressed_unless_there_is_an_l():
@@ -127,8 +127,8 @@ def test_the_users_map_wins(tmp_path):
     path = tmp_path / "names.toml"
     path.write_text('[names]\n"jawOpen" = "AU12L"\n"x" = "left ear up"\n[weights]\n"AU25_r" = "jawOpen"\n"b" = ""\n')
     mine = read_name_map(path)
-    told = [recognise(name, mine=mine) for name in ("jawOpen", "x")]
-    assert [(found.standard, found.side, found.confidence) for found in told if found] == [
+    messages = [recognise(name, mine=mine) for name in ("jawOpen", "x")]
+    assert [(found.standard, found.side, found.confidence) for found in messages if found] == [
         ("FACS", "left", 1.0),
         ("yours", "left", 1.0),
     ]
@@ -199,8 +199,8 @@ def test_every_column_is_told_and_every_idle_blendshape():
     mapping = map_weights(["JawOpen", "HeadYaw", "AU25_r", "q"], ["jawOpen", "tongueOut"])
     assert {column for column, _ in mapping.left_out} == {"HeadYaw", "AU25_r", "q"}
     assert mapping.idle == ("tongueOut",)
-    for told in ("JawOpen  drives jawOpen", "HeadYaw is left out", "lips part", "nothing drives tongueOut"):
-        assert told in mapping.text()
+    for message in ("JawOpen  drives jawOpen", "HeadYaw is left out", "lips part", "nothing drives tongueOut"):
+        assert message in mapping.text()
 
 
 def test_a_map_to_a_blendshape_that_is_not_there_is_refused():

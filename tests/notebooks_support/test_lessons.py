@@ -77,8 +77,8 @@ def test_each_method_is_shown_with_what_it_gives(small):
 
 def test_the_numbers_of_the_third_lesson_are_those_of_the_default_noise():
     defined = run("learn/lesson_3_reading_the_numbers")
-    assert defined["worth"].noise_mm == 0.2
-    assert defined["worth"].landmarks == 34
+    assert defined["information"].noise_mm == 0.2
+    assert defined["information"].landmarks == 34
     assert all(one.low_mm < one.error_mm < one.high_mm for one in defined["expected"])
 
 

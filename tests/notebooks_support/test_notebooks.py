@@ -33,7 +33,7 @@ NAMES = [
     "compare_layouts",
     "expressions",
     "landmarks",
-    "packing_worth",
+    "packing_error",
     "rig",
     "session",
     "sheets",
@@ -93,7 +93,7 @@ def test_notebooks_are_clean_under_marimos_own_check():
 def test_what_packing_is_worth_is_shown_of_a_rig_that_it_is_given():
     whole = sample_rig()
     few = replace(whole, names=whole.names[:12], deltas=whole.deltas[:12])
-    defined = run("packing_worth", rig=few, sitter=figures.sit(few), used=audit_rig(few).used)
+    defined = run("packing_error", rig=few, sitter=figures.sit(few), used=audit_rig(few).used)
     assert {len(rows) for rows in defined["by_rules"].values()} == {11}
     assert {name for e in defined["packing"].expressions for name in e.blendshapes} == set(audit_rig(few).used)
 
@@ -121,7 +121,7 @@ def test_knobs_start_at_the_defaults_of_the_settings():
 
 
 @pytest.mark.parametrize(
-    ("knob", "kept"),
+    ("knob", "retained"),
     [
         ("landmarks", {"report", "face", "packing"}),
         ("expressions", {"report", "face"}),  # no dots meet in them: the landmarks depend on the expressions
@@ -129,7 +129,7 @@ def test_knobs_start_at_the_defaults_of_the_settings():
         ("paper", {"report", "face", "layout", "packing", "plan"}),
     ],
 )
-def test_a_knob_of_the_session_recomputes_only_what_depends_on_it(knob, kept):
+def test_a_knob_of_the_session_recomputes_only_what_depends_on_it(knob, retained):
     reads = needs("session")
     assert {
         variable
@@ -141,7 +141,7 @@ def test_a_knob_of_the_session_recomputes_only_what_depends_on_it(knob, kept):
         "layout",
         "packing",
         "plan",
-    } - kept
+    } - retained
 
 
 def test_an_unusable_rig_is_one_sentence_without_a_traceback():

@@ -81,9 +81,9 @@ def stages(tmp_path_factory):
     the same in a quarter of the time."""
     port, folder, place = free_port(), str(notebooks_folder()), tmp_path_factory.mktemp("stages")
     rig = sample_rig()
-    kept, triangles = decimate(rig.neutral, rig.triangles, len(rig.triangles) // 2)
+    retained, triangles = decimate(rig.neutral, rig.triangles, len(rig.triangles) // 2)
     arrays = {"faces": triangles, "names": np.array(rig.names[1::2]), "units": "mm"}
-    np.savez(place / "coarse.npz", vertices=rig.neutral[kept], deltas=rig.deltas[1::2, kept], **arrays)
+    np.savez(place / "coarse.npz", vertices=rig.neutral[retained], deltas=rig.deltas[1::2, retained], **arrays)
     command = [sys.executable, "-m", "marimo", "run", folder, "--headless", "--no-sandbox", "--port", str(port)]
     with served([*command, "--", "--rig", str(place / "coarse.npz")], port, place) as address:
         yield address

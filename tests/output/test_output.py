@@ -58,7 +58,7 @@ def test_whatever_call_fails_there_are_the_old_files_or_the_new_ones(tmp_path, m
         write(after, 1)
     before = tree(after)
     write(after, 2)
-    kept = before | {name: text for name, text in tree(after).items() if "~" in name}
+    retained = before | {name: text for name, text in tree(after).items() if "~" in name}
     disk, n = FailingDisk(), 1
     while disk.calls >= n - 1:
         folder = tmp_path / str(n)
@@ -71,7 +71,7 @@ def test_whatever_call_fails_there_are_the_old_files_or_the_new_ones(tmp_path, m
                 write(folder, 2)
         for each in (folder, folder / "deep"):
             sweep(each)  # as whoever writes there next
-        assert tree(folder) in (before, kept, tree(after))
+        assert tree(folder) in (before, retained, tree(after))
         assert not [path for path in folder.rglob("*") if path.name.startswith(OURS)]
         n += 1
     assert n > 8
@@ -142,7 +142,10 @@ def test_what_somebody_changed_is_kept_beside(tmp_path):
     assert (tmp_path / "book.pdf").read_bytes() == b"book 2" * 99
     (tmp_path / "book.pdf").write_bytes(b"other notes")
     write_set(tmp_path, 3)
-    assert [(tmp_path / f"book.pdf{kept}").read_bytes() for kept in ("~2", "~")] == [b"notes in it", b"other notes"]
+    assert [(tmp_path / f"book.pdf{retained}").read_bytes() for retained in ("~2", "~")] == [
+        b"notes in it",
+        b"other notes",
+    ]
     assert not (tmp_path / "pages" / "0.png~").exists()
 
 

@@ -1,4 +1,4 @@
-"""Plans for a recorded take: wishes kept, claims that hold, lies that do not, files that move with the plan."""
+"""Plans for a recorded take: constraints kept, claims that hold, lies that do not, files that move with the plan."""
 
 import shutil
 
@@ -156,14 +156,14 @@ def test_both_views_are_stated_and_the_order_is_monotone(layout):
     assert len(curve) == len(layout.order) == len(layout.curve_mm) == NUMBER
     assert (np.diff(curve) <= 1e-4).all()
     assert curve[-1] == layout.motion.rmse_mm
-    assert layout.worth.rank > 1
+    assert layout.information.rank > 1
     assert layout.programs == ()
 
 
 def test_no_rig_designed_layout_of_the_number_loses_less_of_the_take(face, take, layout):
     by_rig = design_layout(face, LayoutSettings(method="budget", number=NUMBER), takes=take)
     assert by_rig.motion.rmse_mm > layout.motion.rmse_mm
-    assert by_rig.worth.error_mm < layout.worth.error_mm
+    assert by_rig.information.error_mm < layout.information.error_mm
 
 
 def test_pins_forbidden_caps_and_head_markers_are_kept(face, rig, take, layout):
@@ -199,8 +199,8 @@ def test_a_plan_and_an_evaluation_state_the_same_error_of_the_same_vertices(sess
     """What `plan --sequence` says of its landmarks and what `motion --take` says of them."""
     plan, file = read_plan(session), session.parents[1] / "takes" / "speech.npz"
     take = face_take(rig, read_sequence(file, rig=rig))
-    told = score(take, face, "planned", [take.places(vertices_of(plan.layout))])
-    assert told.rmse_mm == pytest.approx(plan.layout.motion.rmse_mm, abs=1e-5)
+    message = score(take, face, "planned", [take.places(vertices_of(plan.layout))])
+    assert message.rmse_mm == pytest.approx(plan.layout.motion.rmse_mm, abs=1e-5)
     (markers,) = METHODS[OURS](take, take.motion, 9)
     fit = fit_of(takes_of(rig, [take.sequence]), face.used, take.at[markers], ordered=False)
     assert score(take, face, OURS, [markers]).rmse_mm == pytest.approx(fit.rmse_mm, abs=1e-5)
@@ -253,10 +253,10 @@ def test_every_claim_holds_from_any_folder_and_after_a_move(session, tmp_path, m
 
 
 def test_the_summary_says_what_the_take_loses(session):
-    told = " ".join(summary(read_plan(session)))
-    assert "bent between these landmarks is" in told
-    assert "The take hardly or never moves" in told
-    assert told.count("mm left of the take") == len(read_plan(session).layout.references)
+    message = " ".join(summary(read_plan(session)))
+    assert "bent between these landmarks is" in message
+    assert "The take hardly or never moves" in message
+    assert message.count("mm left of the take") == len(read_plan(session).layout.references)
 
 
 def better(fit):
@@ -290,9 +290,9 @@ def longer(fit):
 def test_a_plan_that_lies_about_its_take_is_caught(session, tmp_path, rig, lie):
     folder = shutil.copytree(session.parents[1], tmp_path / "day")
     plan = read_plan(folder / "plans" / "plan.json")
-    told = replace(plan, layout=replace(plan.layout, motion=lie(plan.layout.motion)))
+    message = replace(plan, layout=replace(plan.layout, motion=lie(plan.layout.motion)))
     with answers_kept():
-        assert broken(write_plan(told, folder / "plans" / "plan.json"), rig)
+        assert broken(write_plan(message, folder / "plans" / "plan.json"), rig)
 
 
 def test_another_take_behind_the_plan_is_caught(session, tmp_path, rig):
@@ -331,7 +331,7 @@ def test_an_inspection_says_what_the_take_loses_and_what_could_be_had_instead(se
     assert min(found.take.without_mm) >= plan.layout.motion.rmse_mm - 1e-4
     assert f"{plan.layout.motion.rmse_mm:.2f} mm" in text
     assert "mm left of the take" in text
-    assert f"rank {plan.layout.worth.rank} of" in text
+    assert f"rank {plan.layout.information.rank} of" in text
 
 
 WISHES = {

@@ -32,14 +32,14 @@ from tests.once import QUICK, plan_of
 def session(tmp_path):
     """A folder with a rig of house names, a name map, a skin file and a camera file; plans go to a folder inside."""
     sample = sample_rig()
-    kept = [sample.names.index(n) for n in ("jawOpen", "mouthSmileLeft", "mouthSmileRight", "eyeBlinkLeft")]
+    retained = [sample.names.index(n) for n in ("jawOpen", "mouthSmileLeft", "mouthSmileRight", "eyeBlinkLeft")]
     folder = tmp_path / "session"
     (folder / "plans").mkdir(parents=True)
     np.savez(
         folder / "hero.npz",
         vertices=sample.neutral,
         faces=sample.triangles,
-        deltas=sample.deltas[kept],
+        deltas=sample.deltas[retained],
         names=np.array(["shape_a", "shape_b", "shape_c", "shape_d"]),
     )
     (folder / "names.toml").write_text('[names]\nshape_a = "jawOpen"\nshape_b = "mouthSmileLeft"\nshape_c = "AU12R"\n')
@@ -107,14 +107,14 @@ def test_a_plan_is_replaced_by_its_like_also_where_a_corrective_is_kept_apart_wi
 
 
 def test_a_plan_with_wishes_that_would_go_is_not_replaced_unasked(tmp_path):
-    """Each wish is named, those that the new settings have are not, and a plan without any is made again."""
+    """Each constraint is named, those that the new settings have are not, and a plan without any is made again."""
     edits = Edits(together=(("jawOpen", "browInnerUp"),), dropped=("cheekPuff",))
     plan, path = plan_of(QUICK), tmp_path / "plan.json"
     pin = plan.layout.landmarks[3]
-    wishes = replace(
+    constraints = replace(
         QUICK.landmarks, pins=(pin.source_vertex,), forbidden=(7,), caps={"nose": 4}, keep_out={"wet lip": 5.0}
     )
-    asked = replace(QUICK, landmarks=wishes, expressions=replace(QUICK.expressions, edits=edits))
+    asked = replace(QUICK, landmarks=constraints, expressions=replace(QUICK.expressions, edits=edits))
     made = replace(plan, settings=asked, packing=replace(plan.packing, edits=edits))
     write_plan(made, path)
     with pytest.raises(PlanError, match="--replace") as refused:
@@ -122,7 +122,9 @@ def test_a_plan_with_wishes_that_would_go_is_not_replaced_unasked(tmp_path):
     assert f"(pin at {pin.name}, no dot at vertex 7, nose at most 4, keep-out wet lip 5 mm, " in str(refused.value)
     assert list(edits_lost(made, Edits())) == ["jawOpen and browInnerUp together", "cheekPuff dropped"]
     with pytest.raises(PlanError, match=r"would go \(nose at most 4\)"):
-        refuse_to_replace(path, sample_rig(), "sample", replace(asked, landmarks=replace(wishes, caps={"nose": 3})))
+        refuse_to_replace(
+            path, sample_rig(), "sample", replace(asked, landmarks=replace(constraints, caps={"nose": 3}))
+        )
     refuse_to_replace(path, sample_rig(), "sample", asked)
     write_plan(plan, path)
     refuse_to_replace(path, sample_rig(), "sample", Settings())
@@ -138,9 +140,9 @@ def test_seen_from_and_found_from_undo_each_other(tmp_path, monkeypatch):
     (tmp_path / "a").mkdir()
     (tmp_path / "b.toml").touch()
     monkeypatch.chdir(tmp_path)
-    kept = seen_from(tmp_path / "a", "b.toml")
-    assert kept == "../b.toml"
-    assert os.path.samefile(str(found_from(tmp_path / "a", kept)), "b.toml")
+    retained = seen_from(tmp_path / "a", "b.toml")
+    assert retained == "../b.toml"
+    assert os.path.samefile(str(found_from(tmp_path / "a", retained)), "b.toml")
 
 
 def test_settings_without_files_stay_as_they_are(tmp_path):

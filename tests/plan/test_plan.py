@@ -50,13 +50,13 @@ def moved(plan):
 
 
 def dropped(plan):
-    first, *kept = plan.layout.landmarks
+    first, *retained = plan.layout.landmarks
     order = tuple(name for name in plan.layout.order if name != first.name)
-    return replace(plan, layout=replace(plan.layout, landmarks=tuple(kept), order=order))
+    return replace(plan, layout=replace(plan.layout, landmarks=tuple(retained), order=order))
 
 
 def boasting(plan):
-    return replace(plan, layout=replace(plan.layout, worth=replace(plan.layout.worth, error_mm=0.01)))
+    return replace(plan, layout=replace(plan.layout, information=replace(plan.layout.information, error_mm=0.01)))
 
 
 def overpriced(plan):
@@ -110,8 +110,8 @@ def test_a_changed_rig_behind_an_old_plan_is_refused(plan, rig, tmp_path, monkey
     [
         (b"", "is not a plan"),
         (b"[1, 2]", "is not a plan"),
-        (b'{"format": 4}', "is not a plan"),
-        (b'{"format": 7}', "format 7, expected 4"),
+        (b'{"format": 5}', "is not a plan"),
+        (b'{"format": 7}', "format 7, expected 5"),
         (b"\xff\xfe\x00", "is not a plan"),
         (b"[" * 100_000, "is not a plan"),
     ],

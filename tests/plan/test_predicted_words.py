@@ -3,12 +3,12 @@
 import pytest
 from msgspec.structs import replace
 
-from capture_plan.layout.record import Prediction, Reference, Worth
+from capture_plan.layout.record import Information, Prediction, Reference
 from capture_plan.plan.predicted import beyond_words, error_words, headline_words, known_to, prediction_words
-from capture_plan.plan.summary import worth_words
+from capture_plan.plan.summary import information_words
 from capture_plan.report.contents import compare_row, error_tile, headline, predicted_row
 
-WORTH = Worth(landmarks=20, rank=5, full_rank=6, condition=9.0, noise_mm=0.5, error_mm=0.41)
+WORTH = Information(landmarks=20, rank=5, full_rank=6, condition=9.0, noise_mm=0.5, error_mm=0.41)
 MIXES = Prediction("3 to 8 blendshapes at once", 0.5, 0.3123, 0.2, 0.45, 0.0011)
 USUAL = Prediction("3 to 8 blendshapes at once", 0.2, 0.1423, 0.1, 0.19, 0.0001)
 TAKE = Prediction("anna", 0.5, 0.9, 0.7, 1.2, 0.002, beyond_mm=0.8)
@@ -50,7 +50,7 @@ def test_the_headline_is_predicted_at_the_noise_of_the_settings():
     assert (
         error_words(WORTH, (USUAL, MIXES)) == "predicted error 0.312 mm, upper estimate 0.410 mm under 0.5 mm of noise"
     )
-    assert worth_words(WORTH, (USUAL, MIXES)).startswith("20 landmarks, rank 5 of 6, predicted error 0.312 mm")
+    assert information_words(WORTH, (USUAL, MIXES)).startswith("20 landmarks, rank 5 of 6, predicted error 0.312 mm")
     tile = error_tile(WORTH, (USUAL, MIXES))
     assert (tile.name, tile.figure, tile.unit) == ("Predicted error", "0.31", "mm")
     assert "weights solved between 0 and 1, 3 to 8 blendshapes at once" in tile.note
@@ -73,7 +73,7 @@ def test_rows_of_tables_keep_both_errors_apart():
 
 def test_another_layout_brings_its_own_predictions():
     other = Reference(68, 4, 4, 3.0, 0.5, 0.62, (), (MIXES,))
-    assert "predicted error 0.312 mm, upper estimate 0.620 mm" in worth_words(other, other.predictions)
+    assert "predicted error 0.312 mm, upper estimate 0.620 mm" in information_words(other, other.predictions)
 
 
 def test_where_there_is_room_for_one_figure_it_is_what_the_solve_is_expected_to_give():

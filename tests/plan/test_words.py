@@ -1,4 +1,4 @@
-"""What pages say: "told apart" only at full rank, "proved" only of the list that was proved, error by its own name."""
+"""Pages say "distinguished" only at full rank, "proved" only of the list that was proved, error by its own name."""
 
 import re
 from pathlib import Path
@@ -33,10 +33,10 @@ def cut(rig):
 def test_of_a_list_that_is_cut_the_whole_is_what_was_proved(cut):
     whole = cut.packing.objective
     assert len(cut.packing.expressions) == 10 < whole
-    told = f"10 of {whole} expressions; {whole} proved the fewest"
-    assert expression_words(cut.packing) == told
-    assert any(line.startswith(told) for line in summary(cut))
-    assert packed_words(cut).startswith(told)
+    message = f"10 of {whole} expressions; {whole} proved the fewest"
+    assert expression_words(cut.packing) == message
+    assert any(line.startswith(message) for line in summary(cut))
+    assert packed_words(cut).startswith(message)
     assert packing_proof(cut) == f"10 of {whole} are shown. Proved: fewer than {whole} cannot show every blendshape"
     assert not re.search(r"\b10 (expressions, )?proved", " ".join(summary(cut)))
 
@@ -47,18 +47,19 @@ def test_a_whole_list_is_proved_itself_and_a_gap_is_no_proof(cut):
     assert expression_words(replace(ten, bound=9)) == "10 expressions, not proved the fewest (at least 9)"
 
 
-def test_told_apart_is_said_at_full_rank_alone_and_otherwise_which_are_not_and_why(cut):
-    worth = cut.layout.worth
-    assert worth.rank < worth.full_rank
-    lost = f"Not told apart by these landmarks: {worth.full_rank - worth.rank} of {worth.full_rank} mixes"
+def test_distinguished_is_said_at_full_rank_alone_and_otherwise_which_are_not_and_why(cut):
+    information = cut.layout.information
+    rank, full = information.rank, information.full_rank
+    assert rank < full
+    lost = f"Not distinguished by these landmarks: {full - rank} of {full} mixes"
     assert any(line.startswith(lost) for line in summary(cut))
-    assert "Told apart" not in {tile.name for tile in tiles(cut)}
-    full = replace(cut, layout=replace(cut.layout, worth=replace(worth, rank=worth.full_rank)))
-    assert not [line for line in summary(full) if "Not told apart" in line]
-    assert "Told apart" in {tile.name for tile in tiles(full)}
-    less = replace(worth, rank=worth.full_rank - 2, full_rank=worth.full_rank - 2)
-    poor = replace(cut, layout=replace(cut.layout, worth=less))
-    assert any(line.startswith("Not told apart by any landmarks: 2 of ") for line in summary(poor))
+    assert "Distinguished" not in {tile.name for tile in tiles(cut)}
+    full = replace(cut, layout=replace(cut.layout, information=replace(information, rank=information.full_rank)))
+    assert not [line for line in summary(full) if "Not distinguished" in line]
+    assert "Distinguished" in {tile.name for tile in tiles(full)}
+    less = replace(information, rank=information.full_rank - 2, full_rank=information.full_rank - 2)
+    poor = replace(cut, layout=replace(cut.layout, information=less))
+    assert any(line.startswith("Not distinguished by any landmarks: 2 of ") for line in summary(poor))
 
 
 def test_the_nearest_two_are_said_straight_and_along_the_skin(rig, cut):

@@ -13,7 +13,7 @@ from capture_plan.reader.belongs import what_belongs
 from capture_plan.sample import sample_rig
 
 SAMPLE = sample_rig()
-BESIDE = np.array([260.0, 0, 0])
+ASIDE = np.array([260.0, 0, 0])
 
 
 def part(name):
@@ -56,8 +56,8 @@ def posed(name):
 @cache
 def level(share):
     """The skin in fewer triangles."""
-    kept, triangles = decimate(SKIN, FACES, int(share * len(FACES)))
-    return SKIN[kept], triangles
+    retained, triangles = decimate(SKIN, FACES, int(share * len(FACES)))
+    return SKIN[retained], triangles
 
 
 def shuffled(x, triangles):
@@ -67,12 +67,12 @@ def shuffled(x, triangles):
 
 
 COPIES = {
-    "beside": lambda: (posed(WIDEST) + BESIDE, FACES),
+    "beside": lambda: (posed(WIDEST) + ASIDE, FACES),
     "on it": lambda: (SKIN, FACES),
-    "turned": lambda: (posed(WIDEST) @ Rotation.from_euler("y", 40, degrees=True).as_matrix().T - 2 * BESIDE, FACES),
-    "in another order": lambda: shuffled(posed(WIDEST) + BESIDE, FACES),
+    "turned": lambda: (posed(WIDEST) @ Rotation.from_euler("y", 40, degrees=True).as_matrix().T - 2 * ASIDE, FACES),
+    "in another order": lambda: shuffled(posed(WIDEST) + ASIDE, FACES),
     "half": lambda: level(0.5),
-    "a tenth, beside": lambda: (level(0.1)[0] + BESIDE, level(0.1)[1]),
+    "a tenth, beside": lambda: (level(0.1)[0] + ASIDE, level(0.1)[1]),
     "a twentieth": lambda: level(0.05),
 }
 
@@ -94,8 +94,8 @@ def test_a_copy_in_the_same_mesh_is_a_piece_of_it(how):
 
 
 def test_eyes_and_teeth_beside_go_with_their_head():
-    others = [(f"{name} spare", part(name)[0] + BESIDE, part(name)[1]) for name in ("eye_L", "eye_R", "teeth_lower")]
-    rig = what_belongs(rig_with(("spare", posed(WIDEST) + BESIDE, FACES), *others))
+    others = [(f"{name} spare", part(name)[0] + ASIDE, part(name)[1]) for name in ("eye_L", "eye_R", "teeth_lower")]
+    rig = what_belongs(rig_with(("spare", posed(WIDEST) + ASIDE, FACES), *others))
     assert rig.part_names == SAMPLE.part_names
     assert len(rig.left_out) == 4
 
@@ -103,8 +103,8 @@ def test_eyes_and_teeth_beside_go_with_their_head():
 def test_teeth_that_swung_open_go_with_their_head():
     jaw = SAMPLE.names.index("jawOpen")
     teeth, triangles, numbers = part("teeth_lower")
-    others = [("teeth spare", teeth + SAMPLE.deltas[jaw, numbers] + BESIDE, triangles)]
-    rig = what_belongs(rig_with(("spare", posed("jawOpen") + BESIDE, FACES), *others))
+    others = [("teeth spare", teeth + SAMPLE.deltas[jaw, numbers] + ASIDE, triangles)]
+    rig = what_belongs(rig_with(("spare", posed("jawOpen") + ASIDE, FACES), *others))
     assert rig.left_out == ("spare", "teeth spare")
 
 
@@ -147,7 +147,7 @@ def test_what_is_no_copy_stays(what):
 
 
 def test_a_copy_that_moves_stays():
-    rig = rig_with(("twin", SKIN + BESIDE, FACES))
+    rig = rig_with(("twin", SKIN + ASIDE, FACES))
     rig.deltas[0, -len(SKIN) :] = 5
     assert what_belongs(rig).left_out == ()
 

@@ -1,4 +1,4 @@
-"""`read_rig`: the same head through every format, in one unit and one pose of the axes; wishes; one clear line."""
+"""`read_rig`: the same head through every format, in one unit and one pose of the axes; constraints; one clear line."""
 
 import os
 import re
@@ -170,9 +170,9 @@ def test_a_file_that_may_not_be_read_is_refused(tmp_path):
 
 def archive_of(path, **changes):
     rig = sample_rig()
-    kept = rig.rows(("jawOpen", "browInnerUp", "mouthSmileLeft", "mouthSmileRight"))
-    arrays = {"vertices": rig.neutral, "faces": rig.triangles, "deltas": rig.deltas[kept]}
-    np.savez(path, **arrays | {"names": [rig.names[i] for i in kept]} | changes)
+    retained = rig.rows(("jawOpen", "browInnerUp", "mouthSmileLeft", "mouthSmileRight"))
+    arrays = {"vertices": rig.neutral, "faces": rig.triangles, "deltas": rig.deltas[retained]}
+    np.savez(path, **arrays | {"names": [rig.names[i] for i in retained]} | changes)
     return arrays["deltas"]
 
 

@@ -11,7 +11,7 @@ from tests.face_channels import seven
 from tests.face_heads import Head, bearded, caged, haired, hatted, sample_head
 from tests.reader.test_belongs import FACES, NUMBERS, SAMPLE, SKIN, level
 
-BESIDE = np.array([260.0, 0, 0])
+ASIDE = np.array([260.0, 0, 0])
 HEAD = sample_head()
 
 
@@ -52,7 +52,7 @@ def coarse(share):
 
 
 @pytest.mark.parametrize("share", [0.5, 0.1, 0.05])
-@pytest.mark.parametrize("by", [0 * BESIDE, BESIDE], ids=["on it", "beside"])
+@pytest.mark.parametrize("by", [0 * ASIDE, ASIDE], ids=["on it", "beside"])
 @pytest.mark.parametrize("own", ["", "LOD1_"])
 def test_a_level_of_detail_that_moves_is_left_out_and_named(share, by, own):
     points, triangles, deltas = coarse(share)
@@ -69,13 +69,13 @@ def test_a_level_of_detail_that_moves_is_left_out_and_named(share, by, own):
 @pytest.mark.parametrize("few", [3, 20])
 def test_a_spare_head_of_fewer_blendshapes_is_left_out_with_them(few):
     names = tuple(f"old_{SAMPLE.names[k]}" for k in OF_SKIN[:few])
-    head = with_mesh(HEAD, "old", SKIN + BESIDE, FACES, SAMPLE.deltas[OF_SKIN[:few]][:, NUMBERS], names)
+    head = with_mesh(HEAD, "old", SKIN + ASIDE, FACES, SAMPLE.deltas[OF_SKIN[:few]][:, NUMBERS], names)
     rig = one_of_each(raw_of(head))
     assert (rig.left_out, rig.names) == (("old",), HEAD.names)
 
 
 def test_of_two_heads_that_the_same_blendshapes_move_the_first_stays():
-    head = with_mesh(HEAD, "twin", SKIN + BESIDE, FACES, SAMPLE.deltas[:, NUMBERS], SAMPLE.names)
+    head = with_mesh(HEAD, "twin", SKIN + ASIDE, FACES, SAMPLE.deltas[:, NUMBERS], SAMPLE.names)
     assert one_of_each(raw_of(head)).left_out == ("twin",)
 
 
@@ -83,7 +83,7 @@ def test_of_two_heads_that_the_same_blendshapes_move_the_first_stays():
 def test_of_two_heads_with_blendshapes_of_their_own_the_first_stays_where_both_move_alike_else_none_goes(same):
     names = tuple(f"B_{name}" for name in SAMPLE.names)
     deltas = SAMPLE.deltas[:, NUMBERS] * np.where(np.arange(len(names)) % 2 == 0, 1, 1 if same else 0.5)[:, None, None]
-    found = one_of_each(raw_of(with_mesh(HEAD, "twin", SKIN + BESIDE, FACES, deltas, names)))
+    found = one_of_each(raw_of(with_mesh(HEAD, "twin", SKIN + ASIDE, FACES, deltas, names)))
     assert found.left_out == (("twin",) if same else ())
     assert len(found.names) < 60 if same else len(found.names) == 2 * len(HEAD.names)
     assert ("twin" in found.note) == same

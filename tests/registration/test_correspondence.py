@@ -113,16 +113,16 @@ def test_where_no_landmark_is_allowed_points_are_absent_and_the_others_stay():
 def test_a_mask_has_no_ears_and_no_skull():
     rig = sample_rig()
     mask = rig.skin & (rig.neutral[:, 2] > 60)
-    kept = np.flatnonzero(mask)
+    retained = np.flatnonzero(mask)
     number = np.cumsum(mask) - 1
     cut = replace(
         rig,
-        neutral=rig.neutral[kept],
-        deltas=np.ascontiguousarray(rig.deltas[:, kept]),
+        neutral=rig.neutral[retained],
+        deltas=np.ascontiguousarray(rig.deltas[:, retained]),
         triangles=number[rig.triangles[mask[rig.triangles].all(axis=1)]].astype(np.int32),
-        skin=np.ones(len(kept), dtype=bool),
-        parts=rig.parts[kept],
-        source_index=rig.source_index[kept],
+        skin=np.ones(len(retained), dtype=bool),
+        parts=rig.parts[retained],
+        source_index=rig.source_index[retained],
     )
     placement = place_layout(cut, "mpeg4")
     assert {"10.1", "10.3", "11.4", "11.6"} <= set(placement.left_out)

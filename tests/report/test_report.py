@@ -19,7 +19,7 @@ from capture_plan.expressions.record import Expression, Packing
 from capture_plan.expressions.session import session
 from capture_plan.expressions.session_settings import SessionSettings
 from capture_plan.glossary import glossary
-from capture_plan.layout.record import Bound, Landmark, Layout, Prediction, Program, Reference, Worth
+from capture_plan.layout.record import Bound, Information, Landmark, Layout, Prediction, Program, Reference
 from capture_plan.plan.files import plan_bytes
 from capture_plan.plan.record import Plan, RigReference, sealed
 from capture_plan.plan.settings import Settings
@@ -57,7 +57,7 @@ def small_plan(rig: Rig) -> Plan:
         Expression("E01", names[:1], (1.0,), 0.5, 0.5, f"Open the jaw wide, {rig.names[JAW_OPEN]}."),
         Expression("E02", names[1:], (1.0, 1.0, 1.0), 0.5, 1.0, "Smile with both corners."),
     )
-    worth = Worth(4, 4, 4, 12.0, 0.2, 0.41)
+    information = Information(4, 4, 4, 12.0, 0.2, 0.41)
     findings = (Finding("static", ("tongueOut",), f"{rig.names[SMILE_LEFT]} stands still", "Leave it out.", True),)
     packing = Packing("minimum", expressions, 2, 2, 2, True, True, names[:2], (), (), (), (), ())
     return Plan(
@@ -71,7 +71,7 @@ def small_plan(rig: Rig) -> Plan:
             programs=(Program(4, names, 4.0, 4.0, True, tuple(m.vertex for m in landmarks)),),
             certificate=Bound(names[:3], (1.0, 1.0, 1.0), 3),
             uncovered=(),
-            worth=worth,
+            information=information,
             references={HOSTILE[1]: Reference(68, 4, 4, 3.0, 0.2, 0.72, (), (OTHER,))},
             predictions=(Prediction(HOSTILE[0], 0.2, 0.31, 0.2, 0.4, 0.01, 0.1),),
         ),
@@ -202,7 +202,7 @@ def test_a_place_that_cannot_be_written_is_named_and_left_alone(plan, rig, tmp_p
 
 def test_only_what_was_proved_is_called_proved(plan):
     assert packing_proof(plan) == "Proved: fewer than 2 cannot show every blendshape"
-    assert minimum_proof(plan) == "Proved: under these wishes fewer than 3 cannot show every blendshape even once"
+    assert minimum_proof(plan) == "Proved: under these constraints fewer than 3 cannot show every blendshape even once"
     open_packing = msgspec.structs.replace(plan.packing, proven_optimal=False, order_proven=False, bound=1)
     open_program = msgspec.structs.replace(plan.layout.programs[0], proven_optimal=False)
     certificate = Bound((), (), 0)

@@ -71,8 +71,8 @@ def test_a_true_plan_has_no_cross(checked, document):
 )
 def test_a_lie_gets_a_cross(checked, document, forge, named):
     forge(document)
-    told = crosses(checked(document))
-    assert any(named in line for line in told), told
+    message = crosses(checked(document))
+    assert any(named in line for line in message), message
 
 
 def test_what_cannot_be_computed_is_said(plan):

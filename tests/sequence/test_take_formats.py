@@ -78,7 +78,7 @@ def test_a_take_among_the_files_of_an_app_is_found_and_named(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "content", "told"),
+    ("name", "content", "message"),
     [
         ("take.zip", archive(a__csv=table(weights()), b__csv=table(weights())), "holds 2 tables of weights"),
         ("take.zip", archive(a__jpg="x"), "holds no table of weights"),
@@ -87,8 +87,8 @@ def test_a_take_among_the_files_of_an_app_is_found_and_named(tmp_path):
     ],
     ids=["two", "none", "a workbook called CSV", "a workbook"],
 )
-def test_archives_without_one_take_are_refused_in_one_line(tmp_path, name, content, told):
-    with pytest.raises(RigError, match=told) as error:
+def test_archives_without_one_take_are_refused_in_one_line(tmp_path, name, content, message):
+    with pytest.raises(RigError, match=message) as error:
         read(tmp_path / name, content)
     assert "\n" not in str(error.value)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from capture_plan.curves.frames import KeptFrames, StoredFrames
+from capture_plan.curves.frames import SelectedFrames, StoredFrames
 from capture_plan.errors import RigError
 from capture_plan.sample import sample_rig
 from capture_plan.sequence import read_sequence
@@ -151,10 +151,10 @@ def test_weights_without_names_are_called_so(tmp_path):
 
 def test_frames_that_are_kept_come_in_their_order():
     X = np.arange(30.0).reshape(10, 1, 3)
-    kept = np.array([0, 1, 2, 5, 7, 8])
-    frames = KeptFrames(StoredFrames(X), kept)
-    assert np.array_equal(frames.block(0, 6), X[kept])
-    assert np.array_equal(frames.block(2, 5), X[kept[2:5]])
+    retained = np.array([0, 1, 2, 5, 7, 8])
+    frames = SelectedFrames(StoredFrames(X), retained)
+    assert np.array_equal(frames.block(0, 6), X[retained])
+    assert np.array_equal(frames.block(2, 5), X[retained[2:5]])
 
 
 def test_places_are_said_in_ranges():

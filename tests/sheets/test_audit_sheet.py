@@ -201,9 +201,9 @@ def words_of(found, rig):
 
 def test_what_goes_back_to_the_rigger_is_beside_the_picture_or_counted(found, rig):
     finding = Finding("geometry", (), "the skin has a hole", "Close it.", False, "rigger")
-    told = words_of(replace(found, findings=(finding,)), rig)
-    assert "1 thing to change" in told
-    assert "Mesh: The skin has a hole. Close it." in told
+    said_of_it = words_of(replace(found, findings=(finding,)), rig)
+    assert "1 thing to change" in said_of_it
+    assert "Mesh: The skin has a hole. Close it." in said_of_it
     kinds = list(KINDS)[:12]
     many = tuple(replace(finding, kind=kind, message="the skin has a hole " * 8) for kind in kinds)
     assert f"{len(kinds)} things to change" in words_of(replace(found, findings=many), rig)

@@ -59,8 +59,8 @@ def test_a_script_without_a_font_is_told_by_its_meaning_or_its_number(name, labe
 
 
 def test_two_names_are_never_told_alike():
-    told = [Labels(RIG)(name) for name in RIG]
-    assert len(set(told)) == len(RIG)
+    messages = [Labels(RIG)(name) for name in RIG]
+    assert len(set(messages)) == len(RIG)
 
 
 def test_what_is_no_name_of_the_rig_is_told_by_its_script():

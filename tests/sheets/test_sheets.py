@@ -14,7 +14,7 @@ from capture_plan.errors import PlanError
 from capture_plan.expressions.record import Expression, Packing
 from capture_plan.expressions.session import session
 from capture_plan.expressions.session_settings import SessionSettings
-from capture_plan.layout.record import Landmark, Layout, Worth
+from capture_plan.layout.record import Information, Landmark, Layout
 from capture_plan.plan.record import FORMAT_VERSION, Plan, RigReference
 from capture_plan.plan.settings import Settings
 from capture_plan.sheets import expression_pictures, marker_pictures, region_looks, write_sheets
@@ -71,14 +71,14 @@ def make(rig, *, label: str | None = None) -> Plan:
         expression("jaw", "Open your jaw wide.", 0.5, "jawOpen"),
         expression("smile", label or "Smile with one side.", 1.0, "mouthSmileLeft"),
     )
-    worth = Worth(landmarks=16, rank=40, full_rank=51, condition=12.0, noise_mm=0.2, error_mm=0.3)
+    information = Information(landmarks=16, rank=40, full_rank=51, condition=12.0, noise_mm=0.2, error_mm=0.3)
     packing = partly(Packing, expressions=expressions, objective=2, bound=2, proven_optimal=True)
     return Plan(
         format=FORMAT_VERSION,
         rig=RigReference(rig.name, "sample", rig.fingerprint, len(rig.neutral)),
         settings=Settings(),
         audit=partly(Audit, used=rig.names),
-        layout=partly(Layout, method="studio", landmarks=landmarks, worth=worth),
+        layout=partly(Layout, method="studio", landmarks=landmarks, information=information),
         packing=packing,
         session=session(rig, rig.names, packing, SessionSettings()),
         versions={},

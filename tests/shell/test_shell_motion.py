@@ -106,9 +106,9 @@ def test_what_is_no_motion_is_refused():
 
 def test_the_boundary_runs_beside_what_moves_in_steps():
     vertices, triangles = bumpy(0, 36, 48)
-    reach = np.maximum(vertices[:, 2], 0)
-    found = find_boundary(vertices, triangles, reach, apart_mm=10.0)
-    assert np.array_equal(found.moving, reach >= 0.5)
+    extent = np.maximum(vertices[:, 2], 0)
+    found = find_boundary(vertices, triangles, extent, apart_mm=10.0)
+    assert np.array_equal(found.moving, extent >= 0.5)
     assert not (found.fixed & found.moving).any()
     assert neighbours_of(triangles, found.moving)[found.fixed].all()
     at = np.flatnonzero(found.fixed)
@@ -139,8 +139,8 @@ def test_the_end_of_a_mesh_carries_no_marker_but_the_rim_of_a_hole_does():
     x, y = np.meshgrid(np.arange(9.0), np.arange(9.0), indexing="ij")
     vertices = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1)
     corner = (np.arange(8)[:, None] * 9 + np.arange(8)).ravel()
-    kept = corner[corner != 4 * 9 + 4]
-    triangles = np.vstack([kept[:, None] + [0, 9, 10], kept[:, None] + [0, 10, 1]])
+    retained = corner[corner != 4 * 9 + 4]
+    triangles = np.vstack([retained[:, None] + [0, 9, 10], retained[:, None] + [0, 10, 1]])
     outer = (np.abs(vertices[:, :2] - 4).max(axis=1) == 4).astype(bool)
     assert np.array_equal(end_of_mesh(vertices, triangles), outer)
     assert np.array_equal(find_boundary(vertices, triangles, np.full(81, 3.0)).moving, ~outer)

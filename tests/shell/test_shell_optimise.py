@@ -127,13 +127,13 @@ def test_the_order_is_a_curve_that_falls_to_the_layout(shell):
 
 def test_kept_markers_stay_and_come_first():
     shell = shell_of(True)
-    kept = tuple(np.flatnonzero(~shell.fixed)[[10, 100]].tolist())
+    retained = tuple(np.flatnonzero(~shell.fixed)[[10, 100]].tolist())
     for joint in (False, True):
         result = optimise(
-            MarkerProblem([(shell, smooth_motion(shell))], candidates=~shell.fixed, pinned=kept), 6, joint=joint
+            MarkerProblem([(shell, smooth_motion(shell))], candidates=~shell.fixed, pinned=retained), 6, joint=joint
         )
-        assert result.markers[:2] == kept
-        assert set(result.order[:2]) == set(kept)
+        assert result.markers[:2] == retained
+        assert set(result.order[:2]) == set(retained)
 
 
 def test_only_candidates_carry_markers():
@@ -148,8 +148,8 @@ def test_markers_keep_their_distance_along_the_skin():
     near = near_table(surface_graph(shell.vertices, shell.triangles), shell.vertices, far)
     motion = smooth_motion(shell)
     result = optimise(MarkerProblem([(shell, motion)], candidates=~shell.fixed, spacing=near), 8, joint=True)
-    among = near[list(result.markers)][:, list(result.markers)]
-    assert among.nnz == len(result.markers)
+    subset = near[list(result.markers)][:, list(result.markers)]
+    assert subset.nnz == len(result.markers)
     with pytest.raises(InfeasibleError, match="room for"):
         optimise(MarkerProblem([(shell, motion)], candidates=~shell.fixed, spacing=near), 300)
 
@@ -205,7 +205,7 @@ def test_two_vertices_in_one_place_are_too_close():
     """Their distance in the table is 0, and stored."""
     near = csr_array((np.zeros(4), ([0, 1, 1, 2], [1, 0, 2, 1])), shape=(4, 4))
     sites = MarkerSites(np.ones(4, dtype=bool), near)
-    assert sites.beside([1]).tolist() == [False, True, False, True]
+    assert sites.clear_of([1]).tolist() == [False, True, False, True]
     assert sites.too_close(np.array([0, 3]), np.array([1, 2])).tolist() == [[True, False], [False, False]]
 
 

@@ -60,11 +60,11 @@ def test_each_marker_is_paired_once_with_the_nearest_others():
 def test_nested_layouts_keep_the_wishes_of_a_single_one():
     shell, mirror = symmetric_shell()
     near = near_table(surface_graph(shell.vertices, shell.triangles), shell.vertices, 40.0)
-    kept = tuple(np.flatnonzero(~shell.fixed & (mirror == np.arange(len(mirror))))[:1].tolist())
-    motion, wishes = smooth_motion(shell, 20), {"pinned": kept, "mirror": mirror, "spacing": near}
-    for result in nested(MarkerProblem([(shell, motion)], candidates=~shell.fixed, **wishes), (3, 5, 8)):
+    retained = tuple(np.flatnonzero(~shell.fixed & (mirror == np.arange(len(mirror))))[:1].tolist())
+    motion, constraints = smooth_motion(shell, 20), {"pinned": retained, "mirror": mirror, "spacing": near}
+    for result in nested(MarkerProblem([(shell, motion)], candidates=~shell.fixed, **constraints), (3, 5, 8)):
         H = list(result.markers)
-        assert H[0] == kept[0]
+        assert H[0] == retained[0]
         assert set(mirror[H].tolist()) == set(H)
         assert near[H][:, H].nnz == len(H)
 
@@ -135,11 +135,12 @@ def test_where_markers_keep_a_spacing_none_has_a_better_place_left_also_close_to
         if mirrored and mirror[h] != h:
             rest = [m for m in H if m not in (h, mirror[h])]
             others = [
-                (v, mirror[v]) for v in np.flatnonzero(sites.beside(rest) & sites.beside(rest)[mirror] & sites.apart)
+                (v, mirror[v])
+                for v in np.flatnonzero(sites.clear_of(rest) & sites.clear_of(rest)[mirror] & sites.apart)
             ]
         else:
             rest = [m for m in H if m != h]
-            others = [(v,) for v in np.flatnonzero(sites.beside(rest)) if not mirrored or mirror[v] == v]
+            others = [(v,) for v in np.flatnonzero(sites.clear_of(rest)) if not mirrored or mirror[v] == v]
         errors = [exact(shell, search.given[0][1], [*rest, *other]) for other in others[:: 1 + len(others) // 40]]
         assert min(errors) >= search.state.error * (1 - 1e-9)
 

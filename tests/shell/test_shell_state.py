@@ -72,7 +72,7 @@ def some(state, count=6):
 
 def assert_same(state, other):
     order = [other.markers.index(h) for h in state.markers]
-    for name in ("R", "Z", "gamma", "nu", "gamma_beside", "nu_beside"):
+    for name in ("R", "Z", "gamma", "nu", "gamma_partner", "nu_partner"):
         a, b = getattr(state, name), getattr(other, name)
         assert abs(a - b).max() <= CLOSE * abs(b).max(), name
     for name in ("W", "T"):

@@ -137,10 +137,10 @@ def test_no_marker_of_a_take_stands_where_its_dot_would_meet_a_pin_that_lies_whe
     others = np.setdiff1d(takes.first.at[takes.first.candidates], [u])
     beside = others[rig.neutral[others, 0] > 0]  # the left half of the face
     met = replace(task, met=_paired(np.full(len(beside), u), beside, len(rig.neutral)))
-    free, kept = (set(_place(one, takes, np.array([pin]), every).tolist()) for one in (task, met))
+    free, retained = (set(_place(one, takes, np.array([pin]), every).tolist()) for one in (task, met))
     assert free & set(beside.tolist())
-    assert u in kept
-    assert not kept & set(beside.tolist())
+    assert u in retained
+    assert not retained & set(beside.tolist())
 
 
 def test_a_layout_for_two_people_serves_both_better_than_one_for_either(rig, face):
@@ -303,5 +303,5 @@ def test_lies_about_people_are_caught(planned):
     rig, folder = rig_of(plan, planned), planned.parent
     with answers_kept():
         for lie in ((changed(first, rmse_mm=first.rmse_mm - 0.001), second), (second, first), (first,), ()):
-            told = changed(plan, layout=changed(plan.layout, motion=changed(fit, subjects=lie)))
-            assert broken(read_plan(write_plan(told, planned.with_name("lie.json"))), rig, folder)
+            message = changed(plan, layout=changed(plan.layout, motion=changed(fit, subjects=lie)))
+            assert broken(read_plan(write_plan(message, planned.with_name("lie.json"))), rig, folder)

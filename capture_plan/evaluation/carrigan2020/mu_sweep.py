@@ -99,6 +99,6 @@ def _judged(problem: Problem, method: str, terms: str, weigh: Weigh, strength: F
     with places_by_name(problem):
         order, _ = list_expressions(problem, method, weigh)
     chosen = [problem.blendshapes(items.tolist()) for items in order.expressions]
-    worth = np.cumsum([strength[list(expression)].sum() for expression in chosen]) / strength.sum()
+    covered = np.cumsum([strength[list(expression)].sum() for expression in chosen]) / strength.sum()
     shown = np.cumsum([len(expression) for expression in chosen])
-    return AblationRow(terms, tuple(shown.tolist()), tuple(np.minimum(worth, 1).round(6).tolist()))
+    return AblationRow(terms, tuple(shown.tolist()), tuple(np.minimum(covered, 1).round(6).tolist()))

@@ -146,9 +146,9 @@ def in_use(found: Evaluation) -> list[str]:
     used = [one for one in found.scored if one.method not in names and one.markers >= found.counts[0]]
     if not used:
         return []
-    beside = {one: max(n for n in found.counts if n <= one.markers) for one in used}
-    beaten = [one for one, n in beside.items() if found.rmse_mm(OURS, n) >= one.rmse_mm]
-    shares = [found.rmse_mm(OURS, n) / one.rmse_mm for one, n in beside.items()]
+    no_more = {one: max(n for n in found.counts if n <= one.markers) for one in used}
+    beaten = [one for one, n in no_more.items() if found.rmse_mm(OURS, n) >= one.rmse_mm]
+    shares = [found.rmse_mm(OURS, n) / one.rmse_mm for one, n in no_more.items()]
     return [
         _claim(
             f"ours beats the layouts that people use, with no more markers (Fig. 12): {_percents(shares)} of "

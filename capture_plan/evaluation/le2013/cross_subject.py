@@ -26,7 +26,7 @@ from capture_plan.shell.optimise import MarkerProblem, optimise
 from capture_plan.shell.subjects import Subject
 from capture_plan.shell.take import Take
 
-REACH_MM = 10.0  # a vertex that lies further from the skin of a subject has no partner there
+EXTENT_MM = 10.0  # a vertex that lies further from the skin of a subject has no partner there
 STRIP = 3  # vertices of the smallest strip
 
 
@@ -77,7 +77,7 @@ def on_first(first: Take, other: Take) -> OnFirst:
         RigError: the two heads cannot be laid onto each other.
     """
     apart, nearest = KDTree(other.shell.vertices).query(laid(first, other))
-    return OnFirst(other, np.where(apart < REACH_MM, nearest, -1))
+    return OnFirst(other, np.where(apart < EXTENT_MM, nearest, -1))
 
 
 def laid(first: Take, other: Take) -> Float[np.ndarray, "v 3"]:

@@ -1,4 +1,4 @@
-"""An evaluation kept on disk: a take, its people and numbers of markers are judged once, and shown at once afterwards.
+"""An evaluation, cached: a take, its people and numbers of markers are judged once, and shown at once afterwards.
 
 found = evaluate_all(rig, sequence, counts=(40, 60), people=people)       -> Evaluation
 print(motion_text(found))                                                 `report.py`
@@ -9,7 +9,7 @@ from collections.abc import Sequence as Several
 import msgspec
 import numpy as np
 
-from capture_plan.audit.kept import audit_once
+from capture_plan.audit.audit_cache import audit_once
 from capture_plan.cache import cached, digest
 from capture_plan.evaluation.le2013.evaluation import Evaluation, People, counts_for, evaluate_take
 from capture_plan.layout.face import Face, see_face
@@ -31,10 +31,10 @@ def evaluate_all(
         InfeasibleError: less skin moves than markers are asked for.
     """
     take = face_take(rig, sequence)
-    return kept_evaluation(take, see_face(rig, audit_once(rig).used), counts or counts_for(take), people)
+    return cached_evaluation(take, see_face(rig, audit_once(rig).used), counts or counts_for(take), people)
 
 
-def kept_evaluation(take: Take, face: Face, counts: Several[int], people: People | None = None) -> Evaluation:
+def cached_evaluation(take: Take, face: Face, counts: Several[int], people: People | None = None) -> Evaluation:
     """`evaluate_take`, or what it answered before."""
     counts = tuple(sorted(counts))
     name = name_of(take, face, counts, people)

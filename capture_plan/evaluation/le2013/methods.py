@@ -112,8 +112,8 @@ def baseline(name: str, draws: int = 1) -> Method:
 
     def choose(take: Take, motion: Motion, count: int) -> tuple[np.ndarray, ...]:
         at = np.flatnonzero(take.candidates)
-        among = Candidates(at, shapes(motion.rows), take.shell.vertices, take.shell.triangles)
-        return tuple(choose_baseline(name, among, count, seed) for seed in range(draws))
+        subset = Candidates(at, shapes(motion.rows), take.shell.vertices, take.shell.triangles)
+        return tuple(choose_baseline(name, subset, count, seed) for seed in range(draws))
 
     return choose
 
@@ -130,7 +130,7 @@ METHODS: Mapping[str, Method] = {
 def score(take: Take, face: Face, method: str, layouts: Sequence[np.ndarray], *, left_out: int = 0) -> Scored:
     """The error of the mean draw, and what the first one shows of the rig."""
     first = take.at[layouts[0]]
-    observed = face.observation(LayoutSettings().noise_mm).worth(first)
+    observed = face.observation(LayoutSettings().noise_mm).information(first)
     return Scored(
         method=method,
         markers=len(first),

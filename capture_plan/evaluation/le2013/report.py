@@ -58,7 +58,7 @@ def errors(found: Evaluation) -> list[str]:
 def _views(found: Evaluation) -> list[str]:
     """What the layouts of most markers show of the rig."""
     m = found.counts[-1]
-    lines = [f"of {found.used} blendshapes, {found.full_rank} mixes can be told apart; with M = {m}"]
+    lines = [f"of {found.used} blendshapes, {found.full_rank} mixes can be distinguished; with M = {m}"]
     for one in found.scored:
         if one.markers == m and one.method in methods(found):
             unseen = f", {len(one.unseen)} not seen: {_listed(one.unseen)}" if one.unseen else ", all seen"

@@ -31,7 +31,7 @@ def swarm(
     """`start` spread over the skin, each blendshape still on as many landmarks of it, up to `demand`."""
     rng = np.random.default_rng(seed)
     allowed = np.flatnonzero(face.allowed(settings))
-    points, covers = face.rig.neutral[allowed], face.reach(settings)[:, allowed] >= settings.epsilon
+    points, covers = face.rig.neutral[allowed], face.relative_displacement(settings)[:, allowed] >= settings.epsilon
     tree, needed = KDTree(points), np.minimum(covers[:, np.searchsorted(allowed, start)].sum(axis=1), demand)
     shape = (PARTICLES, len(start), 3)
     x = face.rig.neutral[start] + rng.normal(scale=START_MM, size=shape)

@@ -25,7 +25,7 @@ def replacement_map(
     Raises:
         InfeasibleError: the landmark stands for no blendshape at this epsilon.
     """
-    covers = face.reach(settings) >= settings.epsilon
+    covers = face.relative_displacement(settings) >= settings.epsilon
     others = np.delete(vertices, which)
     own = covers[:, vertices[which]]
     if not own.any():
@@ -42,13 +42,13 @@ def replacement_map(
 def blendshape_map(face: Face, settings: LayoutSettings, name: str) -> Float[np.ndarray, " v"]:
     """How well every vertex stands for one blendshape, the best at 1; NaN elsewhere."""
     k = face.used.index(name)
-    able = (face.reach(settings)[k] >= settings.epsilon) & face.allowed(settings)
+    able = (face.relative_displacement(settings)[k] >= settings.epsilon) & face.allowed(settings)
     return _best_is_one(importance(face, settings)[k], able)
 
 
 def importance(face: Face, settings: LayoutSettings) -> Float[np.ndarray, "k v"]:
     """2 - w = (1 - alpha) r + alpha l, from 0 to 1."""
-    return 2 - importance_weights(face.reach(settings), face.visibility, settings.alpha)
+    return 2 - importance_weights(face.relative_displacement(settings), face.visibility, settings.alpha)
 
 
 def neutral_visibility(face: Face) -> Float[np.ndarray, " v"]:

@@ -9,7 +9,7 @@ import pytest
 from capture_plan.cache import cache_dir
 from capture_plan.curves.frames import PosedFrames
 from capture_plan.evaluation.le2013.evaluation import People
-from capture_plan.evaluation.le2013.evaluation_cache import kept_evaluation, name_of
+from capture_plan.evaluation.le2013.evaluation_cache import cached_evaluation, name_of
 from capture_plan.layout.face import see_face
 from capture_plan.sample import sample_rig
 from capture_plan.sample.motion import sample_motion
@@ -24,20 +24,20 @@ def asked():
     return face_take(rig, sample_motion(frames=30)), see_face(rig, rig.names)
 
 
-def kept():
+def unmoved():
     folder = cache_dir() / SHELF
     return set(os.listdir(folder)) if folder.is_dir() else set()
 
 
 def test_what_was_evaluated_once_is_answered_from_disk_to_the_last_digit(asked):
     take, face = asked
-    before = kept()
-    first = kept_evaluation(take, face, (6,))
-    (new,) = kept() - before
+    before = unmoved()
+    first = cached_evaluation(take, face, (6,))
+    (new,) = unmoved() - before
     assert new == f"{name_of(take, face, (6,))}.npz"
     assert first.counts == (6,)
-    assert kept_evaluation(take, face, (6,)) == first
-    assert kept() == before | {new}
+    assert cached_evaluation(take, face, (6,)) == first
+    assert unmoved() == before | {new}
 
 
 def test_the_same_question_has_one_name(asked):

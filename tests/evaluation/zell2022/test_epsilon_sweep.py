@@ -24,7 +24,7 @@ def rows(face, request):
 
 
 def covered(face, vertices, epsilon):
-    return (face.reach(FREE)[:, vertices] >= epsilon).any(axis=1)
+    return (face.relative_displacement(FREE)[:, vertices] >= epsilon).any(axis=1)
 
 
 def test_a_higher_epsilon_never_needs_fewer_landmarks(rows):
@@ -75,11 +75,11 @@ def test_the_best_place_has_the_value_one_and_values_keep_the_order_of_importanc
     on = np.isfinite(q)
     assert np.nanmax(q) == 1
     assert np.array_equal(np.argsort(q[on], kind="stable"), np.argsort(raw[on], kind="stable"))
-    assert (face.reach(FREE)[3, on] >= FREE.epsilon).all()
+    assert (face.relative_displacement(FREE)[3, on] >= FREE.epsilon).all()
 
 
 def test_a_landmark_that_stands_for_nothing_has_no_replacements(face):
-    still = int(np.flatnonzero(~(face.reach(FREE) >= FREE.epsilon).any(axis=0))[0])
+    still = int(np.flatnonzero(~(face.relative_displacement(FREE) >= FREE.epsilon).any(axis=0))[0])
     with pytest.raises(InfeasibleError, match="lower epsilon"):
         replacement_map(face, FREE, np.array([still]), 0)
 

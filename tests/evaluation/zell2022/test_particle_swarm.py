@@ -12,11 +12,11 @@ FREE = LayoutSettings(method="cover", symmetric=False, spacing_mm=7.0, rounds=2,
 
 
 def counted(face, vertices):
-    return (face.reach(FREE)[:, vertices] >= FREE.epsilon).sum(axis=1)
+    return (face.relative_displacement(FREE)[:, vertices] >= FREE.epsilon).sum(axis=1)
 
 
 def energy(face, vertices, needed):
-    covers = face.reach(FREE)[:, vertices] >= FREE.epsilon
+    covers = face.relative_displacement(FREE)[:, vertices] >= FREE.epsilon
     return swarm_energy(face.rig.neutral[vertices], covers, needed)
 
 

@@ -10,7 +10,7 @@ from PIL import Image
 from capture_plan import figures
 from capture_plan.audit.audit import audit_rig
 from capture_plan.evaluation.carrigan2020.mu_sweep import AblationRow, MuRow
-from capture_plan.evaluation.carrigan2020.packing_worth import (
+from capture_plan.evaluation.carrigan2020.packing_error import (
     ALONE,
     RANDOM,
     error_after,
@@ -20,7 +20,7 @@ from capture_plan.evaluation.carrigan2020.packing_worth import (
 )
 from capture_plan.expressions import Expression, PackingSettings
 from capture_plan.expressions.active_sets import vertex_kinds
-from capture_plan.notebooks_support.packing import worth_sentences
+from capture_plan.notebooks_support.packing import value_sentences
 from capture_plan.transfer.score import RebuildScore
 
 SETTINGS = PackingSettings()
@@ -96,11 +96,11 @@ def test_there_is_no_error_after_more_scans_than_a_list_has():
 def test_sentences_name_the_winner_of_every_face_and_say_when_another_is_better():
     good = curves((4.0, 1.0, 0.5), (4.0, 2.0, 1.5, 0.1), (4.0, 3.0, 2.0))
     bad = curves((4.0, 2.0, 1.0), (4.0, 1.0, 0.9, 0.1), (4.0, 3.0, 0.5))
-    said = worth_sentences({"wide": good, "narrow": bad})
+    said = value_sentences({"wide": good, "narrow": bad})
     assert "After 5 scans the best list is early or greedy, alike (wide); one at a time (narrow)." in said
     assert "Of whole packed lists the best is early or greedy, alike (wide); random (narrow)." in said
     assert any("between 100 % more and 50 % less after 5 scans" in sentence for sentence in said)
-    assert worth_sentences({"wide": good})[0].endswith("(every face).")
+    assert value_sentences({"wide": good})[0].endswith("(every face).")
 
 
 def test_lists_over_mu_say_what_is_proven_and_reach_no_lower_than_the_bound():

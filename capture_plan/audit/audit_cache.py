@@ -1,7 +1,7 @@
 """The audit of a rig, found once: a head of 26,000 vertices takes seconds, and every command asks for it.
 
 Key    everything that the rig is, and the code of the rooms that an audit is made in
-Kept   the audit as text
+Cached the audit as text
 """
 
 import msgspec

@@ -51,13 +51,13 @@ def rival_lists(rig: Rig, used: tuple[str, ...], settings: PackingSettings, *, a
     lists[PAPER] = _list(problem, "minimum", of_paper)
     for seed in SEEDS:
         lists[f"{RANDOM} {seed + 1}"] = _list(problem, "greedy", _by_chance(len(problem.items), seed))
-    worth = blendshape_importance(rig, problem.names, settings, None)
-    first = np.argsort(-worth, kind="stable").tolist()
+    importance = blendshape_importance(rig, problem.names, settings, None)
+    first = np.argsort(-importance, kind="stable").tolist()
     return lists | {ALONE: tuple(_pose(problem, (problem.names[k],)) for k in first)}
 
 
-def worth_of_lists(rig: Rig, lists: Mapping[str, Sequence[Pose]], *, people: int) -> ErrorCurves:
-    """The error of each list on every target (`transfer/targets.py`), `people` of them other persons; kept on disk."""
+def errors_of_lists(rig: Rig, lists: Mapping[str, Sequence[Pose]], *, people: int) -> ErrorCurves:
+    """The error of each list on every target (`transfer/targets.py`), `people` of them other persons; cached."""
     name = digest(
         [ANSWER, rig.fingerprint, rig.skin, np.array([*COUNTS, people, PEOPLE_SEED]), msgspec.json.encode(lists)]
     )
@@ -66,8 +66,8 @@ def worth_of_lists(rig: Rig, lists: Mapping[str, Sequence[Pose]], *, people: int
         scores = score_orders(rig, all_targets(rig, people=people, seed=PEOPLE_SEED), lists, counts=COUNTS)
         return {"scores": np.frombuffer(msgspec.json.encode(scores), dtype=np.uint8)}
 
-    kept = cached(scored, "packing-worth", name, entries=ENTRIES)["scores"]
-    return error_curves(msgspec.json.decode(kept.tobytes(), type=tuple[RebuildScore, ...]))
+    retained = cached(scored, "packing-error", name, entries=ENTRIES)["scores"]
+    return error_curves(msgspec.json.decode(retained.tobytes(), type=tuple[RebuildScore, ...]))
 
 
 def typical_target(rig: Rig) -> Float[np.ndarray, "v 3"]:

@@ -29,9 +29,9 @@ def generated_head(k, seed=0):
     centre, width = vertices[rng.integers(len(vertices), size=k)], rng.uniform(4, 30, (k, 1))
     distance2 = ((vertices[None] - centre[:, None]) ** 2).sum(axis=2)
     ripple = 1 + 0.3 * np.sin(vertices[None, :, 0] * rng.uniform(0.05, 0.2, (k, 1)) + rng.uniform(0, 6, (k, 1)))
-    reach = np.exp(-distance2 / (2 * width**2)) * ripple
-    reach = (reach / reach.max(axis=1, keepdims=True)).astype(np.float32)
-    sites = single_sites(reach, rng.uniform(0.5, 1, len(vertices)), np.ones(len(vertices), dtype=bool))
+    extent = np.exp(-distance2 / (2 * width**2)) * ripple
+    extent = (extent / extent.max(axis=1, keepdims=True)).astype(np.float32)
+    sites = single_sites(extent, rng.uniform(0.5, 1, len(vertices)), np.ones(len(vertices), dtype=bool))
     return vertices, inside.reshape(-1, 3), sites
 
 
@@ -42,7 +42,7 @@ def head():
     return vertices, sites, near_table(surface_graph(vertices, triangles), vertices, 8.0)
 
 
-def wishes(vertices, sites, pins, number):
+def constraints(vertices, sites, pins, number):
     """Pinned vertices, a keep-out 12 mm wide, a cap on one quarter of the face, and the number."""
     s = np.arange(len(vertices))
     zone = np.isin(s, KDTree(vertices).query_ball_point([0, -40.0, 82.0], 12.0))
@@ -61,8 +61,8 @@ def test_all_wishes_together_are_proved_in_two_seconds(benchmark, head, pins):
     number = 140
     settings = LayoutSettings(method="cover", number=number, symmetric=False)
     spacing = Spacing(near, sites, 8.0)
-    rows, everywhere = np.arange(len(sites.reach)), np.arange(len(vertices))
-    limits = wishes(vertices, sites, pins, number)
+    rows, everywhere = np.arange(len(sites.relative_displacement)), np.arange(len(vertices))
+    limits = constraints(vertices, sites, pins, number)
     cover = benchmark(best_cover, sites, settings, rows, everywhere, spacing, limits)
     assert sum(limit.shortfall(cover.chosen) for limit in limits) == 0
     benchmark.extra_info["gap"] = gap = cover.objective / cover.bound - 1

@@ -11,7 +11,7 @@ with app.setup:
     from capture_plan import notebooks_support as parts
     from capture_plan.audit.audit import audit_rig
     from capture_plan.evaluation.carrigan2020.mu_sweep import importance_ablation, mu_sweep
-    from capture_plan.evaluation.carrigan2020.packing_worth import rival_lists, typical_target, worth_of_lists
+    from capture_plan.evaluation.carrigan2020.packing_error import errors_of_lists, rival_lists, typical_target
     from capture_plan.expressions.active_sets import vertex_roles
     from capture_plan.expressions.pack import pack
     from capture_plan.plan.collide import collide
@@ -40,7 +40,7 @@ def rig_of_the_session():
 
 @app.cell
 def packing_knobs():
-    knobs = parts.packing_worth_knobs()
+    knobs = parts.packing_error_knobs()
     knobs
     return (knobs,)
 
@@ -152,7 +152,7 @@ def roles(blendshape, rig, settings, sitter, used):
 
 
 @app.cell(hide_code=True)
-def about_worth():
+def about_error():
     mo.md("""
     ## What the rebuilt rig is worth
 
@@ -175,9 +175,9 @@ def persons():
 
 
 @app.cell
-def worth(apart, people, rig, settings, used):
+def information(apart, people, rig, settings, used):
     with parts.working():
-        errors = worth_of_lists(rig, rival_lists(rig, used, settings, apart=apart), people=people.value)
+        errors = errors_of_lists(rig, rival_lists(rig, used, settings, apart=apart), people=people.value)
     return (errors,)
 
 
@@ -198,8 +198,8 @@ def error_by_scans(errors):
 
 
 @app.cell
-def table_of_worth(errors):
-    parts.worth_table(errors)
+def table_of_errors(errors):
+    parts.value_table(errors)
     return
 
 
