@@ -15,7 +15,7 @@ from capture_plan.reader.read_cache import ROOMS
 
 PACKAGE = Path(__file__).parents[1] / "capture_plan"
 FLOORS = (  # a room imports only from rooms below it; a room is a folder, or a module that stands alone
-    {"errors", "glossary", "progress", "prose", "terminal"},
+    {"errors", "glossary", "once", "progress", "prose", "terminal"},
     {"input", "output", "mesh", "solver", "notebook_guard"},
     {"cache", "names"},
     {"rig", "visibility"},

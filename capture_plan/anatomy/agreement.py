@@ -13,7 +13,6 @@ The user's own name map is always believed, and every name where eyes and mouth 
 was exported wrongly.
 """
 
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -28,7 +27,8 @@ from capture_plan.names.arkit import base_name
 from capture_plan.names.movements import Movement, movements_of, said_of
 from capture_plan.names.name_map import NameMap
 from capture_plan.names.recognise import Recognised, recognise_all
-from capture_plan.rig.record import Rig
+from capture_plan.once import once
+from capture_plan.rig import Rig
 
 MOUTH_HIGH, EYES_LOW = 0.35, 0.75  # of the way from the mouth to the eyes; smiles reach 0.4, squints come down to 0.7
 WAY = 0.4  # of the length of the motion: brows and jaws of real rigs have over 0.6
@@ -38,7 +38,6 @@ AT_MOUTH = frozenset(
      "mouth side", "lip up", "lip down", "lip roll", "lip press", "mouth other", "tongue")
 )  # fmt: skip
 GOES = {"jaw open": -1, "brow up": 1, "brow down": -1}
-REMEMBERED = 8  # rigs of a session
 
 
 class Doubt(NamedTuple):
@@ -48,7 +47,7 @@ class Doubt(NamedTuple):
     message: str
 
 
-@lru_cache(maxsize=REMEMBERED)
+@once
 def name_doubts(rig: Rig) -> tuple[Doubt, ...]:
     """Blendshapes whose motion is not what their names say."""
     heights = _heights(rig)

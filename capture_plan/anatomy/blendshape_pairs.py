@@ -17,7 +17,6 @@ Source  Carrigan et al. 2020, section 4.4; made dimensionless. Names only break 
 """
 
 import re
-from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -25,7 +24,8 @@ from scipy.optimize import linear_sum_assignment
 
 from capture_plan.mesh.mirror import mirror_map, mirror_plane
 from capture_plan.names.movements import movements_of
-from capture_plan.rig.record import Rig
+from capture_plan.once import once
+from capture_plan.rig import Rig
 
 ACTIVE = 0.3  # share of the largest displacement, the recommended middle of Carrigan et al. 2020, eq. 2
 SELF_SYMMETRIC = 0.4  # overlap with the own mirror image
@@ -40,7 +40,7 @@ SIDES = (("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT"), ("l", "r"), ("
 WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+|[^A-Za-z0-9]+")
 
 
-@lru_cache(maxsize=2)  # the audit and the packing ask for the same rig
+@once
 def blendshape_pairs(rig: Rig) -> tuple[tuple[str, str], ...]:
     """(left, right) names of partners, the subject's own sides, in the order of the left ones in the rig."""
     side, overlap = laterality(rig), self_symmetry(rig)

@@ -15,7 +15,6 @@ Only reported   dependent  two sums of blendshapes, their weights above 0, are o
 
 import re
 from collections.abc import Collection
-from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -24,7 +23,8 @@ from msgspec import Struct
 
 from capture_plan.face.moving import NOISE_MM
 from capture_plan.mesh.geometry import triangle_cross
-from capture_plan.rig.record import Rig
+from capture_plan.once import once
+from capture_plan.rig import Rig
 
 STILL_MM = 1e-4  # float32 coordinates of a head in millimetres are no finer
 SAME = 1e-4  # 1 - cosine; 1 % of the displacement differs
@@ -32,7 +32,6 @@ DEPENDENT = 3e-3  # share of a blendshape that earlier ones leave unexplained; r
 AGAINST, SIDEWAYS = -0.9, -0.2  # cosines: eyes looking in and out -0.85 to -1, a jaw moved left and right -0.3 to -1
 OPPOSITE, UNDOES, FOLDS = -0.8, 0.4, 2e-3  # cosine, share of what is undone, share of triangles turned inside out
 CORRECTIVE_WORD = re.compile(r"correct|(^|[^a-z])(corr|fix|combo)([^a-z]|$)", re.IGNORECASE)
-REMEMBERED = 16  # rigs of a session, each with all of its blendshapes and with those that are planned
 
 FindingKind = Literal[
     "static", "noise", "duplicate", "dependent", "opposite", "non-face", "partner", "overlap", "corrective", "name",
@@ -217,7 +216,7 @@ def opposites(names: tuple[str, ...], gram: Float[np.ndarray, "k k"], sideways: 
     return [Finding("opposite", involved, message, advice, False)]
 
 
-@lru_cache(maxsize=REMEMBERED)
+@once
 def correctives(rig: Rig, used: tuple[str, ...]) -> tuple[Finding, ...]:
     """Blendshapes that make sense only on top of another one, as ARKit's mouthClose on jawOpen, by name or by shape: a
     viseme that opens the mouth as far as the jaw does is undone as well, and is not what the name asks for."""

@@ -12,7 +12,6 @@ None where no sign speaks. What moves more of the face than its eyes is no gaze.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -23,7 +22,8 @@ from capture_plan.face.reading import face_reading
 from capture_plan.mesh import vertex_areas
 from capture_plan.mesh.mirror import mirror_plane
 from capture_plan.names.movements import movement_of
-from capture_plan.rig.record import Rig
+from capture_plan.once import once
+from capture_plan.rig import Rig
 
 Way = Literal["left", "right", "up", "down"]
 SAID = ("gaze left", "gaze right", "gaze in", "gaze out")
@@ -33,7 +33,6 @@ AROUND = 0.45  # of the pupil distance: the lids, not the brow nor the nose
 ALONE = 0.9  # of |d|^2 around the eyes: looks on four heads have 0.99, sneers and squints up to 0.9
 ASIDE, UPRIGHT = 0.6, 0.45  # of the mean direction: looks have 0.75 and more sideways, squints as much up as sideways
 SAID_ASIDE = 0.5  # the same, where the name already says gaze
-REMEMBERED = 8  # rigs of a session
 
 
 @dataclass(frozen=True)
@@ -45,7 +44,7 @@ class Gaze:
     strength: float
 
 
-@lru_cache(maxsize=REMEMBERED)
+@once
 def gazes(rig: Rig) -> dict[str, Gaze]:
     """The blendshapes that turn eyes, by name."""
     return {name: gaze for k, name in enumerate(rig.names) if (gaze := _gaze(rig, k)) is not None}
@@ -79,7 +78,7 @@ def _turned_balls(rig: Rig, k: int) -> dict[int, Float[np.ndarray, " 2"]]:
     return found
 
 
-@lru_cache(maxsize=REMEMBERED)
+@once
 def _balls(rig: Rig) -> list[tuple[Bool[np.ndarray, " v"], int]]:
     """The vertices of every eyeball, and 1 for one on the subject's left, -1 on the right."""
     x0 = mirror_plane(rig.neutral)
@@ -164,7 +163,7 @@ def _moves_skin(rig: Rig, k: int) -> bool:
     return bool((_areas(rig) * rig.displacement[k] * rig.skin).any())
 
 
-@lru_cache(maxsize=REMEMBERED)
+@once
 def _areas(rig: Rig) -> Float[np.ndarray, " v"]:
     return vertex_areas(rig.neutral, rig.triangles)
 
@@ -177,7 +176,7 @@ def _share_around_eyes(rig: Rig, k: int) -> float:
     return float(sum(e[at].sum() for at in near.values()) / e.sum())
 
 
-@lru_cache(maxsize=REMEMBERED)
+@once
 def _around(rig: Rig) -> dict[int, Bool[np.ndarray, " v"]] | None:
     """The skin around either eye, seen from the front; None where the eyes are in doubt."""
     eyes = face_reading(rig).eyes

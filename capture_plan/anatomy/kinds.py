@@ -7,7 +7,6 @@ Apart   is listed in the audit, the plan, the sheets and the page, and takes no 
 """
 
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float
@@ -22,9 +21,9 @@ from capture_plan.face.misexported import misexported
 from capture_plan.face.moving import NOISE_MM
 from capture_plan.face.reading import face_reading
 from capture_plan.names.movements import movements_of
-from capture_plan.rig.record import Rig
+from capture_plan.once import once
+from capture_plan.rig import Rig
 
-REMEMBERED = 8  # rigs of a session
 NAMED = 4  # parts of a sum that are called by their names
 HEADINGS: dict[MotionKind, str] = {
     "head movement": "Head movements",
@@ -62,7 +61,7 @@ class Kind(Struct, frozen=True, forbid_unknown_fields=True):
     why: str
 
 
-@lru_cache(maxsize=REMEMBERED)
+@once
 def expression_kinds(rig: Rig) -> tuple[Kind, ...]:
     """The kind of every blendshape, in the rig's order."""
     kinds = {one.name: Kind(one.name, "exported wrongly", one.why) for one in misexported(rig)}

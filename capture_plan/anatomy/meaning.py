@@ -10,8 +10,6 @@ Rule   what moves a name says; which side and which way the motion says, where i
 The subject's own sides throughout; a rig whose names are the viewer's sides is told by its motion.
 """
 
-from functools import lru_cache
-
 import numpy as np
 
 from capture_plan.anatomy.agreement import agreed_meanings
@@ -22,14 +20,14 @@ from capture_plan.face.misexported import misexported
 from capture_plan.face.reading import face_reading
 from capture_plan.names.arkit import DIRECTIONS, base_name
 from capture_plan.names.recognise import IN_WORDS, Recognised
-from capture_plan.rig.record import Rig
+from capture_plan.once import once
+from capture_plan.rig import Rig
 
 OF_PARTS = ("MetaHuman", "VRM", "MB-Lab")  # whose names say a part of a movement, or several at once
 OF_ONE_MIND = 0.5  # of the movement goes that way: jaws moved aside have 0.84 to 0.99, mouths 0.75 to 0.89
 CHIN_ALONG = 0.4  # of the largest motion goes half of a chin under an open jaw: 0.76 to 0.97; under parted lips 0.14
 OTHER = {"Left": "Right", "Right": "Left", "Up": "Down", "Down": "Up", "In": "Out", "Out": "In"}
 LOOK = "eyeLook"
-REMEMBERED = 8  # rigs of a session
 
 
 def arkit_by_motion(rig: Rig, name: str) -> str | None:
@@ -45,7 +43,7 @@ def other_ways(rig: Rig) -> dict[str, tuple[str, str]]:
     return {name: (said, does) for name, (said, does) in ways.items() if said and does and OTHER[said] == does}
 
 
-@lru_cache(maxsize=REMEMBERED)
+@once
 def _all(rig: Rig) -> dict[str, str | None]:
     looks, side = gazes(rig), dict(zip(rig.names, laterality(rig).tolist(), strict=True))
     meant = agreed_meanings(rig)

@@ -14,7 +14,7 @@ No public source gives these margins: they are assumptions of ours, and a person
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -25,11 +25,12 @@ from scipy.spatial import KDTree
 
 from capture_plan.anatomy.regions import FaceRegions, face_regions
 from capture_plan.errors import RigError
-from capture_plan.face.anchors import REMEMBERED, eyeballs
+from capture_plan.face.anchors import eyeballs
 from capture_plan.face.shape import border_loops
 from capture_plan.mesh import boundary_vertices, pieces, surface_graph, vertex_normals
 from capture_plan.mesh.mirror import mirror_map
-from capture_plan.rig.record import Rig
+from capture_plan.once import once
+from capture_plan.rig import Rig
 from capture_plan.visibility import hemisphere_visibility
 
 MARGINS_MM = {
@@ -208,7 +209,7 @@ class Ground:
         return (away <= margin_mm) & ~self._is("ear")
 
 
-@lru_cache(maxsize=REMEMBERED)
+@once
 def ground_of(rig: Rig) -> Ground:
     """What all zones of a rig are found from, found once."""
     return Ground(rig)

@@ -11,7 +11,6 @@ Left and right partners are one movement; a corrective is taken together with wh
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -21,8 +20,8 @@ from scipy.spatial import KDTree
 from capture_plan.anatomy.delta_relations import correctives
 from capture_plan.expressions.groups import grouped, said_as_one
 from capture_plan.expressions.surfaces import ContactSurface, touching_surfaces
-from capture_plan.face.anchors import REMEMBERED
 from capture_plan.mesh import vertex_normals
+from capture_plan.once import once
 from capture_plan.progress import track
 from capture_plan.rig import Rig
 
@@ -50,7 +49,7 @@ def collisions(rig: Rig, pose: _Pose) -> tuple[Collision, ...]:
     return scene.found(pose, [scene.performed(movement) for movement in movements])
 
 
-@lru_cache(maxsize=REMEMBERED)
+@once
 def colliding_pairs(
     rig: Rig, used: tuple[str, ...], together: tuple[tuple[str, str], ...]
 ) -> tuple[tuple[str, str], ...]:
@@ -160,7 +159,7 @@ class _Scene:
         return self.known[t, weights]
 
 
-@lru_cache(maxsize=REMEMBERED)
+@once
 def _scene(rig: Rig) -> _Scene:
     tests = tuple(Test(what, points, surface) for what, points, surface in touching_surfaces(rig))
     matters = tuple(_moving(rig, np.concatenate([test.points, test.surface.vertices])) for test in tests)

@@ -8,7 +8,6 @@ Never     rules (rules.py) by names that motion confirms (rig/meaning.py): close
           closes the lips over an open jaw cannot do what excludes an open jaw. Eyes never part, whatever the rules
 """
 
-from functools import lru_cache
 from itertools import combinations
 
 from capture_plan.anatomy.blendshape_pairs import blendshape_pairs
@@ -17,6 +16,7 @@ from capture_plan.anatomy.gaze import Gaze, outwards, sideways
 from capture_plan.anatomy.meaning import arkit_by_motion, base_name
 from capture_plan.expressions.rules import Rules, default_rules
 from capture_plan.names.arkit import side_of
+from capture_plan.once import once
 from capture_plan.rig import Rig
 
 
@@ -73,7 +73,7 @@ def _meant(rig: Rig, used: tuple[str, ...], call: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for name, own in bearing if call in (own, base_name(own)))) or moving
 
 
-@lru_cache(maxsize=8)  # every edit of a list asks again
+@once
 def _correctives(rig: Rig, used: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
     found = [finding.blendshapes for finding in correctives(rig, used)]
     return tuple((names[0], names[1]) for names in found if len(names) == 2)

@@ -4,12 +4,12 @@ One movement   left and right partners, and what one phrase says of several, as 
                together by these
 """
 
-from functools import cache, lru_cache
+from functools import cache
 
 from capture_plan.anatomy.meaning import arkit_by_motion, base_name
 from capture_plan.expressions.compatibility import performed_together
 from capture_plan.expressions.sentences import phrases
-from capture_plan.face.anchors import REMEMBERED
+from capture_plan.once import once
 from capture_plan.rig import Rig
 
 Group = tuple[str, ...]
@@ -34,7 +34,7 @@ def said_as_one(rig: Rig, names: Group) -> bool:
     return len(bases) > 1 and any(bases <= merged for merged in _merged())
 
 
-@lru_cache(maxsize=REMEMBERED)
+@once
 def _bases(rig: Rig) -> dict[str, str]:
     """What each blendshape of a rig does, without its side; its name where that is not known."""
     return {name: base_name(arkit) if (arkit := arkit_by_motion(rig, name)) else name for name in rig.names}
@@ -46,7 +46,7 @@ def _merged() -> tuple[frozenset[str], ...]:
     return tuple(frozenset(base_name(name) for name in merged) for merged, _ in phrases()[1])
 
 
-@lru_cache(maxsize=REMEMBERED)
+@once
 def pairs_of(rig: Rig) -> tuple[tuple[str, str], ...]:
     """Left and right partners of a rig, found once."""
     return performed_together(rig, rig.names)

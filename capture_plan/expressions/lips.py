@@ -7,20 +7,18 @@ Gap      median over the pairs of (u_j - u_i) . n, where u is the pose less the 
 Unnamed  where no blendshape is known to open the jaw, the pairs are of the regions of the two lips, parted downwards
 """
 
-from functools import lru_cache
-
 import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial import KDTree
 
 from capture_plan.anatomy.meaning import arkit_by_motion
 from capture_plan.anatomy.regions import face_regions
+from capture_plan.once import once
 from capture_plan.rig import Rig
 
 NEAR_MM = 8.0  # lips at rest: 0 to 5 mm from rim to rim
 BEHIND, ALONG = 0.25, 0.6  # of the jaw's largest motion: upper lips on four heads have 0.05, lower ones 0.7
 OPEN_MM = 2.0  # less a scan cannot tell from lips that touch
-REMEMBERED = 8  # rigs of a session
 
 
 def lips_apart(rig: Rig, blendshapes: tuple[str, ...]) -> float | None:
@@ -48,7 +46,7 @@ def open_jaw(rig: Rig) -> int | None:
     return min(found, key=lambda k: rig.arkit(rig.names[k]) != "jawOpen", default=None)
 
 
-@lru_cache(maxsize=REMEMBERED)
+@once
 def _lips(rig: Rig) -> tuple[Int[np.ndarray, "p 2"], Float[np.ndarray, "p 3"]] | None:
     """Pairs of (upper, lower) vertices that the open jaw parts, and which way; None where it parts none."""
     jaw = open_jaw(rig)

@@ -14,7 +14,6 @@ Together what several blendshapes move at one place is told once, as the sum of 
 """
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -23,7 +22,7 @@ from capture_plan.anatomy.regions import FaceRegions, face_regions
 from capture_plan.expressions.active_sets import STILL_MM
 from capture_plan.expressions.compatibility import driven
 from capture_plan.expressions.lips import lips_apart
-from capture_plan.face.anchors import REMEMBERED
+from capture_plan.once import once
 from capture_plan.rig import Rig
 
 NAMELESS = ("scalp", "neck")  # what is left over on heads that are built unlike ours
@@ -140,7 +139,7 @@ def _net(rig: Rig, group: list[tuple[str, _Movement]]) -> _Movement | None:
     return _at(regions, region, here, length, deltas) if length[here].max() > STILL_MM else None
 
 
-@lru_cache(maxsize=REMEMBERED)
+@once
 def regions_of(rig: Rig) -> FaceRegions:
     """The regions of a rig, found once: every sentence asks for them."""
     return face_regions(rig)
@@ -209,7 +208,7 @@ def _bases(rig: Rig, name: str) -> tuple[str, ...]:
     return tuple(base for of, base in _drivers(rig) if of == name)
 
 
-@lru_cache(maxsize=REMEMBERED)
+@once
 def _drivers(rig: Rig) -> tuple[tuple[str, str], ...]:
     return driven(rig, rig.names)
 

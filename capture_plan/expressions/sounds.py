@@ -8,12 +8,13 @@ Motion   more of sum |d|^2 of the skin lies below the middle of eyes and mouth t
 
 import re
 import tomllib
-from functools import cache, lru_cache
+from functools import cache
 from importlib.resources import files
 
 import numpy as np
 
-from capture_plan.face.anchors import REMEMBERED, face_anchors
+from capture_plan.face.anchors import face_anchors
+from capture_plan.once import once
 from capture_plan.rig import Rig
 
 LEAST = 3  # names of one or two letters that are sounds: one 'A' is a letter
@@ -27,7 +28,7 @@ def sounds() -> dict[str, str]:
     return tomllib.loads(text)["sounds"]
 
 
-@lru_cache(maxsize=REMEMBERED)
+@once
 def sounds_of(rig: Rig) -> dict[str, str]:
     """What to say for each blendshape that is the shape of a mouth for a sound, by name."""
     alone = [name for name in rig.names if name.lower() in sounds()]

@@ -13,7 +13,6 @@ Unit     the pupil distance; where nothing is found, proportions of four human h
 """
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -31,14 +30,14 @@ from capture_plan.face.skin import find_skin, is_ball
 from capture_plan.face.votes import names_agree
 from capture_plan.mesh import edges, piece_areas, pieces
 from capture_plan.mesh.mirror import mirror_plane
-from capture_plan.rig.record import Rig
+from capture_plan.once import once
+from capture_plan.rig import Rig
 from capture_plan.rig.understood import Sign
 
 EYE_SPREAD = 0.42  # pupil distance over the breadth of the moving face
 MOUTH_BELOW_EYES, MOUTH_WIDTH = 1.1, 0.8  # of the pupil distance
 EARS_WITHIN = 1.9  # pupil distances from the midline: four human heads have 1.4, a fox's whiskers 2.2
 SAME_FACE = 0.5  # of the given skin; where less is found to be skin, the search went astray and the person is right
-REMEMBERED = 8  # rigs of a session; the search for skin casts rays
 ASTRAY = 0.5  # pupil distances between the mouth found and the skin before it
 SMALL_PIECE = 0.05  # of the area of the largest: drawn lids 0.01, a face of three meshes 0.2 and more each
 ASKEW = 0.15  # rho between the mirror planes of the skin and of the head
@@ -98,7 +97,7 @@ class Anchors:
         return float((self.eye_left[1] + self.eye_right[1]) / 4 + self.mouth[1] / 2)
 
 
-@lru_cache(maxsize=REMEMBERED)
+@once
 def face_surface(rig: Rig) -> Bool[np.ndarray, " v"]:
     """The skin of a rig and, where a person narrowed it, the skin around it: what borders and shapes are read from."""
     channels = rig_channels(rig)
@@ -109,7 +108,7 @@ def face_surface(rig: Rig) -> Bool[np.ndarray, " v"]:
     return surface
 
 
-@lru_cache(maxsize=REMEMBERED)
+@once
 def face_anchors(rig: Rig) -> Anchors:
     """The anchors of a rig's face; proportions fill in what its mesh does not show."""
     return surface_anchors(replace(rig, skin=face_surface(rig)), rig_points(rig))

@@ -10,7 +10,6 @@ Order          neighbours go each their own way (`face/channels.py`), where othe
 """
 
 from collections.abc import Iterator
-from functools import lru_cache
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -20,7 +19,8 @@ from capture_plan.face.channels import reordered, scrambled
 from capture_plan.face.flying import flying
 from capture_plan.face.moving import NOISE_MM
 from capture_plan.names.movements import movements_of
-from capture_plan.rig.record import Rig
+from capture_plan.once import once
+from capture_plan.rig import Rig
 
 Fault = Literal["displacements", "unit", "beside", "order"]
 AT_ORIGIN, ORIGIN = 0.1, 1e-4  # of the vertices; of S: what a blendshape leaves still has no displacement at all
@@ -76,7 +76,7 @@ class Misexported(NamedTuple):
     why: str
 
 
-@lru_cache(maxsize=8)  # rigs of a session
+@once
 def misexported(rig: Rig) -> tuple[Misexported, ...]:
     """The blendshapes of a rig that were exported wrongly, in its order."""
     return tuple(_found(rig))

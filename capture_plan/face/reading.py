@@ -1,7 +1,6 @@
 """The reading of a rig as a whole: how its file was understood, and where its eyes, mouth, nose, chin and ears are."""
 
 import math
-from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float
@@ -9,10 +8,11 @@ from jaxtyping import Float
 from capture_plan.face.anchors import Anchors, face_anchors
 from capture_plan.face.channels import Channels
 from capture_plan.face.misexported import misexported
-from capture_plan.face.of_rig import REMEMBERED, rig_channels, rig_points
+from capture_plan.face.of_rig import rig_channels, rig_points
 from capture_plan.face.points import ALONE, NEAR, Found, Points
 from capture_plan.names.movements import Movement, movements_of
-from capture_plan.rig.record import Rig
+from capture_plan.once import once
+from capture_plan.rig import Rig
 from capture_plan.rig.understood import Axes, Eyes, Reading, Sides, Sign, Spot, Understood, Unit, Vector
 
 ASIDE = 0.1  # rho from the midline: what is called left and lies nearer than that says nothing of the sides
@@ -21,7 +21,7 @@ MOST = 0.8  # of the names with a side
 DECIMALS, FINE_MM = 3, 10.0  # of a place in millimetres; one more for every tenth that the pupils are nearer than this
 
 
-@lru_cache(maxsize=REMEMBERED)
+@once
 def face_reading(rig: Rig) -> Reading:
     """How `rig` was understood; what rests on eyes and mouth is only sure where they are."""
     anchors, points, channels = face_anchors(rig), rig_points(rig), rig_channels(rig)

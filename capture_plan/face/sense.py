@@ -14,7 +14,6 @@ Sides    the face mirrors itself across x; what is called left moves +x
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -23,13 +22,14 @@ from scipy.spatial import KDTree
 
 from capture_plan.face.axes import axes_matrix, decide, vector
 from capture_plan.face.channels import Channels
-from capture_plan.face.of_rig import REMEMBERED, rig_channels, rig_shape
+from capture_plan.face.of_rig import rig_channels, rig_shape
 from capture_plan.face.reading import face_reading
 from capture_plan.face.votes import BROWS, EYES, MOUTH, all_votes, names_agree
 from capture_plan.mesh import vertex_areas, vertex_normals
 from capture_plan.mesh.mirror import mirror_plane
 from capture_plan.names.movements import Movement, movements_of
-from capture_plan.rig.record import Rig
+from capture_plan.once import once
+from capture_plan.rig import Rig
 
 UPRIGHT = 0.6  # cosine: 53 degrees; eyes over mouth of a fox's snout 0.9, of human heads above 0.95
 JAW_DOWN, JAW_FORWARD = -0.3, 0.4  # of a direction of length 1: four human jaws open (-0.6 to -0.8, -0.6 to -0.8)
@@ -72,7 +72,7 @@ def pose_senses(rig: Rig) -> tuple[Sense, ...]:
     return (*_voted(rig), *named, *shown)
 
 
-@lru_cache(maxsize=REMEMBERED)
+@once
 def contradicted(rig: Rig) -> tuple[str, ...]:
     """What speaks against how the head was read to lie, in words: none where all but one question hold."""
     wrong = [sense.found for sense in pose_senses(rig) if not sense.holds]

@@ -33,6 +33,7 @@ from capture_plan.layout.problem import NOTHING, Task, task_of
 from capture_plan.layout.record import Bound, ErrorBound, Layout
 from capture_plan.layout.settings import BY_ERROR, LayoutSettings, Method
 from capture_plan.layout.sites import Sites
+from capture_plan.once import once
 from capture_plan.shell.takes import Takes
 
 
@@ -119,20 +120,14 @@ def target_bound_of(task: Task, bound: ErrorBound | None, target_mm: float, form
 
 def papers_cover(face: Face, settings: LayoutSettings) -> Int[np.ndarray, " m"]:
     """The paper's single cover, without spacing or constraints."""
-    key = (
-        settings.symmetric,
-        settings.weights,
-        settings.epsilon,
-        settings.alpha,
-        settings.min_visibility,
-    )
-    if key not in face.single_covers:
-        plain = single_cover_settings(settings)
-        sites = face.sites(plain)
-        rows = np.flatnonzero(sites.covers(plain.epsilon).any(axis=1))
-        chosen = best_cover(sites, plain, rows, all_of(sites), None).chosen
-        face.single_covers[key] = np.sort(sites.members(chosen))
-    return face.single_covers[key]
+    return _single_cover(face, single_cover_settings(settings))
+
+
+@once
+def _single_cover(face: Face, settings: LayoutSettings) -> Int[np.ndarray, " m"]:
+    sites = face.sites(settings)
+    rows = np.flatnonzero(sites.covers(settings.epsilon).any(axis=1))
+    return np.sort(sites.members(best_cover(sites, settings, rows, all_of(sites), None).chosen))
 
 
 def all_of(sites: Sites) -> Int[np.ndarray, " s"]:

@@ -22,6 +22,7 @@ from capture_plan.layout.sites import Sites, mirrored_sites, moving, single_site
 from capture_plan.layout.spacing import Spacing, check_density
 from capture_plan.mesh import straight_table, surface_graph
 from capture_plan.mesh.mirror import mirror_map
+from capture_plan.once import once
 from capture_plan.registration.empirical_layouts import place_ibug68, place_layout
 from capture_plan.rig import Rig
 from capture_plan.visibility import Camera, camera_visibility, global_visibility, why_blind
@@ -135,20 +136,17 @@ class Face:
             spacing_mm=settings.spacing_mm,
         )
 
+    @once
     def zone(self, name: str, margin_mm: float) -> Bool[np.ndarray, " v"]:
         """Skin that a keep-out covers: a zone of `anatomy.zones` or a painted one, by its name, with a margin.
 
         Raises:
             RigError: there is no such zone.
         """
-        if (name, margin_mm) not in self._zones:
-            if name in self.painted:
-                mask = self.ground.within(self.painted[name], margin_mm)
-            else:
-                check_zone(name, margin_mm)
-                mask = self.ground.zone(name, margin_mm).mask
-            self._zones[name, margin_mm] = mask
-        return self._zones[name, margin_mm]
+        if name in self.painted:
+            return self.ground.within(self.painted[name], margin_mm)
+        check_zone(name, margin_mm)
+        return self.ground.zone(name, margin_mm).mask
 
     def relaxed(self, settings: LayoutSettings) -> Bool[np.ndarray, " v"]:
         """Skin within a dot's diameter of the points of the layout that zones are relaxed for, or of their mirror
@@ -170,10 +168,6 @@ class Face:
         return ground_of(self.rig)
 
     @cached_property
-    def _zones(self) -> dict[tuple[str, float], Bool[np.ndarray, " v"]]:
-        return {}
-
-    @cached_property
     def regions(self) -> FaceRegions:
         """Names for places on this face."""
         return face_regions(self.rig)
@@ -186,26 +180,14 @@ class Face:
         except RigError:
             return None
 
-    @cached_property
-    def single_covers(self) -> dict[tuple[object, ...], Int[np.ndarray, " _"]]:
-        """Vertices of the paper's single cover, by everything that it depends on: filled by who asks first."""
-        return {}
-
+    @once
     def views(self, dot_mm: float) -> Views:
         """What every camera sees of a dot at every skin vertex, in the order of their numbers; at what is no place, of
         one at the nearest place."""
-        if dot_mm not in self._views:
-            rig = self.rig
-            at = np.flatnonzero(self.places)
-            found = camera_views(
-                rig.neutral, performed_deltas(rig, self.used), rig.triangles, at, self.cameras, dot_mm=dot_mm
-            )
-            self._views[dot_mm] = found.at(_nearest_of(rig.neutral, np.flatnonzero(rig.skin), at))
-        return self._views[dot_mm]
-
-    @cached_property
-    def _views(self) -> dict[float, Views]:
-        return {}
+        rig, at = self.rig, np.flatnonzero(self.places)
+        deltas = performed_deltas(rig, self.used)
+        found = camera_views(rig.neutral, deltas, rig.triangles, at, self.cameras, dot_mm=dot_mm)
+        return found.at(_nearest_of(rig.neutral, np.flatnonzero(rig.skin), at))
 
     @cached_property
     def graph(self) -> csr_array:
@@ -229,33 +211,26 @@ class Face:
         return around
 
     def near(self, radius_mm: float, sites: Sites) -> csr_array:
-        """`straight_table` of the places, and of what sites there are beside them; remembered. InfeasibleError where
-        they are too many for it."""
+        """`straight_table` of the places, and of what sites there are beside them. InfeasibleError where they are too
+        many for it."""
         at = self.places & self.on_skin
         at[sites.vertices] = True
-        key = radius_mm, at.tobytes()
-        if key not in self._near:
-            check_density(self.rig, at, radius_mm)
-            self._near[key] = straight_table(self.rig.neutral, np.flatnonzero(at), radius_mm)
-        return self._near[key]
+        return self._near(radius_mm, at)
 
-    @cached_property
-    def _near(self) -> dict[tuple[float, bytes], csr_array]:
-        return {}
+    @once
+    def _near(self, radius_mm: float, at: Bool[np.ndarray, " v"]) -> csr_array:
+        check_density(self.rig, at, radius_mm)
+        return straight_table(self.rig.neutral, np.flatnonzero(at), radius_mm)
 
     def met(self, settings: LayoutSettings) -> csr_array:
         """Pairs of `dotted` vertices at the spacing whose dots meet in a blendshape alone, a corrective with what it
-        corrects; remembered. (v v) of 0 and 1."""
-        at, widths = self.dotted(settings), (settings.dot_mm, settings.spacing_mm)
-        key = *widths, at.tobytes()
-        if key not in self._met:
-            poses = performed_deltas(self.rig, self.used)[:, at]
-            self._met[key] = met_in(self.rig.neutral, at, poses, dot_mm=widths[0], spacing_mm=widths[1])
-        return self._met[key]
+        corrects. (v v) of 0 and 1."""
+        return self._met(self.dotted(settings), dot_mm=settings.dot_mm, spacing_mm=settings.spacing_mm)
 
-    @cached_property
-    def _met(self) -> dict[tuple[float, float, bytes], csr_array]:
-        return {}
+    @once
+    def _met(self, at: Int[np.ndarray, " n"], *, dot_mm: float, spacing_mm: float) -> csr_array:
+        poses = performed_deltas(self.rig, self.used)[:, at]
+        return met_in(self.rig.neutral, at, poses, dot_mm=dot_mm, spacing_mm=spacing_mm)
 
     def spacing(self, sites: Sites, spacing_mm: float) -> Spacing | None:
         """Which of the sites stand too close to each other; None where any may."""

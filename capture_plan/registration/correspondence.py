@@ -9,7 +9,7 @@ Answer     for each point a vertex of the target's skin of its own, or none wher
 """
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -19,6 +19,7 @@ from scipy.spatial import KDTree
 from capture_plan.errors import RigError
 from capture_plan.face.anchors import Anchors, face_anchors, face_surface
 from capture_plan.mesh import boundary_vertices, vertex_normals
+from capture_plan.once import once
 from capture_plan.registration.nonrigid_icp import fit, own_nearest, spline_start
 from capture_plan.rig import Rig
 
@@ -28,7 +29,6 @@ ABSENT = 0.25  # pupil distances: a point this far from all of the surface is no
 EAR_SIZE = 0.85  # pupil distances from the point furthest to the side to the rim, the lobe and the cheek beside it
 OUTSIDE = 0.05  # pupil distances: a point this much nearer to the surface than to the skin is where none is allowed
 CONTROLS = 400  # vertices of the fitted face that carry the rest of the head along
-REMEMBERED = 8  # pairs of rigs of a session
 CONTROL_POINTS = (
     "eye_left",
     "eye_right",
@@ -117,9 +117,13 @@ class Correspondence:
         return W @ laid / self.unit, W @ vertex_normals(laid, np.searchsorted(at, triangles))
 
 
-@lru_cache(maxsize=REMEMBERED)
 def correspond(source: Rig, target: Rig) -> Correspondence:
-    """The source's face laid onto the target."""
+    """The source's face laid onto the target, which holds the answer: the source is mostly the sample."""
+    return _laid_onto(target, source)
+
+
+@once
+def _laid_onto(target: Rig, source: Rig) -> Correspondence:
     here, there = face_anchors(source), face_anchors(target)
     u = there.pupils
     at, triangles = face_part(source, here)

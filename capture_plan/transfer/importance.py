@@ -12,13 +12,11 @@ the whole skin: Carrigan et al. 2020 (eq. 5) take it over the active vertices, b
 J is fitted: the affine map of least squares to the vertices around each of some controls, blended between these.
 """
 
-from functools import lru_cache
-
 import numpy as np
 from jaxtyping import Float
 
-from capture_plan.face.anchors import REMEMBERED
 from capture_plan.mesh import similarity_fit
+from capture_plan.once import once
 from capture_plan.rig import Rig
 from capture_plan.transfer.deformation import deformation_transfer
 from capture_plan.transfer.targets import HABIT_SQUARE
@@ -39,7 +37,7 @@ def transfer_importance(rig: Rig, target: Float[np.ndarray, "n 3"] | None = None
     return _importance(rig, None if target is None else target.astype(float).tobytes())
 
 
-@lru_cache(maxsize=REMEMBERED)
+@once
 def _importance(rig: Rig, given: bytes | None) -> Float[np.ndarray, " k"]:
     """The same of a target given by the bytes of its coordinates: one list asks several times."""
     target = None if given is None else np.frombuffer(given).reshape(-1, 3)

@@ -14,13 +14,12 @@ movement, as Carrigan et al. 2020 (section 4.3) observe. Half of a field is comm
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float
 
-from capture_plan.face.anchors import REMEMBERED
 from capture_plan.mesh.mirror import mirror_plane, reflect
+from capture_plan.once import once
 from capture_plan.rig import Rig
 
 Map = Callable[[np.ndarray], np.ndarray]
@@ -113,7 +112,7 @@ def habit_fields(
         yield np.sqrt(0.5) * (common + random_field(points, rng))
 
 
-@lru_cache(maxsize=REMEMBERED)
+@once
 def habit_squares(rig: Rig, *, people: int, seed: int) -> Float[np.ndarray, "p k"]:
     """Squared error that the habits of persons add to each blendshape, as a share of its mean over these persons."""
     at = np.flatnonzero(rig.skin)
