@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from capture_plan.plan.record import Plan
     from capture_plan.plan.settings import Settings
     from capture_plan.rig import Rig
+    from capture_plan.rig.read_options import ReadOptions
     from capture_plan.sequence import Sequence
 
 app = typer.Typer(
@@ -154,10 +155,12 @@ def audit(
     from capture_plan.audit.audit_cache import audit_once
     from capture_plan.audit.report import audit_text, can_be_planned
     from capture_plan.output import refuse_place
+    from capture_plan.rig.read_options import ReadOptions
 
     if output is not None:
         refuse_place(output, inputs=[rig, skin, names], endings=AUDITS)
-    found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
+    given = ReadOptions(unit_mm, up, facing, skin, names)
+    found = open_rig(rig, given)
     report = audit_once(found)
     text = json_text(report) if json or is_json(output) else audit_text(report)
     if output is not None:
@@ -166,7 +169,7 @@ def audit(
         print(text, end="")
     else:
         say([text.removesuffix("\n")])
-    message = f"{rig}{options_again(unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)}"
+    message = f"{rig}{options_again(given)}"
     look = [f"capture-plan audit {message} -o audit.png shows how it was understood"] if output is None else []
     plan = [f"capture-plan plan {message}"] if can_be_planned(report) else []
     if not json and (look or plan):
@@ -311,6 +314,7 @@ def plan(
     from capture_plan.plan.settings import Settings
     from capture_plan.plan.summary import summary
     from capture_plan.progress import listen
+    from capture_plan.rig.read_options import ReadOptions
 
     output = output or Path(f"{Path(rig).resolve().stem}.plan.json")
     dots = NamedDots(dots_of or output, given=dots_of is not None)
@@ -327,12 +331,13 @@ def plan(
         {"minutes": minutes},
     )
     refuse_place(output, inputs=[rig, settings, skin, names, *files_of(chosen)], over_plan=True)
-    found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
+    given = ReadOptions(unit_mm, up, facing, skin, names)
+    found = open_rig(rig, given)
     dots.must_be_of(found)
     settled = settings_seen_from(output.parent, chosen)
     if not replace:
         refuse_to_replace(output, found, rig, settled)
-    reference = refer_to(found, rig, output, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
+    reference = refer_to(found, rig, output, given)
     heard: list[str] = []
     with listen(lambda lines: say(noted(lines, heard))):
         made = make_plan(read_inputs(found, settled, output.parent, names=names), settled, reference=reference)
@@ -638,11 +643,13 @@ def compare(
     from capture_plan.layout.face import see_face
     from capture_plan.layout.settings import LayoutSettings
     from capture_plan.output import refuse_folder, write_whole
+    from capture_plan.rig.read_options import ReadOptions
     from capture_plan.shell.takes import takes_of
 
     if output is not None:
         refuse_folder(output, ("comparison.txt", "comparison.json"), inputs=[rig, layouts, take, skin, names])
-    found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
+    given = ReadOptions(unit_mm, up, facing, skin, names)
+    found = open_rig(rig, given)
     used = audit_once(found).used
     sequence = open_take(take, found, names) if take else None
     made = compare_layouts(
@@ -689,9 +696,11 @@ def motion(
     from capture_plan.evaluation.le2013.evaluation_cache import evaluate_all
     from capture_plan.evaluation.le2013.other_subjects import made_up, people_of
     from capture_plan.evaluation.le2013.report import motion_text
+    from capture_plan.rig.read_options import ReadOptions
     from capture_plan.sample.motion import sample_motion
 
-    found = open_rig(rig, unit_mm=unit_mm, up=up, facing=facing, skin=skin, names=names)
+    given = ReadOptions(unit_mm, up, facing, skin, names)
+    found = open_rig(rig, given)
     if take is None and rig != "sample":
         raise RigError(f"{rig}: name a recorded take of it with --take; only the sample has a made-up one")
     sequence = open_take(take, found, names) if take else sample_motion()
@@ -777,16 +786,16 @@ def open_plan(
     return as_draft(plan, broken), given
 
 
-def open_rig(path: str, **corrections: Any) -> "Rig":
-    """The rig that a person named, read with their corrections."""
+def open_rig(path: str, given: "ReadOptions") -> "Rig":
+    """The rig that a person named, read with what they state of it."""
     from capture_plan.errors import RigError
-    from capture_plan.reader.read import read_rig
+    from capture_plan.reader.read import rig_at
     from capture_plan.sample import sample_rig
 
     if path != "sample":
-        return read_rig(path, **corrections)
-    if given := [name for name, value in corrections.items() if value is not None]:
-        raise RigError(f"the sample is read as it is: leave out --{given[0].replace('_', '-')}")
+        return rig_at(Path(path), given)
+    if again := options_again(given).split():
+        raise RigError(f"the sample is read as it is: leave out {again[0]}")
     return sample_rig()
 
 
@@ -802,10 +811,10 @@ def json_text(record: object) -> str:
     return f"{msgspec.json.format(msgspec.json.encode(record)).decode()}\n"
 
 
-def options_again(**given: float | str | None) -> str:
-    """What a person gave of how to read a rig, as the next command has to say it again."""
-    message = {name: value if isinstance(value, str) else f"{value:g}" for name, value in given.items() if value}
-    return "".join(f" --{name.replace('_', '-')} {shlex.quote(value)}" for name, value in message.items())
+def options_again(given: "ReadOptions") -> str:
+    """What a person stated of how to read a rig, as the next command has to say it again."""
+    found = {name: value if isinstance(value, str) else f"{value:g}" for name, value in vars(given).items() if value}
+    return "".join(f" --{name.replace('_', '-')} {shlex.quote(value)}" for name, value in found.items())
 
 
 def write_audit(report: "Audit", rig: "Rig", path: Path, text: str) -> None:

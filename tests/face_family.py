@@ -19,11 +19,12 @@ from itertools import product
 import numpy as np
 
 from capture_plan.errors import RigError
-from capture_plan.face.axes import AXES, axes_matrix
+from capture_plan.face.axes import axes_matrix
 from capture_plan.face.reading import face_reading
 from capture_plan.formats.raw import RawRig
 from capture_plan.reader.read import rig_from_raw
 from capture_plan.rig import Rig
+from capture_plan.rig.read_options import AXES
 from capture_plan.rig.understood import Reading, Vector
 from tests.face_channels import CHANNELS, NAMINGS, PLACINGS
 from tests.face_heads import KINDS, Head, sample_head

@@ -52,10 +52,10 @@ def test_what_fails_is_asked_again(record):
     @once
     def fails(record):
         record.asked.append("failed")
-        raise ValueError
+        raise ValueError("now and later")
 
     for _ in range(2):
-        with pytest.raises(ValueError):
+        with pytest.raises(ValueError, match="now and later"):
             fails(record)
     assert record.asked == ["failed"] * 2
 

@@ -21,9 +21,9 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_plan.face.channels import FEW
+from capture_plan.rig.read_options import AS_FOUND, AXES, ReadOptions
 from capture_plan.rig.understood import Axes, Sign
 
-AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 PAIRS = tuple((up, facing) for up in AXES for facing in AXES if up[1] != facing[1])
 Role = Literal["up", "facing", "left"]
 Group = Literal["named motion", "named place", "shape"]
@@ -81,14 +81,14 @@ def decide(
     mirror: Float[np.ndarray, " 3"],
     *,
     stated: tuple[str, str] | None,
-    up: str | None,
-    facing: str | None,
+    given: ReadOptions = AS_FOUND,
     speaking: int,
 ) -> Axes:
     """The (up, facing) that the votes speak for; `mirror` is the log likelihood of each axis to be the sideways one.
 
-    `stated` are the axes of the format, `up` and `facing` what a person gave, `speaking` how many blendshapes voted.
+    `stated` are the axes of the format, `given` those of a person, `speaking` how many blendshapes voted.
     """
+    up, facing = given.up, given.facing
     sides = int(np.argmax(mirror))
     pairs = [(u, f) for u, f in PAIRS if up in (None, u) and facing in (None, f)]
     tables = [_by_pair(vote.role, likelihood(vote, sides), pairs) for vote in votes]
@@ -104,14 +104,14 @@ def decide(
     says = [_says(vote) for vote in votes] + [pairs[best][0][1] + pairs[best][1][1]] + ["".join(stated or ())]
     weights = [_weight(table, best) for table in tables]
     signs = tuple(Sign(name, said, round(weight, 2)) for name, said, weight in zip(names, says, weights, strict=False))
-    given = up is not None and facing is not None
+    certain = up is not None and facing is not None
     own = np.sum(tables[: len(votes) + 1], axis=0)
     enough = speaking >= LEAST or (stated == pairs[best] and (len(pairs) == 1 or _lead(own, best) > OWN_LEAD))
     contradicted = _group_against(votes, sides, pairs[best])
     sure = enough and not overruled and not contradicted and _sure(tables, best, stated is not None, speaking)
     upright = sum(vote.role == "up" and weight > AGREES for vote, weight in zip(votes, weights, strict=False))
     alone = up is None and upright < 2 and (stated is None or stated[0] != pairs[best][0])
-    return Axes(*pairs[best], sure=given or (sure and not alone), signs=signs)
+    return Axes(*pairs[best], sure=certain or (sure and not alone), signs=signs)
 
 
 def _sure(tables: list[np.ndarray], best: int, has_format: bool, speaking: int) -> bool:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from capture_plan.errors import RigError
-from capture_plan.face.axes import AXES, Vote, axes_matrix, decide
+from capture_plan.face.axes import Vote, axes_matrix, decide
 from capture_plan.face.channels import Channels, find_channels
 from capture_plan.face.points import Points, find_points
 from capture_plan.face.shape import Shape
@@ -13,11 +13,11 @@ from capture_plan.face.unit import find_unit
 from capture_plan.face.votes import all_votes, names_agree
 from capture_plan.formats.naming import listed
 from capture_plan.formats.raw import RawRig
+from capture_plan.rig.read_options import AS_FOUND, ReadOptions
 from capture_plan.rig.record import HowFound
 from capture_plan.rig.understood import Axes, Sign, Unit
 
 ANOTHER = 5  # blendshapes named for a face that lie elsewhere: fewer may have misleading names
-UNITS_MM = (1e-9, 1e9)  # what a file can count in: beyond it squares are lost
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,22 +53,20 @@ class Frame:
         return self.axes.facing
 
 
-def find_frame(
-    raw: RawRig, *, unit_mm: float | None, up: str | None, facing: str | None, shape: Shape | None = None
-) -> Frame:
-    """Unit and axes of `raw`: what is given here, else what its format says where that can be, else what is found.
+def find_frame(raw: RawRig, given: ReadOptions = AS_FOUND, *, shape: Shape | None = None) -> Frame:
+    """Unit and axes of `raw`: what a person states, else what its format says where that can be, else what is found.
 
     `shape` is that of `raw`, where it is known already.
     """
     shape = shape or head_shape(raw)
     stated = (raw.up, raw.facing) if raw.up and raw.facing else None
+    turned = bool(given.up or given.facing)
     votes = tuple(all_votes(shape, int(np.argmax(shape.mirror))))
     axes = decide(
         votes,
         shape.mirror,
-        stated=stated if not (up or facing) else None,
-        up=up,
-        facing=facing,
+        stated=None if turned else stated,
+        given=given,
         speaking=int(shape.channels.facial.sum()),
     )
     points = find_points(shape.turned(axes_matrix(axes.up, axes.facing)), named=names_agree(shape.channels))
@@ -77,11 +75,12 @@ def find_frame(
         pupils = float(np.linalg.norm(points.eyes.places[0] - points.eyes.places[1]))
         if points.mouth.places is not None and points.mouth.sure:
             drop = float(np.linalg.norm(points.eyes.places.mean(axis=0) - points.mouth.places[0]))
+    unit_mm = given.unit_mm
     unit = Unit(unit_mm, True, (Sign("given", f"{unit_mm:g} mm", 0.0),)) if unit_mm else None
     moves = shape.channels
     unit = unit or find_unit(raw.unit_mm, pupils, moves.rho, moves.extent, drop=drop, few=moves.few)
-    agrees = stated == (axes.up, axes.facing) and not (up or facing)
-    found: tuple[HowFound, HowFound] = ("given" if up else "detected", "given" if facing else "detected")
+    agrees = stated == (axes.up, axes.facing) and not turned
+    found: tuple[HowFound, ...] = tuple("given" if one else "detected" for one in (given.up, given.facing))
     return Frame(
         axes=axes,
         unit=unit,
@@ -90,7 +89,7 @@ def find_frame(
         facing_found="format" if agrees else found[1],
         note="; ".join(
             [
-                *axes_note(raw, axes, given=bool(up or facing)),
+                *axes_note(raw, axes, given=turned),
                 *unit_note(raw, unit, unit_mm),
                 *heads_note(raw, shape),
             ]
@@ -159,18 +158,6 @@ def heads_note(raw: RawRig, shape: Shape) -> list[str]:
         return []
     message = "blendshapes are named for a face and move something far from this one"
     return [f"{len(names)} {message}, another head perhaps ({listed(names)}): export one head alone"]
-
-
-def check_given(unit_mm: float | None, up: str | None, facing: str | None) -> None:
-    """RigError unless what a person gave can be."""
-    for what, axis in (("up", up), ("facing", facing)):
-        if axis is not None and axis not in AXES:
-            raise RigError(f"{what} is '{axis}', expected one of {', '.join(AXES)}")
-    if up and facing and up[1] == facing[1]:
-        raise RigError(f"up is {up} and facing is {facing}: choose two different axes")
-    if unit_mm is not None and not UNITS_MM[0] <= unit_mm <= UNITS_MM[1]:
-        between = f"{UNITS_MM[0]:g} to {UNITS_MM[1]:g}"
-        raise RigError(f"the unit is {unit_mm} mm, expected a length above 0 ({between}), such as 10 for centimetres")
 
 
 def votes_of(raw: RawRig, sides: int) -> list[Vote]:

@@ -122,7 +122,7 @@ def _voted(rig: Rig) -> Iterator[Sense]:
     """All signs together, asked again in the rig's axes, speak for up and forward as they were read."""
     shape = rig_shape(rig)
     votes = all_votes(shape, int(np.argmax(shape.mirror)))
-    said = decide(votes, shape.mirror, stated=None, up=None, facing=None, speaking=int(shape.channels.facial.sum()))
+    said = decide(votes, shape.mirror, stated=None, speaking=int(shape.channels.facial.sum()))
     right = (said.up, said.facing) == ("+y", "+z")
     if not (right or said.sure):
         return

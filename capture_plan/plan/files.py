@@ -17,8 +17,9 @@ from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference,
 from capture_plan.plan.settings import Settings
 from capture_plan.plan.structure import check_texts
 from capture_plan.plan.wrong_settings import what_is_wrong
-from capture_plan.reader.read import read_rig
+from capture_plan.reader.read import rig_at
 from capture_plan.rig import Rig
+from capture_plan.rig.read_options import AS_FOUND, ReadOptions
 from capture_plan.sample import sample_rig
 
 MOST_BYTES = 100_000_000  # a plan of 200 landmarks and 60 expressions has 2 MB
@@ -136,17 +137,14 @@ def refer_to(
     rig: Rig,
     rig_path: str,
     plan_path: Path,
-    *,
-    unit_mm: float | None = None,
-    up: str | None = None,
-    facing: str | None = None,
-    skin: str | None = None,
-    names: str | None = None,
+    given: ReadOptions = AS_FOUND,
 ) -> RigReference:
-    """How the plan at `plan_path` remembers its rig."""
-    path, skin, names = (seen_from(plan_path.parent, given) for given in (rig_path, skin, names))
+    """How the plan at `plan_path` remembers its rig, and what a person stated of it."""
+    path, skin, names = (seen_from(plan_path.parent, one) for one in (rig_path, given.skin, given.names))
     unmoved = SAMPLE if rig_path == SAMPLE else str(path)
-    return RigReference(rig.name, unmoved, rig.fingerprint, len(rig.neutral), unit_mm, up, facing, skin, names)
+    return RigReference(
+        rig.name, unmoved, rig.fingerprint, len(rig.neutral), given.unit_mm, given.up, given.facing, skin, names
+    )
 
 
 def settings_seen_from(folder: Path, settings: Settings) -> Settings:
@@ -174,20 +172,14 @@ def rig_of(plan: Plan, plan_path: Path, *, rig_path: str | None = None) -> Rig:
         PlanError: it is not the rig the plan was made for.
     """
     reference, folder = plan.rig, plan_path.parent
+    skin, names = (found_from(folder, one) for one in (reference.skin, reference.names))
+    given = ReadOptions(reference.unit_mm, reference.up, reference.facing, skin, names)
     if reference.path == SAMPLE:
-        given = (reference.unit_mm, reference.up, reference.facing, reference.skin, reference.names)
-        if any(one is not None for one in given):
+        if given != AS_FOUND:
             raise PlanError(f"{plan_path} corrects the bundled head, which needs none: make the plan again")
         rig = sample_rig()
     else:
-        rig = read_rig(
-            rig_path or folder / reference.path,
-            unit_mm=reference.unit_mm,
-            up=reference.up,
-            facing=reference.facing,
-            skin=found_from(folder, reference.skin),
-            names=found_from(folder, reference.names),
-        )
+        rig = rig_at(Path(rig_path or folder / reference.path), given)
     if rig.fingerprint != plan.rig.fingerprint:
         raise PlanError(
             f"the rig has changed since {plan_path} was made (fingerprint {rig.fingerprint}, the plan's is "

@@ -18,7 +18,7 @@ from msgspec.structs import replace as replace_struct
 from capture_plan.errors import RigError
 from capture_plan.face.axes import axes_matrix
 from capture_plan.face.face_skin import FacePlace, upper_neck
-from capture_plan.face.frame import Frame, check_given, find_frame, head_shape
+from capture_plan.face.frame import Frame, find_frame, head_shape
 from capture_plan.face.place import face_place
 from capture_plan.face.skin import find_skin
 from capture_plan.formats.csv_folder import holds_tables, read_csv_folder
@@ -41,6 +41,7 @@ from capture_plan.reader.crop import crop_to_head
 from capture_plan.reader.read_cache import remembered_rig
 from capture_plan.reader.twins import one_of_each
 from capture_plan.reader.upright import lifted, nearest_axes, off_axes_degrees, straightened
+from capture_plan.rig.read_options import AS_FOUND, ReadOptions
 from capture_plan.rig.record import Rig
 from capture_plan.rig.understood import Understood
 
@@ -73,14 +74,18 @@ def read_rig(
         >>> len(rig.names), len(rig.neutral)
         (52, 4939)
     """
-    check_given(unit_mm, up, facing)
-    path = Path(path)
-    rig = remembered_rig(
-        lambda: rig_from_raw(read_raw(path), unit_mm=unit_mm, up=up, facing=facing, skin=skin),
-        path,
-        (unit_mm, up, facing, skin),
-    )
-    return replace(rig, meanings=_own_names(names, rig)) if names else rig
+    return rig_at(Path(path), ReadOptions(unit_mm, up, facing, skin, names))
+
+
+def rig_at(path: Path, given: ReadOptions = AS_FOUND) -> Rig:
+    """`read_rig` where what a person states is a record.
+
+    Raises:
+        RigError: there is no usable rig.
+    """
+    deciding = (given.unit_mm, given.up, given.facing, given.skin)
+    rig = remembered_rig(lambda: rig_from_raw(read_raw(path), given), path, deciding)
+    return replace(rig, meanings=_own_names(given.names, rig)) if given.names else rig
 
 
 def _own_names(path: str, rig: Rig) -> tuple[tuple[str, str], ...]:
@@ -94,28 +99,21 @@ def _own_names(path: str, rig: Rig) -> tuple[tuple[str, str], ...]:
     return known
 
 
-def rig_from_raw(
-    raw: RawRig,
-    *,
-    unit_mm: float | None = None,
-    up: str | None = None,
-    facing: str | None = None,
-    skin: str | None = None,
-) -> Rig:
+def rig_from_raw(raw: RawRig, given: ReadOptions = AS_FOUND) -> Rig:
     """The rig of what a reader gave, in millimetres, +y up, facing +z; what is given here is not searched for."""
-    raw, turned, frame = _framed(one_of_each(what_belongs(finite(legible(raw)))), unit_mm, up, facing)
+    raw, turned, frame = _framed(one_of_each(what_belongs(finite(legible(raw)))), given)
     facial = frame.channels.facial
     raw = crop_to_head(raw, facial)
     turn = axes_matrix(frame.up, frame.facing)
     up, facing = nearest_axes(turn @ turned)
     R = frame.unit_mm * turn
     neutral, deltas = raw.neutral @ R.T, (raw.deltas @ R.T).astype(np.float32)
-    if skin is None:
+    if given.skin is None:
         place = face_place(frame.points, frame.channels, frame.unit_mm) if frame.axes.sure else None
         skin_vertices = find_skin(neutral, raw.triangles, deltas[facial], raw.parts, raw.part_names, place)
         body_note = left_to_body(raw, neutral, skin_vertices, place)
     else:
-        skin_vertices, body_note = given_skin(skin, raw), ""
+        skin_vertices, body_note = given_skin(given.skin, raw), ""
     return Rig(
         name=raw.name,
         neutral=neutral,
@@ -145,24 +143,22 @@ def rig_from_raw(
     )
 
 
-def _framed(
-    raw: RawRig, unit_mm: float | None, up: str | None, facing: str | None
-) -> tuple[RawRig, Float[np.ndarray, "3 3"], Frame]:
+def _framed(raw: RawRig, given: ReadOptions) -> tuple[RawRig, Float[np.ndarray, "3 3"], Frame]:
     """The rig along signed axes, the rotation that this took, and how it lies in them."""
     shape = head_shape(raw)
-    found = straightened(raw, shape, up, facing)
+    found = straightened(raw, shape, given)
     straight = found.raw
     shape = shape if straight.neutral is raw.neutral else head_shape(straight)
-    frame = find_frame(straight, unit_mm=unit_mm, up=found.up, facing=found.facing, shape=shape)
-    if found.doubted and not (up and facing):
+    frame = find_frame(straight, found.given, shape=shape)
+    if found.doubted and not (given.up and given.facing):
         frame = replace(frame, axes=replace_struct(frame.axes, sure=False))
-    if up or facing:
+    if given.up or given.facing:
         return straight, found.Q, frame
     raised = lifted(straight, frame)
     if raised.doubted:
         frame = replace(frame, axes=replace_struct(frame.axes, sure=False))
     elif raised.raw is not straight:
-        frame = find_frame(raised.raw, unit_mm=unit_mm, up=None, facing=None)
+        frame = find_frame(raised.raw, given)
     return raised.raw, raised.Q @ found.Q, frame
 
 

@@ -28,6 +28,7 @@ from capture_plan.face.frame import Frame, head_shape, votes_of
 from capture_plan.face.shape import Shape, border_loops
 from capture_plan.formats.raw import RawRig
 from capture_plan.mesh.mirror import SAMPLE, Plane, find_mirror_plane, mirror_plane
+from capture_plan.rig.read_options import AS_FOUND, ReadOptions
 
 SYMMETRIC, BETTER = 0.02, 4.0  # of the size; times as near as about any plane across an axis
 RATHER = 1.5  # times as near: a lopsided head may lie turned
@@ -97,44 +98,43 @@ def off_axes_degrees(R: Float[np.ndarray, "3 3"]) -> float:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Straight:
-    """A rig whose mirror plane lies along an axis, the rotation Q made for it, and what a person gave as up and facing,
+    """A rig whose mirror plane lies along an axis, the rotation Q made for it, and what a person stated,
     along its axes now. `doubted`: its plane lies along none, and it is too lopsided to be turned, or its pitch is not
     sure."""
 
     raw: RawRig
     Q: Float[np.ndarray, "3 3"]
-    up: str | None = None
-    facing: str | None = None
+    given: ReadOptions = AS_FOUND
     doubted: bool = False
 
 
-def straightened(raw: RawRig, shape: Shape, up: str | None = None, facing: str | None = None) -> Straight:
+def straightened(raw: RawRig, shape: Shape, given: ReadOptions = AS_FOUND) -> Straight:
     """The rig itself where its mirror plane lies along an axis, within `TILTED_DEGREES`; else upright, with a note.
 
     `shape` is the rig's own. What was given are the nearest axes of the file: where signs say otherwise, the pitch is
     left as it is.
     """
-    given = (up, facing)
     points = _near_face(shape)
     plane = find_mirror_plane(points)
     tilt = tilt_degrees(plane)
     if tilt <= TILTED_DEGREES:
-        return Straight(raw, np.eye(3), *given)
+        return Straight(raw, np.eye(3), given)
     mirrors, rather = _mirrors(points, plane)
     if not mirrors and not rather:
-        return Straight(raw, np.eye(3), *given)
+        return Straight(raw, np.eye(3), given)
     if not mirrors:
         message = (
             f"the head may lie turned by {tilt:.0f} degrees in its file and is too lopsided to tell: turn it there"
         )
-        return Straight(_noted(raw, message), np.eye(3), *given, doubted=True)
+        return Straight(_noted(raw, message), np.eye(3), given, doubted=True)
     Q = _onto_axis(np.array(plane.normal))
     turned = rotated(raw, Q)
     pose = upright(turned)
     R = pose.R
     pitched = off_axes_degrees(R) > PITCH_DEGREES  # not about one axis of the file
-    if pitched and all(one in (None, own) for one, own in zip(given, nearest_axes(R @ Q), strict=True)):
-        given = (up and "+y", facing and "+z")
+    stated = (given.up, given.facing)
+    if pitched and all(one in (None, own) for one, own in zip(stated, nearest_axes(R @ Q), strict=True)):
+        given = dataclasses.replace(given, up=given.up and "+y", facing=given.facing and "+z")
         turned, Q = dataclasses.replace(rotated(turned, R), up=None, facing=None), R @ Q
     else:
         pitched = False
@@ -143,7 +143,7 @@ def straightened(raw: RawRig, shape: Shape, up: str | None = None, facing: str |
         message += ", but how far it bows is not sure"
     elif pitched:
         message += f", its pitch to about {PITCH_DEGREES:.0f} degrees"
-    return Straight(_noted(turned, message), Q, *given, doubted=not pose.sure)
+    return Straight(_noted(turned, message), Q, given, doubted=not pose.sure)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

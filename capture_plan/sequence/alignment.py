@@ -16,6 +16,7 @@ from capture_plan.face.axes import axes_matrix
 from capture_plan.face.frame import find_frame
 from capture_plan.formats.raw import UNITS_MM, RawRig
 from capture_plan.reader.neutral import read_neutral
+from capture_plan.rig.read_options import ReadOptions
 from capture_plan.rig.record import Rig
 from capture_plan.sequence.frame_tests import (
     MOST_FAULTY,
@@ -122,9 +123,7 @@ def orient_take(
     take: MeshTake,
     neutral: str | Path | None,
     fps: float | None,
-    unit_mm: float | None,
-    up: str | None,
-    facing: str | None,
+    given: ReadOptions,
 ) -> Sequence:
     """Frames of a mesh that no rig describes: unit and axes as found from the neutral and some frames."""
     if take.triangles is None or len(take.triangles) == 0:
@@ -161,7 +160,7 @@ def orient_take(
         up=take.up,
         facing=take.facing,
     )
-    frame = find_frame(raw, unit_mm=unit_mm, up=up, facing=facing)
+    frame = find_frame(raw, given)
     notes += [frame.note] if frame.note else []
     placed = start @ (frame.unit_mm * axes_matrix(frame.up, frame.facing)).T
     held_still = HeldFrames(frames, placed, still, frame.unit_mm)

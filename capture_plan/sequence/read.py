@@ -23,12 +23,12 @@ from capture_plan.curves.scale import Verdict, judge
 from capture_plan.curves.unfiltered import without_raw
 from capture_plan.curves.weights import WeightTable
 from capture_plan.errors import RigError
-from capture_plan.face.frame import check_given
 from capture_plan.formats.usd import SUFFIXES as USD
 from capture_plan.names.name_map import NameMap
 from capture_plan.names.recognise import INTENSITY
 from capture_plan.progress import tell
-from capture_plan.reader.read import read_rig
+from capture_plan.reader.read import rig_at
+from capture_plan.rig.read_options import ReadOptions
 from capture_plan.rig.record import Rig
 from capture_plan.sequence.alignment import frame_rate, lay_onto, orient_take
 from capture_plan.sequence.animation import read_animation
@@ -81,7 +81,7 @@ def read_sequence(
         (3, 30.0)
     """
     path = Path(path)
-    check_given(unit_mm, up, facing)
+    given = ReadOptions(unit_mm, up, facing)
     if fps is not None and not (np.isfinite(fps) and fps > 0):
         raise RigError(f"{fps:g} frames in a second, expected a number above 0, such as 60")
     try:
@@ -93,10 +93,10 @@ def read_sequence(
         raise RigError(f"{path.name} cannot be read ({error.strerror or error}): check the file") from error
     if isinstance(take, WeightTable):
         if rig is None and path.suffix.lower() in (*GLTF, *USD):
-            rig = read_rig(path, unit_mm=unit_mm, up=up, facing=facing)
+            rig = rig_at(path, given)
         sequence = drive_rig(path, take, rig, fps, name_map)
     elif rig is None:
-        sequence = orient_take(path, take, neutral, fps, unit_mm, up, facing)
+        sequence = orient_take(path, take, neutral, fps, given)
     else:
         sequence = lay_onto(path, take, rig, neutral, fps, unit_mm)
     tell(sequence.messages())

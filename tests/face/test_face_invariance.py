@@ -18,6 +18,7 @@ from capture_plan.face.reading import face_reading
 from capture_plan.formats.raw import RawRig
 from capture_plan.mesh.decimate import decimate
 from capture_plan.reader.read import read_raw, rig_from_raw
+from capture_plan.rig.read_options import ReadOptions
 from tests.face_family import PAIRS, UNITS, Truth, judge, raw_rig
 from tests.face_heads import sample_head
 
@@ -134,7 +135,7 @@ def test_the_sample_is_understood_in_all_units(unit):
 @pytest.mark.parametrize("unit_mm", [0.1, 25.4])
 def test_no_place_of_a_file_moves_with_the_unit_it_is_read_in(unit_mm):
     raw, _ = rig("sample")
-    before, after = (rig_from_raw(raw, unit_mm=unit) for unit in (1.0, unit_mm))
+    before, after = (rig_from_raw(raw, ReadOptions(unit)) for unit in (1.0, unit_mm))
     assert np.mean(before.skin == after.skin) > 0.999
     places = [[one.in_file(np.array(p)) for p in places_of(face_reading(one))] for one in (before, after)]
     np.testing.assert_allclose(places[1], places[0], atol=0.02)

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from capture_plan.face.axes import AXES, PAIRS, Vote, axes_matrix, decide, likelihood, vector
+from capture_plan.face.axes import PAIRS, Vote, axes_matrix, decide, likelihood, vector
 from capture_plan.face.candidate import Candidate
 from capture_plan.face.channels import find_channels, moves_rigidly
 from capture_plan.face.eyes import eye_candidates
@@ -15,6 +15,7 @@ from capture_plan.face.reading import eyes_hold, face_reading
 from capture_plan.face.shape import Shape
 from capture_plan.face.unit import find_unit
 from capture_plan.face.votes import all_votes
+from capture_plan.rig.read_options import AXES, ReadOptions
 from capture_plan.rig.understood import Sign
 from capture_plan.sample import sample_rig
 
@@ -24,7 +25,7 @@ FORWARD = (Vote("skin", "facing", vector("-y"), 6.0, 0.03), Vote("nose", "facing
 
 def decided(*votes, sides=0, stated=None, up=None, facing=None, speaking=20):
     mirror = np.where(np.arange(3) == sides, 0.0, -4.0)
-    return decide(votes, mirror, stated=stated, up=up, facing=facing, speaking=speaking)
+    return decide(votes, mirror, stated=stated, given=ReadOptions(up=up, facing=facing), speaking=speaking)
 
 
 # ---------------------------------------------------------------- axes
@@ -246,7 +247,7 @@ def test_one_group_of_signs_that_contradicts_the_others_leaves_a_doubt():
     votes += [Vote(f"motion {i}", "up", vector("-y"), 6.0, 0.03, "named motion") for i in range(6)]
     votes += [Vote(f"facing {i}", "facing", vector("+z"), 6.0, 0.03) for i in range(2)]
     sides = np.array([0.0, -4, -4])
-    ask = dict(stated=None, up=None, facing=None, speaking=20)
+    ask = {"stated": None, "speaking": 20}
     assert not decide(votes, sides, **ask).sure
     assert decide([vote for vote in votes if vote.group != "named place"], sides, **ask).sure
 

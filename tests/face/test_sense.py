@@ -12,7 +12,7 @@ from capture_plan.audit.audit import audit_rig
 from capture_plan.audit.report import audit_text, verdict
 from capture_plan.audit.sides import misnamed
 from capture_plan.face.anchors import face_anchors, looks_elsewhere
-from capture_plan.face.axes import AXES, axes_matrix
+from capture_plan.face.axes import axes_matrix
 from capture_plan.face.facts import reading_facts
 from capture_plan.face.of_rig import rig_channels
 from capture_plan.face.reading import face_reading
@@ -21,6 +21,7 @@ from capture_plan.face.sense_size import likely_unit, size_sense
 from capture_plan.face.unit import human_apart
 from capture_plan.face.votes import names_agree
 from capture_plan.face.words import answers
+from capture_plan.rig.read_options import AXES
 from capture_plan.rig.understood import Sign
 from capture_plan.sample import sample_rig
 

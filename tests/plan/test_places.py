@@ -24,6 +24,7 @@ from capture_plan.plan.places import found_from, seen_from
 from capture_plan.plan.replacing import edits_lost, refuse_to_replace
 from capture_plan.plan.settings import Settings
 from capture_plan.reader.read import read_rig
+from capture_plan.rig.read_options import ReadOptions
 from capture_plan.sample import sample_rig
 from tests.once import QUICK, plan_of
 
@@ -57,7 +58,7 @@ def plan_in(folder, monkeypatch):
     corrected = {"unit_mm": 1.0, "up": "+y", "facing": "+z", "skin": "skin.txt", "names": "names.toml"}
     rig, target = read_rig("hero.npz", **corrected), folder / "plans" / "plan.json"
     settings = settings_seen_from(target.parent, read_settings(folder / "session.toml"))
-    reference = refer_to(rig, "hero.npz", target, **corrected)
+    reference = refer_to(rig, "hero.npz", target, ReadOptions(**corrected))
     write_plan(
         make_plan(read_inputs(rig, settings, target.parent, names=reference.names), settings, reference=reference),
         target,

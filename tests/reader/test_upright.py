@@ -24,6 +24,7 @@ from capture_plan.reader.upright import (
     straightened,
     upright,
 )
+from capture_plan.rig.read_options import ReadOptions
 from capture_plan.sample import sample_rig
 from tests.face.test_face_decoys import raw_of
 from tests.face_heads import bend, sample_head
@@ -137,7 +138,7 @@ def test_a_snout_is_no_tipped_head(named):
 @pytest.mark.parametrize("given", [{"up": "+z"}, {"up": "+z", "facing": "-y"}, {}])
 def test_axes_of_a_turned_head_are_the_nearest_of_its_file_and_may_be_given(given, tmp_path):
     Q = Rotation.from_euler("xzx", [75, 12, 12], degrees=True).as_matrix()
-    rig = rig_from_raw(rotated(head(), Q), **given)
+    rig = rig_from_raw(rotated(head(), Q), ReadOptions(**given))
     up, facing = ((np.reshape(rig.turn, (3, 3))[row] @ vector(axis)) for row, axis in ((1, rig.up), (2, rig.facing)))
     assert min(up, facing) > 0.7  # nearer to it than to any other axis
     assert face_reading(rig).axes.up == rig.up
@@ -200,7 +201,7 @@ def test_the_mouth_of_a_neutral_that_gapes_lies_between_its_lips(share):
 def test_a_head_is_lifted_only_where_what_goes_up_and_what_looks_forward_tell_one_pitch(forward):
     """Skin of a face that is drawn flat looks up, although nothing that moves goes back."""
     raw = raw_of(sample_head())
-    frame = find_frame(raw, unit_mm=1.0, up=None, facing=None)
+    frame = find_frame(raw, ReadOptions(1.0))
     votes = tuple(tilted(vote, {"up": 40.0, "facing": forward}.get(vote.role, 0.0)) for vote in frame.votes)
     eyes = dataclasses.replace(frame.points.eyes, places=frame.points.eyes.places + np.array([0, 0, 45.0]))
     tipped = dataclasses.replace(frame, votes=votes, points=dataclasses.replace(frame.points, eyes=eyes))
@@ -209,7 +210,7 @@ def test_a_head_is_lifted_only_where_what_goes_up_and_what_looks_forward_tell_on
 
 def tipped_frame(raw, *, scatter=0.0):
     """A frame whose signs and eyes tell a head that looks up by 40 degrees, each sign twice: so much more and less."""
-    frame = find_frame(raw, unit_mm=1.0, up=None, facing=None)
+    frame = find_frame(raw, ReadOptions(1.0))
     votes = tuple(tilted(vote, 40.0 + off) for vote in frame.votes for off in (scatter, -scatter))
     eyes = dataclasses.replace(frame.points.eyes, places=frame.points.eyes.places + np.array([0, 0, 45.0]))
     return dataclasses.replace(frame, votes=votes, points=dataclasses.replace(frame.points, eyes=eyes))
