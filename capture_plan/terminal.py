@@ -22,9 +22,17 @@ LINES_S = 5.0  # of lines that stay
 class Stream(Protocol):
     """What is needed of a stream of text."""
 
-    def write(self, text: str, /) -> int: ...
-    def flush(self) -> None: ...
-    def isatty(self) -> bool: ...
+    def write(self, text: str, /) -> int:
+        """Write a text; how many letters were written."""
+        ...
+
+    def flush(self) -> None:
+        """Show what was written."""
+        ...
+
+    def isatty(self) -> bool:
+        """Whether a person looks at it."""
+        ...
 
 
 @dataclass

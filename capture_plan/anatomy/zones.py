@@ -97,10 +97,12 @@ class Ground:
 
     @cached_property
     def regions(self) -> FaceRegions:
+        """Names for places on the face."""
         return face_regions(self.rig)
 
     @cached_property
     def skin_triangles(self) -> Int[np.ndarray, "f 3"]:
+        """Triangles whose corners are all skin."""
         return self.rig.triangles[self.rig.skin[self.rig.triangles].all(axis=1)]
 
     @cached_property
@@ -112,6 +114,7 @@ class Ground:
 
     @cached_property
     def graph(self) -> csr_array:
+        """The `surface_graph` of the skin alone, edges in millimetres."""
         return surface_graph(self.rig.neutral, self.skin_triangles)
 
     @cached_property

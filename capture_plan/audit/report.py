@@ -260,6 +260,7 @@ def asked_lines(found: Audit) -> list[str]:
 
 
 def asked_words(asked: Sequence[Finding]) -> str:
+    """How many things the rigger has to change, by their kinds."""
     if not asked:
         return "Nothing: the rigger has nothing to change."
     count = Counter(finding.kind for finding in asked)

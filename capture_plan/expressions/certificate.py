@@ -57,6 +57,7 @@ def packing_claims(
 
 
 def each_once(used: tuple[str, ...], packing: Packing) -> list[str]:
+    """Faults where a used blendshape is not listed exactly once, or one that was dropped still is."""
     listed = [name for expression in packing.expressions for name in expression.blendshapes] + [*packing.left_out]
     dropped = set(packing.edits.dropped)
     return [
@@ -91,6 +92,7 @@ def _together(packing: Packing) -> list[str]:
 
 
 def not_too_much(packing: Packing) -> list[str]:
+    """Faults where an expression asks for more movements at once than the settings allow."""
     counted = [(e, len(groups(e.blendshapes, list(packing.pairs)))) for e in packing.expressions]
     return [
         f"{e.name} asks for {count} movements at once, expected at most {packing.most_things}"
@@ -100,6 +102,7 @@ def not_too_much(packing: Packing) -> list[str]:
 
 
 def edited(packing: Packing) -> list[str]:
+    """Faults where the list does not follow what a person decided."""
     place, edits = _places(packing), packing.edits
     return [
         *(
@@ -116,6 +119,7 @@ def edited(packing: Packing) -> list[str]:
 
 
 def own_rules(rig: Rig, used: tuple[str, ...], packing: Packing, mu: float, rules: Rules | None) -> list[str]:
+    """Faults in exclusions, partners and drivers that the packing names for its own rules."""
     never, pairs = set(never_together(rig, used, rules)), set(performed_together(rig, used))
     never |= set(eyes_that_part(rig, used))
     drivers = set(driven(rig, used, rules))
@@ -145,6 +149,7 @@ def own_rules(rig: Rig, used: tuple[str, ...], packing: Packing, mu: float, rule
 
 
 def bound(active: Active, packing: Packing) -> list[str]:
+    """Faults in the clique that proves how few expressions there can be."""
     whole = _items(tuple(active), packing)
     number = packing.edits.numbers
     rules = {frozenset(pair) for pair in (*packing.exclusive, *packing.colliding, *packing.edits.apart)}

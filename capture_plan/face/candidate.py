@@ -19,8 +19,10 @@ class Candidate:
 
 
 def mirror_image(place: Float[np.ndarray, " 3"], x0: float) -> Float[np.ndarray, " 3"]:
+    """A place reflected in the plane x = x0."""
     return np.array([2 * x0 - place[0], place[1], place[2]])
 
 
 def extent(points: Float[np.ndarray, "n 3"]) -> float:
+    """Longest side of the box around points, along the axes."""
     return float(np.ptp(points, axis=0).max())

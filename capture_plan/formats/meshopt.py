@@ -214,6 +214,7 @@ class Numbers:
         self.source, self.at, self.end, self.last = source, at, end, 0
 
     def byte(self) -> int:
+        """The next byte. RigError where there is none."""
         if self.at >= self.end:
             raise RigError(DAMAGED)
         self.at += 1
@@ -230,10 +231,12 @@ class Numbers:
         raise RigError(DAMAGED)
 
     def step(self, by: int) -> int:
+        """The last number moved on by `by`, as an unsigned number of 32 bits."""
         self.last = (self.last + by) & 0xFFFFFFFF
         return self.last
 
     def index(self) -> int:
+        """The next vertex number, coded as its difference to the last."""
         return self.step(signed(self.varint()))
 
 

@@ -68,6 +68,7 @@ def few(names: list[str]) -> str:
 
 
 def overview(found: Inspection) -> list[str]:
+    """Number, rank, error and blind spots of the markers, a line each."""
     information, values = found.information, found.singular_values_mm
     lines = [
         f"{found.rig}: {information.landmarks} markers, rank {information.rank} of {information.full_rank}, "
@@ -117,6 +118,7 @@ def mix_words(mix: Mix) -> str:
 
 
 def sight_lines(found: Inspection) -> list[str]:
+    """Weak and least known blendshapes, and the pairs that are hardest to distinguish."""
     weak = sorted((s for s in found.blendshapes if s.signal_to_noise < WEAK), key=lambda s: s.signal_to_noise)
     lines = [
         f"Weak: {s.name} moves the markers {s.response_mm:.2f} mm in all, {s.signal_to_noise:.1f} times the noise."
@@ -151,6 +153,7 @@ def separator_words(one: Separator, label: str, found: Inspection) -> str:
 
 
 def reason_words(marker: MarkerReport, found: Inspection) -> str:
+    """Why a marker stands where it does, in one sentence."""
     reason: Reason = marker.reason
     if reason.only_one:
         return f"the only one that sees {', '.join(reason.only_one)}"
@@ -170,6 +173,7 @@ def reason_words(marker: MarkerReport, found: Inspection) -> str:
 
 
 def tolerance_lines(found: Inspection) -> list[str]:
+    """How far each dot may sit beside its place, unnoticed and measured."""
     lines = [
         f"Until a blendshape is lost, the skin ends, or the upper estimate of the error grows by {GROWTH - 1:.0%}; the "
         "worst direction and the best, left being the subject's own.",
@@ -192,6 +196,7 @@ def tolerance_words(tolerance: Tolerance) -> str:
 
 
 def loss_lines(found: Inspection) -> list[str]:
+    """What to do where a dot falls off, marker by marker."""
     return [f"{m.name} {m.label}: {loss_words(m.lost)}; {substitute_words(m)}" for m in found.markers]
 
 
@@ -202,6 +207,7 @@ def loss_words(loss: Loss) -> str:
 
 
 def substitute_words(marker: MarkerReport) -> str:
+    """The nearest place that serves instead of a marker."""
     other = marker.substitute
     if other is None:
         return f"no other place within {EXTENT_MM:g} mm serves as well"
@@ -212,6 +218,7 @@ def substitute_words(marker: MarkerReport) -> str:
 
 
 def pair_lines(found: Inspection) -> list[str]:
+    """How many pairs of dots can be lost, and which of them are worst."""
     pairs = found.two_lost
     worst = sorted(pairs, key=lambda loss: (-len(loss.uncovered), -loss.error_mm, loss.landmarks))[:PAIRS]
     carry_on = sum(loss.carry_on for loss in pairs)
@@ -222,6 +229,7 @@ def pair_lines(found: Inspection) -> list[str]:
 
 
 def trial_lines(found: Inspection) -> list[str]:
+    """The errors of simulated mishaps, millimetres."""
     return [f"{trial.what}: {trial.error_mm:.2f} mm, 1 in 20 above {trial.worst_mm:.2f} mm" for trial in found.trials]
 
 

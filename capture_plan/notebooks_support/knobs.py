@@ -231,6 +231,7 @@ def knob_group(**knobs: tuple[Any, str]) -> Any:
 
 
 def slider(start: Number, stop: Number, step: Number, value: Number, label: str) -> Any:
+    """A slider that shows its number and answers when it is let go."""
     return mo.ui.slider(start, stop, step, value=value, debounce=True, show_value=True, label=label, full_width=True)
 
 

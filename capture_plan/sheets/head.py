@@ -27,6 +27,8 @@ IRIS_DEGREES, PUPIL_DEGREES = 27.0, 10.5  # half angles of a human iris (12 mm) 
 
 
 class Material(NamedTuple):
+    """How a kind of part looks when it is drawn."""
+
     colour: tuple[float, float, float]  # linear, 0 to 1
     gloss: float
     sharp: float  # exponent of the gloss: large is a small highlight

@@ -37,6 +37,7 @@ VERTEX = Column("vertex of the scan", 7.4, lambda landmark: f"{landmark.source_v
 
 
 def rows_per_page(book: Booklet) -> int:
+    """How many markers of the table fit on one page."""
     return int((book.paper.height - TOP_MM - BOTTOM_MM) // ROW_MM)
 
 

@@ -56,6 +56,7 @@ class LabelStyle(NamedTuple):
     most: float
 
     def width(self, book: Booklet, landmark: Landmark) -> Number:
+        """Width of a marker's label on paper, millimetres."""
         number = book.width(landmark.name, self.number_pt, bold=True)
         if not self.name_pt:
             return 1.2 + number
@@ -102,10 +103,12 @@ class MarkedFace:
 
     @property
     def positions(self) -> Float[np.ndarray, "n 3"]:
+        """Places of the markers in the neutral, millimetres."""
         return np.array([landmark.position for landmark in self.landmarks]).reshape(-1, 3)
 
     @property
     def normals(self) -> Float[np.ndarray, "n 3"]:
+        """Directions that the skin faces at the markers."""
         return self.posed.normals[[landmark.vertex for landmark in self.landmarks]]
 
 

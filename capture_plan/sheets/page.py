@@ -28,6 +28,8 @@ MARGIN_MM = 8.0  # what common printers leave white, and a little
 
 
 class PaperSize(NamedTuple):
+    """A sheet of paper by its name, width and height in millimetres."""
+
     name: str
     width: Number
     height: Number
@@ -72,6 +74,7 @@ class Booklet:
         self._pdf.add_page()
 
     def bytes(self) -> bytes:
+        """The finished PDF file."""
         self._stamp()
         return bytes(self._pdf.output())
 
@@ -87,6 +90,7 @@ class Booklet:
         self.text(MARGIN_MM, 6.8, why, 7.4, bold=True, colour=DRAFT_INK, fit=wide)
 
     def width(self, text: str, size: Number, *, bold: bool = False) -> Number:
+        """Width of a text on paper, millimetres."""
         return sum(self._run_width(*run, size, bold) for run in font_runs(self._printable(text)))
 
     def text(
@@ -152,6 +156,7 @@ class Booklet:
     def line(
         self, start: Iterable[float], end: Iterable[float], *, width: Number = 0.2, colour: str = INK, dash: Number = 0
     ) -> None:
+        """Draw a line between two points of the page, millimetres."""
         self._pdf.set_draw_color(*rgb(colour))
         self._pdf.set_line_width(width)
         self._pdf.set_dash_pattern(dash=dash, gap=dash)
@@ -169,6 +174,7 @@ class Booklet:
         line: str | None = INK,
         width: Number = 0.25,
     ) -> None:
+        """Draw a box from its top left corner, millimetres."""
         self._stroke(fill, line, width)
         self._pdf.rect(x, y, w, h, style=_style(fill, line))
 
@@ -180,6 +186,7 @@ class Booklet:
         line: str | None = INK,
         width: Number = 0.25,
     ) -> None:
+        """Draw a polygon through its corners, millimetres."""
         self._stroke(fill, line, width)
         self._pdf.polygon([tuple(corner) for corner in corners.tolist()], style=_style(fill, line))
 
@@ -190,6 +197,7 @@ class Booklet:
         self.polygon(corners, fill="#ffffff" if hollow else look.colour, line=look.colour, width=0.4 if hollow else 0.1)
 
     def image(self, pixels: UInt8[np.ndarray, "p q 3"], x: Number, y: Number, w: Number, h: Number) -> None:
+        """Place a picture on the page, millimetres."""
         file = io.BytesIO()
         Image.fromarray(pixels).save(file, "JPEG", quality=JPEG_QUALITY, subsampling=0)
         self._pdf.image(file, x, y, w, h)

@@ -14,6 +14,8 @@ ACCENT = "#0b57d0"
 
 
 class Look(NamedTuple):
+    """Colour and shape that mark a region on paper."""
+
     colour: str
     shape: str
 

@@ -65,10 +65,12 @@ class PictureFrame(NamedTuple):
 
     @property
     def width(self) -> float:
+        """Width of what is shown, millimetres."""
         return self.right - self.left
 
     @property
     def height(self) -> float:
+        """Height of what is shown, millimetres."""
         return self.top - self.bottom
 
 

@@ -29,14 +29,17 @@ class Subjects:
 
     @property
     def markers(self) -> list[int]:
+        """Vertices that carry markers, the same on every subject."""
         return self.states[0].markers
 
     @property
     def error(self) -> float:
+        """Sum of the squared errors of all subjects, mm^2."""
         return sum(state.error for state in self.states)
 
     @property
     def fixed(self) -> Bool[np.ndarray, " v"]:
+        """Vertices that hold still on any subject."""
         return np.any([state.shell.fixed for state in self.states], axis=0)
 
     @property
@@ -50,34 +53,43 @@ class Subjects:
         return float(np.sqrt(max(self.error, 0) / sum(state.s.sum() for state in self.states)))
 
     def copy(self) -> "Subjects":
+        """The same subjects, to be changed on their own."""
         twin = object.__new__(Subjects)
         twin.states = [state.copy() for state in self.states]
         return twin
 
     def refresh(self, markers: Sequence[int]) -> None:
+        """Compute all subjects from scratch for these markers."""
         for state in self.states:
             state.refresh(markers)
 
     def add(self, v: int) -> None:
+        """Add a marker at vertex v on every subject."""
         for state in self.states:
             updates.add(state, v)
 
     def drop(self, j: int) -> None:
+        """Take the marker number j off every subject."""
         for state in self.states:
             updates.drop(state, j)
 
     def swap(self, j: int, v: int) -> None:
+        """Move the marker number j to vertex v on every subject."""
         for state in self.states:
             updates.swap(state, j, v)
 
     def add_scores(self) -> Float[np.ndarray, " v"]:
+        """The error with one more marker, at every vertex, mm^2."""
         return np.sum([scores.add_scores(state) for state in self.states], axis=0)
 
     def add_pair_scores(self) -> Float[np.ndarray, " v"]:
+        """The error with one more marker and its mirror image, at every vertex, mm^2."""
         return np.sum([scores.add_pair_scores(state) for state in self.states], axis=0)
 
     def swap_scores(self, j: int, at: Int[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+        """The error where the marker number j moves to each vertex of `at`, mm^2."""
         return np.sum([scores.swap_scores(state, j, at) for state in self.states], axis=0)
 
     def two_scores(self, a: Int[np.ndarray, " p"], b: Int[np.ndarray, " q"]) -> Float[np.ndarray, "p q"]:
+        """The error with two more markers, one of `a` and one of `b`, mm^2."""
         return np.sum([scores.two_scores(state, a, b) for state in self.states], axis=0)

@@ -54,6 +54,7 @@ class Descents(Struct, frozen=True):
 
     @property
     def by_iteration_mm(self) -> tuple[tuple[float, ...], ...]:
+        """Errors after each whole round over all markers, millimetres, for each run."""
         return tuple(row[:: self.markers] for row in self.errors_mm)
 
 
@@ -67,10 +68,12 @@ class Folds(Struct, frozen=True):
 
     @property
     def mean_mm(self) -> float:
+        """Mean error of the frames left out, millimetres."""
         return float(np.mean(self.unseen_mm))
 
     @property
     def sd_mm(self) -> float:
+        """Standard deviation of the errors of the frames left out, millimetres."""
         return float(np.std(self.unseen_mm))
 
 

@@ -20,6 +20,7 @@ OPTIONS = ("--bundle", "--minify", "--format=iife", "--global-name=THREE", "--ch
 
 
 def main() -> None:
+    """Bundle the viewer's libraries into `three.min.js`; needs npm and a network."""
     with tempfile.TemporaryDirectory() as folder:
         here = Path(folder)
         (here / "package.json").write_text(json.dumps({"private": True}))
