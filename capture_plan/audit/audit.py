@@ -27,7 +27,7 @@ from capture_plan.audit.apart import apart_findings
 from capture_plan.audit.exported import slipped, wrongly_exported
 from capture_plan.audit.mesh import fine, flown, holes, sizes, untidy, windings
 from capture_plan.audit.occluders import covers
-from capture_plan.audit.sides import crooked, misnamed, overlaps, partners
+from capture_plan.audit.sides import crooked, misnamed, overlaps, partners, two_sides
 from capture_plan.face.anchors import face_anchors, interpupillary
 from capture_plan.face.facts import ReadingFacts, reading_facts
 from capture_plan.names.recognise import Recognised, recognise
@@ -110,18 +110,19 @@ def audit_rig(rig: Rig) -> Audit:
     gram = _gram(rig, used)
     symmetry = symmetry_report(rig)
     pupils, anchors = interpupillary(rig), face_anchors(rig)
+    whole = two_sides(symmetry, anchors.pupils)
     if used:
         findings += dependent(used, gram) + opposites(used, gram, _sideways(rig, symmetry))
-        findings += [*partners(rig, used, symmetry), *overlaps(rig, used), *correctives(rig, used)]
+        findings += [*(partners(rig, used, symmetry) if whole else ()), *overlaps(rig, used), *correctives(rig, used)]
     findings += (
         slipped(rig, used)
-        + misnamed(rig, symmetry)
+        + (misnamed(rig, symmetry) if whole else [])
         + misleading(rig)
         + sizes(rig, pupils, used, anchors.pupils)
         + windings(rig)
         + covers(rig)
     )
-    findings += crooked(symmetry) + holes(rig, anchors) + untidy(rig) + fine(rig)
+    findings += crooked(symmetry, whole=whole) + holes(rig, anchors) + untidy(rig) + fine(rig)
     return Audit(
         vertices=len(rig.neutral),
         triangles=len(rig.triangles),

@@ -17,8 +17,11 @@ from capture_plan.face.sense import contradicted
 from capture_plan.names.arkit import side_of
 from capture_plan.rig.record import Rig
 
+NEARLY_ALL = 0.8  # of the sided blendshapes: some lie so near the middle that they mirror each other
+HALF = 6  # sided blendshapes of one side: a character that winks with one eye has two or three
 POOR_PERCENT = 25.0  # of the displacement: the left smile moves unlike the right one
 SHARED = 0.2  # of the smaller half: beyond it the two are hard to tell apart in one expression
+ONE_SIDE = 0.5  # pupil distances that 5 % of the skin is off: lopsided heads have up to 0.25, a half face 0.9
 CROOKED_MM = 2.0  # a quarter of the usual spacing of markers
 
 
@@ -26,8 +29,9 @@ def partners(rig: Rig, used: tuple[str, ...], symmetry: SymmetryReport) -> list[
     """Used blendshapes without a mirror image in the rig (their own included), and pairs that mirror poorly."""
     image = {one.blendshape: one for one in symmetry.blendshapes}
     pairs, wrong = blendshape_pairs(rig), {one.name for one in misexported(rig)}
-    findings = []
-    for name in used:
+    half = one_half([name for name in used if side_of(name) and image[name].partner is None], used)
+    findings = [half] if half else []
+    for name in () if half else used:
         if image[name].partner is None and wrong.isdisjoint(other_names(name)):
             sided = f"{name} has no partner on the other side"
             what = sided if side_of(name) else f"{name} is lopsided and has no mirror image"
@@ -41,6 +45,19 @@ def partners(rig: Rig, used: tuple[str, ...], symmetry: SymmetryReport) -> list[
             advice = "Mirror the better one if this is not meant; both are planned as they are."
             findings.append(Finding("partner", (left, right), message, advice, False, "rigger"))
     return findings
+
+
+def one_half(alone: list[str], used: tuple[str, ...]) -> Finding | None:
+    """That nearly all sided blendshapes are `alone`, without partners, and of one side; None where they are not."""
+    sided, sides = [name for name in used if side_of(name)], {side_of(name) for name in alone}
+    if len(alone) < max(HALF, NEARLY_ALL * len(sided)) or len(sides) > 1:
+        return None
+    message = (
+        f"{len(alone)} of {len(sided)} sided blendshapes have no partner, and all of these are of the {sides.pop()} "
+        f"({', '.join(alone[:3])}, ...): this is half a face, or half of its blendshapes"
+    )
+    advice = "Export the whole face with the blendshapes of both sides: markers are planned for both."
+    return Finding("partner", tuple(alone), message, advice, False, "rigger")
 
 
 def overlaps(rig: Rig, used: tuple[str, ...]) -> list[Finding]:
@@ -111,12 +128,20 @@ def _to_exchange(rig: Rig, names: tuple[str, ...], message: str, advice: str) ->
     return Finding("name", names, message, advice, False, "rigger" if lies else "know")
 
 
-def crooked(symmetry: SymmetryReport) -> list[Finding]:
-    """A neutral whose sides differ."""
+def two_sides(symmetry: SymmetryReport, pupils_mm: float) -> bool:
+    """Whether the skin has two sides that answer each other at all: without them there are no partners to speak of."""
+    return symmetry.neutral_p95_mm <= ONE_SIDE * pupils_mm
+
+
+def crooked(symmetry: SymmetryReport, *, whole: bool) -> list[Finding]:
+    """A neutral whose sides differ, or that has but one of them where it is not `whole`."""
     if symmetry.neutral_p95_mm <= CROOKED_MM:
         return []
     message = (
         f"the neutral is not symmetric: 5 % of the skin is more than {symmetry.neutral_p95_mm:.1f} mm "
         "from its mirror image"
     )
+    if not whole:
+        advice = "Export the whole face with the blendshapes of both sides: markers are planned for both."
+        return [Finding("geometry", (), f"{message}: this may be half a face", advice, False, "rigger")]
     return [Finding("geometry", (), message, "Plan with symmetric markers switched off, or symmetrise it.", False)]

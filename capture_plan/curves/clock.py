@@ -29,6 +29,7 @@ NEAR_STEP = (0.5, 1.55)  # of the usual step: frames of 24 in a clock of 60 are 
 STEADY, ORDERED = 0.6, 0.95  # share of steps near the usual one
 WIDE = 6.0  # usual steps that the longest of uneven ones may take
 BACKWARD = 0.1  # share of steps
+LEAST_FPS, MOST_FPS = 5.0, 1000.0  # that a take was recorded with
 UNTIMED = 0.2  # share of frames without a time, from which it is said
 
 
@@ -42,6 +43,32 @@ class Timing:
     fps: float | None
     notes: tuple[str, ...] = ()
     order: Int[np.ndarray, " t"] | None = None
+
+
+def timing_by(kind: str, cells: Sequence[str], unit_s: float | None = None) -> Timing:
+    """Timing of a column of one of the `CLOCK_KINDS`: codes or times, the time since the frame before, or the rate."""
+    if kind == "step":
+        return _of_steps(cells, unit_s)
+    return _of_rates(cells) if kind == "rate" else timing_of(cells, unit_s)
+
+
+def _of_steps(cells: Sequence[str], unit_s: float | None) -> Timing:
+    """Timing of how long each frame lasted."""
+    texts = [cell.strip() for cell in cells]
+    if not texts or not all(map(is_clock_number, texts)) or (lasted := plain_numbers(texts).ticks).min() < 0:
+        return Timing(None)
+    return timing_of([repr(x) for x in np.cumsum(lasted).tolist()], unit_s)
+
+
+def _of_rates(cells: Sequence[str]) -> Timing:
+    """The rate that most rows of a column state; none where they state several."""
+    texts = [cell.strip() for cell in cells if cell.strip()]
+    if not texts or not all(map(is_clock_number, texts)):
+        return Timing(None)
+    rates = plain_numbers(texts).ticks
+    fps = float(np.median(rates))
+    alike = np.abs(rates - fps) <= NEAR * fps
+    return Timing(usual(fps) if LEAST_FPS <= fps <= MOST_FPS and alike.mean() >= ORDERED else None)
 
 
 def timing_of(cells: Sequence[str], unit_s: float | None = None) -> Timing:

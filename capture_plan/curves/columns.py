@@ -10,10 +10,13 @@ PATH = re.compile(r".*key_blocks\[[\"']+(.+?)[\"']*\](?:\.value)?")
 CODE = re.compile("timecode|tc|smpte|smptetimecode|タイムコード|时间码|時間碼")
 TIMES = "zeit(?:stempel|punkt)?|temps|horodatage|tiempo|tempo|tijd|время|時間|時刻|时间|秒|sekunden?|secondes?|segundos"
 FRAMES = "bild(?:er|nummer|nr)?|image|trame|fotograma|quadro|кадр|フレーム(?:番号)?|帧(?:号)?|幀"
+UNIT = r"(?P<unit>s|secs?|seconds|ms|msecs?|millis|milliseconds|us|usecs?|micros|microseconds|ns|nsecs?|nanoseconds)?"
 TIME = re.compile(
     rf"(?:t|(?:frame|elapsed|capture|device|video)?time(?:stamps?)?|seconds|secs?|ms|msecs?|millis|elapsed|{TIMES})"
-    r"(?P<unit>s|secs?|seconds|ms|msecs?|millis|milliseconds|us|usecs?|micros|microseconds|ns|nsecs?|nanoseconds)?"
+    rf"{UNIT}"
 )
+STEP = re.compile(rf"(?:(?:frame)?delta(?:time)?|dt|time(?:delta|step)|frame(?:duration|interval)){UNIT}")
+RATE = re.compile("fps|framerate|frames?per(?:second|sec|s)|(?:sample|sampling)rate|hz")
 COUNT = re.compile(rf"frame|frames|frame(?:number|num|no|index|idx|id|count)|index|idx|sample|row|number|nr|{FRAMES}")
 TRACKED = re.compile(
     r"(?:is|has)?(?:face|head|facial)?(?:is)?(?:success|succeeded|tracked|tracking|detected|found|valid|visible|present)"
@@ -34,6 +37,8 @@ OTHER = re.compile("version|width|height")
 KINDS = {
     "code": CODE,
     "time": TIME,
+    "step": STEP,
+    "rate": RATE,
     "count": COUNT,
     "tracked": TRACKED,
     "lost": LOST,
@@ -44,6 +49,7 @@ KINDS = {
     "other": OTHER,
 }
 SECONDS = {"s": 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9}  # by the first letter of a unit's name
+CLOCK_KINDS = ("code", "time", "step", "rate")  # what tells a rate, the surest first
 MANY = 4096  # names remembered: every frame of a JSON file repeats them
 PLACES = re.compile(r"(gaze|eye_lmk|pose|p)_|[xyzXYZ]_\d")  # OpenFace's directions, landmarks and head
 
@@ -70,7 +76,7 @@ def of_path(name: str) -> str:
 def unit_of(name: str) -> float | None:
     """Seconds in the unit that a clock's name tells: 0.001 of timestamp_ms; None where it tells none."""
     short = plain(name)
-    match = TIME.fullmatch(short)
+    match = TIME.fullmatch(short) or STEP.fullmatch(short)
     if match is None:
         return None
     unit = match["unit"] or (short if short.startswith(("ms", "milli", "sec")) else "")

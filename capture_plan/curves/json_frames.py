@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool
 
-from capture_plan.curves.clock import Timing, by_numbers, timing_of
-from capture_plan.curves.columns import MANY, kind_of, plain, unit_of, why_not
+from capture_plan.curves.clock import Timing, by_numbers, timing_by, timing_of
+from capture_plan.curves.columns import CLOCK_KINDS, MANY, kind_of, plain, unit_of, why_not
 from capture_plan.curves.json_weights import (
     SIDES,
     has_numbers,
@@ -49,7 +49,7 @@ OWN_KEYS = ("id", "uuid", "index", "name")
 NUMBERED_FACE = re.compile(r"(?:face|person|subject|actor|user|player|performer|head)(?:\d{1,3}|[a-h])")
 SAME_RATE = 0.02
 CONTAINERS = {dict, list, type(None)}
-ASIDE = ("code", "time", "count", "tracked", "lost", "confidence", "face", "take")
+ASIDE = (*CLOCK_KINDS, "count", "tracked", "lost", "confidence", "face", "take")
 SOME = 6  # names listed in a sentence
 
 
@@ -290,8 +290,8 @@ class FrameRecording:
     def own_timing(self, mine: Bool[np.ndarray, " t"]) -> Timing:
         """The timing that the frames tell: timecodes first, then times, times beside the frames, numbers of frames."""
         timings = [
-            timing_of([cell for cell, own in zip(cells, mine, strict=True) if own], unit_of(key))
-            for kind in ("code", "time")
+            timing_by(kind, [cell for cell, own in zip(cells, mine, strict=True) if own], unit_of(key))
+            for kind in CLOCK_KINDS
             for key, cells in self.columns(kind)
         ]
         if not timings and self.times:

@@ -35,6 +35,7 @@ OPPOSED = (("up", "down"), ("forward", "back"), ("outwards", "inwards"), ("to yo
 SIDE = {1: "left", -1: "right"}
 PARTED_MM = 3.0  # a picture shows lips as open
 FURTHER = 1.25  # times: the upper lip goes up as well
+UNSEEN_MM = 0.1  # nobody sees that, and no picture shows it: it is not told beside what is seen
 ENDS = 0.4  # of the end that goes further: the other goes the opposite way as clearly
 
 
@@ -50,7 +51,7 @@ class _Movement:
     tilts: bool = False
 
     def __str__(self) -> str:
-        far = f"{self.far:.0f}" if self.far >= 1 else f"{self.far:.1f}"
+        far = f"{self.far:.0f}" if self.far >= 1 else f"{self.far:.1f}" if self.far >= UNSEEN_MM else "less than 0.1"
         if self.region not in PAIRED:
             place = f"your {self.region}" if self.side == 0 else f"the {SIDE[self.side]} side of your {self.region}"
         else:
@@ -72,7 +73,8 @@ def movements(rig: Rig, names: tuple[str, ...]) -> tuple[str, ...]:
     opens = max((m.far for m in messages if m.region in (*JAW, "lower face") and "down" in m.ways), default=0.0)
     gap = lips_apart(rig, names) if messages else None
     parted = (f"your lips apart by {gap:.0f} mm",) if gap is not None and gap >= max(PARTED_MM, FURTHER * opens) else ()
-    return (*(str(movement) for movement in messages), *parted)
+    seen = [movement for movement in messages if movement.far >= UNSEEN_MM] or messages
+    return (*(str(movement) for movement in seen), *parted)
 
 
 def against(rig: Rig, name: str, names: tuple[str, ...]) -> bool:

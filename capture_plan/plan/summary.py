@@ -116,8 +116,10 @@ def comparison_words(layout: Layout, name: str) -> str:
 
 
 def more_words(error_mm: float, other_mm: float) -> str:
-    """An error beside another in words: '3.1 % lower'."""
+    """An error beside another in words: '3.1% lower', '12 times as high'."""
     share = error_mm / max(other_mm, 1e-9) - 1
+    if share >= 1:
+        return f"{1 + share:,.3g} times as high"
     return f"{abs(share):.1%} {'lower' if share < 0 else 'higher'}" if round(abs(share), 3) else "as high"
 
 

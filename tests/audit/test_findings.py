@@ -129,6 +129,23 @@ def test_exchanged_partners_are_told(rig):
     assert {name for finding in of_kind(found, "name") for name in finding.blendshapes} >= {"browDownLeft"}
 
 
+@pytest.mark.parametrize("side", ["Left", "Right"])
+def test_half_of_the_blendshapes_go_back_once(side):
+    whole = sample_rig()
+    names = tuple(name for name in whole.names if not name.endswith("Right" if side == "Left" else "Left"))
+    half = replace(whole, names=names, deltas=whole.deltas[whole.rows(names)])
+    found = [finding for finding in audit_rig(half).findings if finding.kind == "partner"]
+    assert len(found) == 1
+    assert f"are of the {side.lower()} (" in found[0].message
+    assert len(found[0].blendshapes) == 17
+
+
+def test_few_without_a_partner_are_no_half(rig):
+    names = tuple(name for name in rig.names if not name.endswith("Right"))
+    few = replace(rig, names=names, deltas=rig.deltas[rig.rows(names)])
+    assert all("half a face" not in finding.message for finding in audit_rig(few).findings)
+
+
 def test_a_pair_that_mirrors_poorly_goes_back_to_the_rigger(rig):
     found = audit_rig(with_delta(rig, "browDownLeft", delta(rig, "browDownLeft") * 0.6))
     (finding,) = of_kind(found, "partner")
@@ -234,3 +251,16 @@ def test_rounding_and_exaggeration_are_no_slip(rig):
 def test_heads_that_move_on_purpose_have_not_slipped(rig):
     found = audit_rig(with_delta(rig, "head_up", np.broadcast_to([0, 8.0, 0], rig.neutral.shape)))
     assert not of_kind(found, "export")
+
+
+def test_half_a_face_is_said_to_be_one_and_asked_for_no_partners():
+    whole = sample_rig()
+    left = whole.neutral[:, 0] > -0.5
+    triangles = whole.triangles[left[whole.triangles].all(axis=1)]
+    at = np.unique(triangles)
+    arrays = (whole.neutral[at], np.searchsorted(at, triangles), whole.deltas[:, at], whole.names)
+    half = rig_from_raw(RawRig("half", *arrays, whole.parts[at], whole.part_names, np.arange(len(at)), 1.0, "+y", "+z"))
+    found = audit_rig(half).findings
+    assert [finding.urgency for finding in found if "this may be half a face" in finding.message] == ["rigger"]
+    assert not [finding for finding in found if finding.kind == "partner"]
+    assert not [finding for finding in found if "are partners by name" in finding.message]

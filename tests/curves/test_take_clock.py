@@ -1,10 +1,15 @@
 """Frame rates from timecodes and times: by their usual step, with gaps and doubled frames counted."""
 
+import json
+
 import numpy as np
 import pytest
 
-from capture_plan.curves.clock import by_numbers, timing_of
+from capture_plan.curves.clock import by_numbers, timing_by, timing_of
 from capture_plan.curves.clock_cells import CLOCKS, NTSC
+from capture_plan.curves.columns import CLOCK_KINDS, kind_of
+from capture_plan.sample import sample_rig
+from capture_plan.sequence import read_sequence
 
 
 def codes(n, clock, step=1, start=0, sign=":"):
@@ -202,3 +207,56 @@ def test_drop_frame_codes_are_read_in_every_spelling(sign):
 
 def test_dates_are_times():
     assert timing_of([f"2026-11-28T10:00:{t / 50:09.6f}" for t in range(100)]).fps == 50
+
+
+@pytest.mark.parametrize("unit_s", [1.0, 1e-3])
+@pytest.mark.parametrize("fps", [24.0, 30.0, 60.0])
+@pytest.mark.parametrize("named", [True, False])
+def test_how_long_each_frame_lasted_gives_the_rate_and_the_gaps(unit_s, fps, named):
+    lasted = np.full(100, 1 / fps / unit_s)
+    lasted[[0, 40]] = 0, 5 / fps / unit_s
+    timing = timing_by("step", [f"{x:.6f}" for x in lasted], unit_s if named else None)
+    assert timing.fps == fps
+    assert timing.notes == ("1 gap in its times, 4 frames long in all: frames are missing there",)
+
+
+@pytest.mark.parametrize(
+    ("cells", "fps"),
+    [
+        (["60"] * 50, 60.0),
+        (["29,97"] * 50, 29.97),
+        ([f"{x:.2f}" for x in np.linspace(59.6, 60.4, 50)], 60.0),
+        (["", "25", ""], 25.0),
+        (["30"] * 25 + ["60"] * 25, None),
+        (["0"] * 50, None),
+        (["1e6"] * 50, None),
+        (["fast"] * 50, None),
+        ([], None),
+    ],
+)
+def test_a_rate_that_rows_state_is_the_rate_where_they_state_one(cells, fps):
+    assert timing_by("rate", cells).fps == fps
+
+
+@pytest.mark.parametrize(
+    "name", ["fps", "Frame Rate", "frames_per_second", "delta_time", "deltaTimeMs", "dt", "frameDelta", "timestep (s)"]
+)
+def test_columns_of_clocks_are_no_weights(name):
+    assert kind_of(name) in CLOCK_KINDS
+
+
+@pytest.mark.parametrize("ending", ["csv", "json", "npz"])
+@pytest.mark.parametrize(("name", "cell"), [("fps", 48.0), ("deltaTime", 1 / 48)])
+def test_a_take_without_times_has_the_rate_that_its_frames_tell(tmp_path, ending, name, cell):
+    path, n = tmp_path / f"take.{ending}", 24
+    jaw = [round(t / n, 3) for t in range(n)]
+    if ending == "csv":
+        path.write_text("\n".join([f"{name},jawOpen,mouthSmileLeft", *(f"{cell},{x},{1 - x}" for x in jaw)]))
+    elif ending == "json":
+        path.write_text(json.dumps([{name: cell, "jawOpen": x, "mouthSmileLeft": 1 - x} for x in jaw]))
+    else:
+        weights = np.array([[x, 1 - x] for x in jaw])
+        np.savez(path, weights=weights, names=["jawOpen", "mouthSmileLeft"], **{name: np.full(n, cell)})
+    take = read_sequence(path, rig=sample_rig())
+    assert take.fps == 48
+    assert not any("assumed" in note for note in take.notes)
