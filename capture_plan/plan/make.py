@@ -4,10 +4,11 @@ from importlib.metadata import version
 
 from capture_plan.audit.audit import Audit
 from capture_plan.audit.audit_cache import audit_once
-from capture_plan.errors import RigError
+from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.expressions.pack import pack
 from capture_plan.expressions.record import Packing
 from capture_plan.expressions.session import session
+from capture_plan.face.unit import HUMAN_MM
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.face import see_face
 from capture_plan.layout.record import Layout
@@ -54,8 +55,22 @@ def make_plan(
         rules=given.rules,
         apart=collide(rig, report.used, settings.expressions),
     )
-    layout = design_layout(face, settings.landmarks, takes=given.takes, poses=packing.poses)
+    try:
+        layout = design_layout(face, settings.landmarks, takes=given.takes, poses=packing.poses)
+    except InfeasibleError as error:
+        raise InfeasibleError(f"{error}{size_words(report)}") from error
     return assemble_plan(rig, settings, report, layout, packing, reference=reference)
+
+
+def size_words(report: Audit) -> str:
+    """What a person should know of the size where nothing can be had; nothing where the pupils are a person's apart."""
+    pupils = report.interpupillary_mm
+    if pupils is None or HUMAN_MM[0] <= pupils <= HUMAN_MM[1]:
+        return ""
+    return (
+        f". This head was read with {pupils:g} mm between the pupils, a person has {HUMAN_MM[0]:g} to {HUMAN_MM[1]:g}: "
+        "where that is wrong give --unit-mm, or scale the rig to the actor who wears the markers"
+    )
 
 
 def assemble_plan(

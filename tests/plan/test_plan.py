@@ -9,7 +9,8 @@ import pytest
 from msgspec.structs import replace
 
 from capture_plan.check.check import check_plan
-from capture_plan.errors import PlanError, RigError
+from capture_plan.errors import InfeasibleError, PlanError, RigError
+from capture_plan.layout.settings import LayoutSettings
 from capture_plan.plan.files import (
     change_settings,
     plan_bytes,
@@ -23,6 +24,7 @@ from capture_plan.plan.inputs import read_inputs
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.settings import Settings
 from capture_plan.plan.summary import summary
+from capture_plan.sample import sample_rig
 from tests.once import plan_of
 from tests.tampering import answers_kept
 
@@ -169,3 +171,13 @@ def test_a_target_neutral_of_another_mesh_is_refused(rig, tmp_path):
 def test_settings_survive_json():
     settings = Settings(cameras="frontal")
     assert msgspec.json.decode(msgspec.json.encode(settings), type=Settings) == settings
+
+
+@pytest.mark.parametrize(("by", "said"), [(0.3, True), (1.0, False)])
+def test_where_nothing_can_be_had_on_a_head_of_another_size_its_size_is_said(by, said):
+    rig = sample_rig()
+    small = change(rig, neutral=by * rig.neutral, deltas=np.float32(by) * rig.deltas)
+    settings = Settings(landmarks=LayoutSettings(method="cover", spacing_mm=45.0))
+    with pytest.raises(InfeasibleError) as error:
+        make_plan(small, settings)
+    assert ("between the pupils" in str(error.value)) is said
