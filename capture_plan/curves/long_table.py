@@ -180,10 +180,10 @@ def _turned(lines: Lines, body: _Body, found: Columns) -> Lines:
     clock = _clock_of(body, found)
     if clock is not None and 2 * len(body.words[clock]) <= len(body.values):
         return at_times(notes, body, found, clock)
-    return across(message_frames(messages_of(lines, body, found, clock)), "hold one weight each", notes)
+    return across(message_frames(messages_in(lines, body, found, clock)), "hold one weight each", notes)
 
 
-def messages_of(lines: Lines, body: _Body, found: Columns, clock: int | None) -> Iterator[Message]:
+def messages_in(lines: Lines, body: _Body, found: Columns, clock: int | None) -> Iterator[Message]:
     """A message of each row, where each has a time of its own or none has one."""
     names, times = body.words[found.name], [] if clock is None else body.words[clock]
     at = body.codes[found.name].tolist() if clock is None else body.codes[clock].tolist()

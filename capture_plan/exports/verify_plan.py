@@ -612,7 +612,7 @@ def verify(plan, rig):
     return lines
 
 
-def once(pairs):
+def each_name_once(pairs):
     """A table, in which no key stands twice: who reads the file may see the other value."""
     found = dict(pairs)
     if len(found) < len(pairs):
@@ -622,7 +622,7 @@ def once(pairs):
 
 def main(folder):
     """Print every check of the plan in a folder; the exit code."""
-    plan = json.loads((folder / "plan.json").read_text(encoding="utf-8"), object_pairs_hook=once)
+    plan = json.loads((folder / "plan.json").read_text(encoding="utf-8"), object_pairs_hook=each_name_once)
     with np.load(folder / "rig.npz", allow_pickle=False) as archive:
         rig = dict(archive)
     lines = verify(plan, rig)

@@ -37,8 +37,8 @@ from capture_plan.formats.gltf_whole import (
     block_of,
     broken_mesh,
     damage_words,
+    faults_in_words,
     mesh_of,
-    messages_of,
     readable,
     target_count,
     usable,
@@ -92,7 +92,7 @@ def read_document(name: str, gltf: Gltf) -> RawRig:
         names = named.get(mesh, ())
         return names[target] if 0 <= target < len(names) else None
 
-    found = (scene_messages(gltf), hiding, messages_of(broken), *flawed)
+    found = (scene_messages(gltf), hiding, faults_in_words(broken), *flawed)
     message = sentences(
         vrm.expression_note(expressions, blendshape), *said, default_weights(gltf, shown, named), *found
     )

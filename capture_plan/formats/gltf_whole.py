@@ -186,7 +186,7 @@ def without_flaws(pieces: list[Piece]) -> tuple[list[Piece], list[str]]:
     return found, said
 
 
-def messages_of(broken: list[Broken]) -> str:
+def faults_in_words(broken: list[Broken]) -> str:
     """The sentence about meshes that were left out."""
     reasons = listed(f"{one.title} {one.reason}" for one in broken)
     return f"broken meshes were left out, clean them and export again: {reasons}" if broken else ""

@@ -64,7 +64,7 @@ def read_plan(path: Path | str) -> Plan:
     path = Path(path)
     content = read_plain(path, PlanError, "give the plan.json that `plan` wrote", most=MOST_BYTES)
     try:
-        json.loads(content, object_pairs_hook=once)  # msgspec takes the last of two
+        json.loads(content, object_pairs_hook=each_name_once)  # msgspec takes the last of two
         found = msgspec.json.decode(content, type=dict[str, Any]).get("format")
         if found != FORMAT_VERSION:
             raise PlanError(f"{path} has format {found!r}, expected {FORMAT_VERSION}: make the plan again")
@@ -75,7 +75,7 @@ def read_plan(path: Path | str) -> Plan:
     return plan
 
 
-def once(pairs: list[tuple[str, Any]]) -> None:
+def each_name_once(pairs: list[tuple[str, Any]]) -> None:
     """ValueError where a key stands twice: who reads the file may see the other value than we do."""
     keys = [key for key, _ in pairs]
     if len(set(keys)) < len(keys):
