@@ -23,11 +23,11 @@ class Stream(Protocol):
     """What is needed of a stream of text."""
 
     def write(self, text: str, /) -> int:
-        """Write a text; how many letters were written."""
+        """Write a text; the number of letters written."""
         ...
 
     def flush(self) -> None:
-        """Show what was written."""
+        """Show what was written so far."""
         ...
 
     def isatty(self) -> bool:

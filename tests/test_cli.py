@@ -9,6 +9,7 @@ import pytest
 
 from capture_plan.cli import RIG_FORMATS, options_again
 from capture_plan.reader.read import FOLDER_READERS, FORMATS, READERS
+from capture_plan.rig.read_options import ReadOptions
 from capture_plan.sample import sample_rig
 from tests.command import run
 
@@ -77,8 +78,8 @@ def test_after_an_audit_a_plan_is_the_next_step_only_where_one_can_be_made(folde
 
 def test_the_next_command_says_again_how_the_rig_was_to_be_read(folder):
     given = {"unit_mm": 216.5, "up": None, "facing": "-y", "skin": "M Face", "names": None}
-    assert options_again(**given) == " --unit-mm 216.5 --facing -y --skin 'M Face'"
-    assert options_again(unit_mm=None, up=None) == ""
+    assert options_again(ReadOptions(**given)) == " --unit-mm 216.5 --facing -y --skin 'M Face'"
+    assert options_again(ReadOptions()) == ""
     (folder / "n.toml").write_text('[names]\njawOpen = "jawOpen"\n')
     sample = sample_rig()
     arrays = {"vertices": sample.neutral, "faces": sample.triangles, "deltas": sample.deltas, "names": sample.names}

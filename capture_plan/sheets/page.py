@@ -74,7 +74,7 @@ class Booklet:
         self._pdf.add_page()
 
     def bytes(self) -> bytes:
-        """The finished PDF file."""
+        """The finished PDF file, as its bytes."""
         self._stamp()
         return bytes(self._pdf.output())
 

@@ -53,7 +53,7 @@ class Subjects:
         return float(np.sqrt(max(self.error, 0) / sum(state.s.sum() for state in self.states)))
 
     def copy(self) -> "Subjects":
-        """The same subjects, to be changed on their own."""
+        """Subjects that start from these and change on their own."""
         twin = object.__new__(Subjects)
         twin.states = [state.copy() for state in self.states]
         return twin
