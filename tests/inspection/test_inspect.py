@@ -9,19 +9,23 @@ from capture_plan.evaluation.identifiability import Separator
 from capture_plan.inspection.inspect import Inspection, inspect_plan
 from capture_plan.inspection.inspect_report import inspection_text, separator_words, short_text
 from capture_plan.layout.face import see_face
+from capture_plan.layout.settings import LayoutSettings
 from capture_plan.plan.files import write_plan
+from capture_plan.plan.settings import Settings
 from capture_plan.sample import sample_rig
-from tests.once import plan_of
+from tests.once import once, plan_of
+
+FEW = Settings(landmarks=LayoutSettings(method="cover"))  # markers: what is said of each is found for each
 
 
 @pytest.fixture(scope="module")
 def plan():
-    return plan_of()
+    return plan_of(FEW)
 
 
 @pytest.fixture(scope="module")
 def found(plan):
-    return inspect_plan(plan, sample_rig())
+    return once(FEW, Inspection, lambda: inspect_plan(plan, sample_rig()))
 
 
 def test_the_inspection_agrees_with_the_plan(plan, found):

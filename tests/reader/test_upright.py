@@ -28,10 +28,11 @@ from capture_plan.rig.read_options import ReadOptions
 from capture_plan.sample import sample_rig
 from tests.face.test_face_decoys import raw_of
 from tests.face_heads import bend, sample_head
+from tests.light import light_sample
 
 
 def head() -> RawRig:
-    rig = sample_rig()
+    rig = light_sample()
     return RawRig(
         rig.name, rig.neutral, rig.triangles, rig.deltas, rig.names, rig.parts, rig.part_names, rig.source_index
     )
@@ -78,7 +79,7 @@ def test_a_turned_rig_reads_as_the_straight_one(tmp_path):
     )
     rig = read_rig(tmp_path / "a.npz")
     turn = rig.neutral - rig.neutral.mean(axis=0)
-    plain = sample_rig().neutral - sample_rig().neutral.mean(axis=0)
+    plain = head().neutral - head().neutral.mean(axis=0)
     R, _ = Rotation.align_vectors(turn, plain)
     assert degrees(R.as_matrix()) < 12
     assert abs(R.as_euler("xyz", degrees=True)[1:]).max() < 0.1  # no yaw, no roll
@@ -131,7 +132,7 @@ def test_a_snout_is_no_tipped_head(named):
 
     animal = bend(sample, snout)
     names = sample.names if named else tuple(f"t{k}" for k in range(len(sample.names)))
-    raw = dataclasses.replace(head(), neutral=animal.neutral, deltas=animal.deltas, names=names)
+    raw = dataclasses.replace(raw_of(sample), neutral=animal.neutral, deltas=animal.deltas, names=names)
     assert rig_from_raw(raw).turn == tuple(np.eye(3).ravel())
 
 
