@@ -16,6 +16,7 @@ from capture_plan.errors import RigError
 from capture_plan.formats.neutral_file import find_neutral
 from capture_plan.formats.raw import RawRig
 from capture_plan.formats.shapes import Faces, rig_of_whole_files
+from capture_plan.formats.whole_files import OtherFacesError
 from capture_plan.input.bounds import MOST_TEXT_BYTES, check_line_sizes, check_sides, content
 from capture_plan.input.source import Source, is_kind
 
@@ -194,7 +195,7 @@ def check_same_faces(neutral: Faces, neutral_path: Source, faces: Faces, path: S
             "export both from the same mesh; if the file was cut off, export it again"
         )
     if cycles(faces) != cycles(neutral):
-        raise RigError(
+        raise OtherFacesError(
             f"{path.name} joins its vertices into other faces than the neutral {neutral_path.name}: "
             "export both from the same mesh with 'keep vertex order' on"
         )

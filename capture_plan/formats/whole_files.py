@@ -1,7 +1,7 @@
 """Files of a folder that are no whole blendshapes: left out and named, while at least half of the files are whole.
 
-A file whose faces join other vertices has an order of its own, so that what it adds to the neutral means nothing; where
-most files do, it is the neutral that is of another mesh.
+A file whose faces join other vertices ends the reading: an export that lost the order of one file's vertices may have
+lost it in others without a sign, and what such a file adds to the neutral means nothing.
 
 Letters: k files, v vertices.
 """
@@ -19,12 +19,16 @@ from capture_plan.progress import track
 ENOUGH = 0.5  # of the files of blendshapes
 
 
+class OtherFacesError(RigError):
+    """A blendshape's file joins its vertices into other faces than the neutral."""
+
+
 def whole_deltas(
     neutral: Float[np.ndarray, "v 3"], paths: list[Source], read: Callable[[Source], Float[np.ndarray, "v 3"]]
 ) -> tuple[list[Source], Float[np.ndarray, "k v 3"], str]:
     """The files that are whole, what they add to the neutral, and the sentence that names the others.
 
-    `read` raises a RigError for a file that is not. RigError where too few are.
+    `read` raises a RigError for a file that is not. RigError where too few are, or one has other faces.
     """
     deltas = np.empty((len(paths), *neutral.shape), dtype=np.float32)
     retained: list[Source] = []
@@ -32,6 +36,8 @@ def whole_deltas(
     for path in track(paths, "Reading blendshapes"):
         try:
             deltas[len(retained)] = read(path) - neutral
+        except OtherFacesError:
+            raise
         except RigError as error:
             broken.append(error)
         else:
