@@ -29,7 +29,7 @@ def once(function: Callable[Concatenate[R, P], T]) -> Callable[Concatenate[R, P]
 
     @wraps(function)
     def answered(record: R, *arguments: P.args, **options: P.kwargs) -> T:
-        answers: dict[Hashable, Any] = vars(record).setdefault("answers", {})
+        answers: _Answers = vars(record).setdefault("answers", _Answers())
         key = (function, *map(_key, arguments), *((name, _key(value)) for name, value in sorted(options.items())))
         if key not in answers:
             answers[key] = function(record, *arguments, **options)
@@ -38,7 +38,14 @@ def once(function: Callable[Concatenate[R, P], T]) -> Callable[Concatenate[R, P]
     return answered
 
 
-def _key(argument: object) -> Hashable:
+class _Answers(dict[Hashable, Any]):
+    """Answers by function and arguments; a copy of the record, in another process too, starts without any."""
+
+    def __reduce__(self) -> tuple[type, tuple[()]]:
+        return _Answers, ()
+
+
+def _key(argument: Any) -> Hashable:
     if isinstance(argument, np.ndarray):
         return argument.shape, argument.dtype.str, argument.tobytes()
-    return msgspec.json.encode(argument) if isinstance(argument, msgspec.Struct) else argument  # pyright: ignore
+    return type(argument), msgspec.json.encode(argument) if isinstance(argument, msgspec.Struct) else argument

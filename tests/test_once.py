@@ -1,15 +1,19 @@
 """An answer is found once for equal arguments, and lives as long as the record that it was asked of."""
 
 import gc
+import pickle
 import weakref
+from copy import deepcopy
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 from jaxtyping import Float
 
+from capture_plan.face.reading import face_reading
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.once import once
+from capture_plan.sample import sample_rig
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,3 +83,16 @@ def test_answers_go_with_their_record(record):
 def test_two_functions_of_one_name_do_not_answer_for_each_other(record):
     first, second = (once(lambda record, answer=answer: answer) for answer in (1, 2))
     assert (first(record), second(record)) == (1, 2)
+
+
+def test_arguments_of_other_types_are_other_arguments(record):
+    answers = [record.times(one) for one in (1, True, 1.0, None)]
+    assert len({id(answer) for answer in answers}) == 4
+
+
+def test_a_record_that_was_asked_can_be_copied_and_pickled_and_is_asked_anew():
+    rig = replace(sample_rig())
+    face_reading(rig)
+    for copy in (pickle.loads(pickle.dumps(rig)), deepcopy(rig)):
+        assert not vars(copy).get("answers")
+        assert face_reading(copy) == face_reading(rig)

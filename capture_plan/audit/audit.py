@@ -110,7 +110,7 @@ def audit_rig(rig: Rig) -> Audit:
     gram = _gram(rig, used)
     symmetry = symmetry_report(rig)
     pupils, anchors = interpupillary(rig), face_anchors(rig)
-    whole = two_sides(symmetry, anchors.pupils)
+    whole = two_sides(rig, symmetry, anchors.pupils)
     if used:
         findings += dependent(used, gram) + opposites(used, gram, _sideways(rig, symmetry))
         findings += [*(partners(rig, used, symmetry) if whole else ()), *overlaps(rig, used), *correctives(rig, used)]

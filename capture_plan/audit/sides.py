@@ -7,6 +7,8 @@ Overlap  |b[i] & b[j]| over the smaller of |b[i]|, |b[j]|: where it is large, on
 Name     names that say another side or another partner than the geometry (`symmetry.py`), or another way (`meaning.py`)
 """
 
+import numpy as np
+
 from capture_plan.anatomy.blendshape_pairs import ACTIVE, blendshape_pairs, other_names
 from capture_plan.anatomy.delta_relations import Finding
 from capture_plan.anatomy.meaning import other_ways
@@ -14,6 +16,7 @@ from capture_plan.anatomy.symmetry import SymmetryReport, pair_disagreements
 from capture_plan.face.misexported import misexported
 from capture_plan.face.reading import face_reading
 from capture_plan.face.sense import contradicted
+from capture_plan.mesh.mirror import mirror_error
 from capture_plan.names.arkit import side_of
 from capture_plan.rig.record import Rig
 
@@ -128,9 +131,11 @@ def _to_exchange(rig: Rig, names: tuple[str, ...], message: str, advice: str) ->
     return Finding("name", names, message, advice, False, "rigger" if lies else "know")
 
 
-def two_sides(symmetry: SymmetryReport, pupils_mm: float) -> bool:
-    """Whether the skin has two sides that answer each other at all: without them there are no partners to speak of."""
-    return symmetry.neutral_p95_mm <= ONE_SIDE * pupils_mm
+def two_sides(rig: Rig, symmetry: SymmetryReport, pupils_mm: float) -> bool:
+    """Whether the skin, or the mesh that it is a part of, has two sides that answer each other at all: without them
+    there are no partners to speak of."""
+    off = symmetry.neutral_p95_mm
+    return min(off, float(np.percentile(mirror_error(rig.neutral), 95)) if off else 0.0) <= ONE_SIDE * pupils_mm
 
 
 def crooked(symmetry: SymmetryReport, *, whole: bool) -> list[Finding]:

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from capture_plan.curves.clock import Timing
+from capture_plan.curves.clock import Timing, possible
 from capture_plan.curves.columns import kind_of
 from capture_plan.curves.json_weights import known
 from capture_plan.curves.text import NOTHING, TextTable, split, to_number
@@ -32,7 +32,7 @@ SAME_RATE = 0.02
 def stated_rate(lines: Sequence[str]) -> float | None:
     """The frame rate that lines above the names tell; None where they tell none, or several."""
     rates = {float(match[1].replace(",", ".")) for line in lines for match in RATE.finditer(line)}
-    return rates.pop() if len(rates) == 1 and max(rates) > 0 else None
+    return rates.pop() if len(rates) == 1 and possible(max(rates)) else None
 
 
 def in_time(timing: Timing, fps: float | None) -> Timing:

@@ -3,6 +3,9 @@
 Data    c[i] = h:m:s:f     timecodes of a clock of n frames in a second, or times x[i] in seconds or parts of one
         a[i]               numbers of the frames that have a time: not all need one
 Ticks   x[i] = n (3600 h + 60 m + s) + f, without the numbers that drop-frame codes (h:m:s;f) pass over
+Coarse  ticks of a round length (0.01 s) that frames do not wait for: their steps are one or two of it, and their mean
+        counts; where the ticks are whole seconds, the frames of each are counted
+Change  the first third and the last have steady steps of another length: no one rate is told
 Wraps   a clock that begins again after an hour, half a day or a day goes on
 Order   frames whose times make a steady clock only when they are sorted are sorted; without times by their numbers
 Step    s = median of (x[i + 1] - x[i]) / (a[i + 1] - a[i]) > 0: a clock of 60 whose frames are 0, 2, 4, ... stamps 30
@@ -23,9 +26,13 @@ RATES = (10.0, 12.0, 12.5, 15.0, *map(float, CLOCKS))
 NEAR, SAME_NTSC = 0.02, 2e-4  # of the rate
 GAP = 1.6  # steps of this many usual ones are a gap: a lost frame makes 2, uneven cameras reach 1.5
 OFTEN = 0.4  # share of doubled times from which they are the clock's and not the take's
-UNITS_S = (1.0, 1e-3, 1e-6, 1e-9)
+UNITS_S = (1.0, 1e-3, 1e-6, 1e-7, 1e-9)
 WRAPS_S = (3600, DAY_S // 2, DAY_S)
-NEAR_STEP = (0.5, 1.55)  # of the usual step: frames of 24 in a clock of 60 are 2 and 3 apart
+NEAR_STEP = (0.49, 1.55)  # of the usual step: frames of 24 in a clock of 60 are 2 and 3 apart
+COARSE_SHARE = 0.08  # of the steps are not the usual one, as 90 frames in a second have them in hundredths
+CHANGED = (1.15, 10.0)  # times as long are the steps of the last third; beyond it the unit changed, not the rate
+LIKELY_FPS = (10.0, 250.0)  # of a take, where the unit of its times is guessed
+STEADY_STEP = 0.05  # of a steady step
 STEADY, ORDERED = 0.6, 0.95  # share of steps near the usual one
 WIDE = 6.0  # usual steps that the longest of uneven ones may take
 BACKWARD = 0.1  # share of steps
@@ -57,7 +64,11 @@ def _of_steps(cells: Sequence[str], unit_s: float | None) -> Timing:
     texts = [cell.strip() for cell in cells]
     if not texts or not all(map(is_clock_number, texts)) or (lasted := plain_numbers(texts).ticks).min() < 0:
         return Timing(None)
-    return timing_of([repr(x) for x in np.cumsum(lasted).tolist()], unit_s)
+    if len(lasted) > 2 and (np.diff(lasted) > 0).mean() >= ORDERED:  # it goes on: a time or a number of the step
+        return timing_of(cells, unit_s)
+    found = timing_of([repr(x) for x in np.cumsum(lasted).tolist()], unit_s)
+    likely = found.fps is not None and LIKELY_FPS[0] <= found.fps <= LIKELY_FPS[1]
+    return found if likely else Timing(None)  # 2 is every second frame, not two thousandths
 
 
 def _of_rates(cells: Sequence[str]) -> Timing:
@@ -68,7 +79,12 @@ def _of_rates(cells: Sequence[str]) -> Timing:
     rates = plain_numbers(texts).ticks
     fps = float(np.median(rates))
     alike = np.abs(rates - fps) <= NEAR * fps
-    return Timing(usual(fps) if LEAST_FPS <= fps <= MOST_FPS and alike.mean() >= ORDERED else None)
+    return Timing(usual(fps)) if possible(fps) and alike.mean() >= ORDERED else Timing(None)
+
+
+def possible(fps: float) -> bool:
+    """Whether a take can have so many frames in a second."""
+    return LEAST_FPS <= fps <= MOST_FPS
 
 
 def timing_of(cells: Sequence[str], unit_s: float | None = None) -> Timing:
@@ -82,6 +98,22 @@ def timing_of(cells: Sequence[str], unit_s: float | None = None) -> Timing:
             clock = clock if unit_s is None or clock.unit_s else replace(clock, stated_s=unit_s)
             return untimed(_measure(clock, np.array(good), len(texts)), len(good), len(texts))
     return Timing(None)
+
+
+def agreed(timings: Sequence[tuple[str, Timing]]) -> Timing:
+    """The first of named timings that tells a rate, and a sentence where another one tells another; else the first."""
+    telling = [(name, timing) for name, timing in timings if timing.fps is not None]
+    if not telling:
+        return timings[0][1] if timings else Timing(None)
+    (first, found), *others = telling
+    fps = found.fps or 1.0
+    against = [f"'{name}' {timing.fps:g}" for name, timing in others if abs((timing.fps or 0) - fps) > NEAR * fps]
+    if not against:
+        return found
+    message = (
+        f"its clocks disagree: '{first}' makes {fps:g} frames in a second, {', '.join(against)}: the first is taken"
+    )
+    return replace(found, notes=(*found.notes, message))
 
 
 def untimed(timing: Timing, good: int, count: int) -> Timing:
@@ -146,12 +178,18 @@ def from_step(clock: Clock, step: float, notes: tuple[str, ...]) -> Timing:
     unit = clock.unit_s or unit_by(clock, step)
     if clock.stated_s is not None and unit != clock.stated_s:
         notes = (*notes, f"its times step by {step:g}, which is taken as {step * unit:.3g} s whatever their name says")
-    return Timing(usual(1 / (step * unit)), notes)
+    fps = 1 / (step * unit)
+    if not possible(fps):
+        message = f"its times would make {fps:,.4g} frames in a second: they tell no frame rate, give it if it is known"
+        return Timing(None, (*notes, message))
+    return Timing(usual(fps), notes)
 
 
 def unit_by(clock: Clock, step: float) -> float:
     """Seconds in the unit of times: the one stated where it gives a usual rate, else by the size of their step."""
-    likely = next((unit for unit in UNITS_S if step * unit < 1 or unit == UNITS_S[-1]), 1.0)
+    rates = {unit: 1 / (step * unit) for unit in UNITS_S}
+    known = (unit for unit, fps in rates.items() if LIKELY_FPS[0] <= fps <= LIKELY_FPS[1])
+    likely = next(known, next((unit for unit in UNITS_S if step * unit < 1 or unit == UNITS_S[-1]), 1.0))
     return clock.stated_s if clock.stated_s is not None and 1e-3 <= step * clock.stated_s <= 1 else likely
 
 
@@ -181,6 +219,10 @@ def steps(
     if not forward.any():
         return 0.0, (f"the time runs backwards at {(d < 0).sum():,} of {len(ticks):,} frames",) if (d < 0).any() else ()
     each = d / n
+    if changed := _change(each):
+        return 0.0, (f"its frames come {changed} times as slowly or fast at the end: export it at one rate",)
+    if (coarse := _coarse(each)) is not None:
+        return coarse, ()
     median = float(np.median(each[forward]))
     usual_ones = _near(each, median)
     step = float(d[usual_ones].sum() / n[usual_ones].sum()) if usual_ones.any() else median
@@ -193,7 +235,8 @@ def steps(
         step = float(d[forward].sum() / n[forward].sum())
         notes.append(f"its times are uneven (by {each[forward].min():.3g} to {each.max():.3g}): their mean is taken")
     if doubled > OFTEN * len(d):
-        times = round(len(d) / (len(d) - doubled))
+        runs = np.diff(np.flatnonzero(np.r_[True, d != 0, True]))  # frames of one time, but for the first and the last
+        times = round(float(np.median(runs[1:-1]))) if len(runs) > 2 else round(len(d) / (len(d) - doubled))
         step /= times
         notes.append(f"each time stands {times} times in a row: that many frames are read within it")
     elif doubled:
@@ -204,6 +247,32 @@ def steps(
         message = "1 gap in its times," if gap.sum() == 1 else f"{gap.sum():,} gaps in its times,"
         notes.append(f"{message} {lost:,} frames long in all: frames are missing there")
     return step, tuple(notes)
+
+
+def _change(each: Float[np.ndarray, " d"]) -> str:
+    """How many times as long the steps of the last third are as those of the first, where both are steady; else ''."""
+    third = len(each) // 3
+    first, last = each[:third], each[len(each) - third :]
+    if third < 10 or min(np.median(first), np.median(last)) <= 0:
+        return ""
+    share = float(np.median(last) / np.median(first))
+    steady = all((np.abs(x - np.median(x)) <= STEADY_STEP * np.median(x)).mean() >= ORDERED for x in (first, last))
+    return f"{max(share, 1 / share):.3g}" if steady and CHANGED[0] <= max(share, 1 / share) < CHANGED[1] else ""
+
+
+def _coarse(each: Float[np.ndarray, " d"]) -> float | None:
+    """The mean of steps that are a few round ticks of a clock coarser than the frames; None where they are not."""
+    if not (each > 0).any() or (each < 0).any():
+        return None
+    tick = float(each[each > 0].min())
+    digit = tick / 10 ** np.floor(np.log10(tick) + 1e-9)
+    numbers = each / tick
+    whole = np.abs(numbers - np.round(numbers)).max() <= 0.01
+    if min(abs(digit - one) for one in (1.0, 2.0, 5.0)) > 1e-3 or not whole:
+        return None
+    odd = (np.round(numbers) != np.median(np.round(numbers))).mean()
+    few = np.median(numbers) <= 2.01 and numbers.max() <= 3.01 and (numbers < 0.5).mean() <= OFTEN
+    return float(each.mean()) if few and odd >= COARSE_SHARE else None
 
 
 def usual(fps: float) -> float:

@@ -15,8 +15,8 @@ TIME = re.compile(
     rf"(?:t|(?:frame|elapsed|capture|device|video)?time(?:stamps?)?|seconds|secs?|ms|msecs?|millis|elapsed|{TIMES})"
     rf"{UNIT}"
 )
-STEP = re.compile(rf"(?:(?:frame)?delta(?:time)?|dt|time(?:delta|step)|frame(?:duration|interval)){UNIT}")
-RATE = re.compile("fps|framerate|frames?per(?:second|sec|s)|(?:sample|sampling)rate|hz")
+STEP = re.compile(rf"(?:(?:frame)?delta(?:time)?|dt|time(?:delta|step)|frameduration){UNIT}")
+RATE = re.compile("fps|framerate|frames?per(?:second|sec|s)|(?:sample|sampling)rate")
 COUNT = re.compile(rf"frame|frames|frame(?:number|num|no|index|idx|id|count)|index|idx|sample|row|number|nr|{FRAMES}")
 TRACKED = re.compile(
     r"(?:is|has)?(?:face|head|facial)?(?:is)?(?:success|succeeded|tracked|tracking|detected|found|valid|visible|present)"

@@ -32,7 +32,7 @@ from capture_plan.curves.around import (
     without_sums,
 )
 from capture_plan.curves.cells import SAMPLE, numeric_columns, parse, per_cent_of_some, without_words
-from capture_plan.curves.clock import Timing, by_numbers, timing_by
+from capture_plan.curves.clock import Timing, agreed, by_numbers, timing_by
 from capture_plan.curves.columns import CLOCK_KINDS, kind_of, of_path, plain, unit_of, why_not
 from capture_plan.curves.face_cap import as_table, is_face_cap
 from capture_plan.curves.frames import evenly
@@ -252,11 +252,12 @@ def lost_rows(table: TextTable, x: Float[np.ndarray, "t c"]) -> tuple[Bool[np.nd
 def _timing_in(table: TextTable) -> Timing:
     """The timing that the columns tell: timecodes first, then times, steps, a rate, numbers of frames."""
     timings = [
-        timing_by(kind, table.column(c), unit_of(name))
+        (name, timing_by(kind, table.column(c), unit_of(name)))
         for kind in CLOCK_KINDS
         for c, name in enumerate(table.names)
         if kind_of(name) == kind
     ]
-    messages = [timing for timing in timings if timing.fps is not None]
+    if timings:
+        return agreed(timings)
     numbers = (by_numbers(name, table.column(c)) for c, name in enumerate(table.names) if kind_of(name) == "count")
-    return next(iter((*messages, *timings, *numbers)), Timing(None))
+    return next(numbers, Timing(None))

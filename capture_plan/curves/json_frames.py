@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool
 
-from capture_plan.curves.clock import Timing, by_numbers, timing_by, timing_of
+from capture_plan.curves.clock import Timing, agreed, by_numbers, timing_by, timing_of
 from capture_plan.curves.columns import CLOCK_KINDS, MANY, kind_of, plain, unit_of, why_not
 from capture_plan.curves.json_weights import (
     SIDES,
@@ -290,18 +290,20 @@ class FrameRecording:
     def own_timing(self, mine: Bool[np.ndarray, " t"]) -> Timing:
         """The timing that the frames tell: timecodes first, then times, times beside the frames, numbers of frames."""
         timings = [
-            timing_by(kind, [cell for cell, own in zip(cells, mine, strict=True) if own], unit_of(key))
+            (key, timing_by(kind, [cell for cell, own in zip(cells, mine, strict=True) if own], unit_of(key)))
             for kind in CLOCK_KINDS
             for key, cells in self.columns(kind)
         ]
         if not timings and self.times:
             found = timing_of(self.times, self.unit_s)
-            timings = [found if len(self.times) == mine.sum() else replace(found, order=None)]
+            timings = [("times", found if len(self.times) == mine.sum() else replace(found, order=None))]
+        if timings:
+            return agreed(timings)
         numbers = (
             by_numbers(key, [cell for cell, own in zip(cells, mine, strict=True) if own])
             for key, cells in self.columns("count")
         )
-        return next(iter((*(one for one in timings if one.fps), *timings, *numbers)), Timing(None))
+        return next(numbers, Timing(None))
 
 
 def faces_of(frame: Any) -> list[Any]:

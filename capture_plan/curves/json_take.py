@@ -18,6 +18,7 @@ from typing import Any
 
 import msgspec
 
+from capture_plan.curves.clock import possible
 from capture_plan.curves.columns import kind_of, plain, unit_of, why_not
 from capture_plan.curves.json_curves import curve_take
 from capture_plan.curves.json_frames import ASIDE, SHAPE_KEYS, FrameRecording
@@ -238,7 +239,7 @@ def rate_in(head: Mapping[str, msgspec.Raw]) -> float | None:
         if plain(key) in HEAD_KEYS and opening(raw) == "{":
             asked |= {plain(name): value for name, value in opened(raw).items() if plain(name) in RATE_KEYS}
     rates = [number_in(rate) for rate in asked.values() if is_weight(rate)]
-    return next((rate for rate in rates if rate > 0), None)
+    return next((rate for rate in rates if possible(rate)), None)
 
 
 def opening(raw: msgspec.Raw) -> str:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from capture_plan.curves.clock import possible
 from capture_plan.curves.columns import plain
 from capture_plan.curves.text import to_number
 from capture_plan.errors import RigError
@@ -49,4 +50,4 @@ def rate_of(arrays: Mapping[str, np.ndarray]) -> float | None:
     if fps is None or fps.size != 1 or fps.dtype.kind not in "fiuU":
         return None
     rate = to_number(str(fps.ravel()[0]))
-    return round(rate, 6) if np.isfinite(rate) else None
+    return round(rate, 6) if possible(rate) else None

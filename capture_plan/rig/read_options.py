@@ -32,6 +32,8 @@ class ReadOptions:
                 raise RigError(f"{what} is '{axis}', expected one of {', '.join(AXES)}")
         if self.up and self.facing and self.up[1] == self.facing[1]:
             raise RigError(f"up is {self.up} and facing is {self.facing}: choose two different axes")
+        if isinstance(self.unit_mm, bool) or not isinstance(self.unit_mm, int | float | None):
+            raise RigError(f"the unit is {self.unit_mm!r}, expected a number of millimetres, such as 10 for cm")
         if self.unit_mm is not None and not UNITS_MM[0] <= self.unit_mm <= UNITS_MM[1]:
             between = f"{UNITS_MM[0]:g} to {UNITS_MM[1]:g}"
             raise RigError(

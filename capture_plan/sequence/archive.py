@@ -17,7 +17,7 @@ from jaxtyping import Bool, Int
 
 from capture_plan.curves.around import in_time
 from capture_plan.curves.axes_of import as_frames
-from capture_plan.curves.clock import Timing, timing_by
+from capture_plan.curves.clock import Timing, agreed, timing_by
 from capture_plan.curves.columns import CLOCK_KINDS, kind_of, unit_of
 from capture_plan.curves.frames import StoredFrames
 from capture_plan.curves.json_weights import known
@@ -182,11 +182,11 @@ def from_arrays(arrays: Mapping[str, np.ndarray]) -> WeightTable:
 def _timing_in(arrays: Mapping[str, np.ndarray], frames: int) -> Timing:
     """The timing that an array of times tells, one for each frame."""
     clocks = [
-        timing_by(kind, cells, unit_of(name))
+        (name, timing_by(kind, cells, unit_of(name)))
         for kind in CLOCK_KINDS
         for name, cells in frame_arrays(arrays, frames, kind)
     ]
-    return next(iter((*(one for one in clocks if one.fps), *clocks)), Timing(None))
+    return agreed(clocks)
 
 
 def lost_in(arrays: Mapping[str, np.ndarray], frames: int) -> tuple[Bool[np.ndarray, " t"], tuple[str, ...]]:

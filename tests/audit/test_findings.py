@@ -264,3 +264,9 @@ def test_half_a_face_is_said_to_be_one_and_asked_for_no_partners():
     assert [finding.urgency for finding in found if "this may be half a face" in finding.message] == ["rigger"]
     assert not [finding for finding in found if finding.kind == "partner"]
     assert not [finding for finding in found if "are partners by name" in finding.message]
+
+
+def test_a_whole_head_with_skin_on_one_side_is_no_half_face():
+    whole = sample_rig()
+    side = replace(whole, skin=whole.skin & (whole.neutral[:, 0] > 5))
+    assert all("half a face" not in finding.message for finding in audit_rig(side).findings)

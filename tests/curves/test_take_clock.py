@@ -260,3 +260,64 @@ def test_a_take_without_times_has_the_rate_that_its_frames_tell(tmp_path, ending
     take = read_sequence(path, rig=sample_rig())
     assert take.fps == 48
     assert not any("assumed" in note for note in take.notes)
+
+
+@pytest.mark.parametrize("fps", [24, 25, 30, 48, 50, 60, 90, 100, 120])
+@pytest.mark.parametrize("count", [150, 1800])
+def test_times_in_hundredths_of_a_second_give_the_rate_without_gaps(fps, count):
+    timing = timing_of([f"{t / fps:.2f}" for t in range(count)])
+    assert timing.fps == pytest.approx(fps, rel=2e-3)
+    assert timing.notes == ()
+
+
+@pytest.mark.parametrize("count", [90, 150, 610])
+@pytest.mark.parametrize("write", [str, lambda s: f"10:00:{s:02d}"])
+def test_whole_seconds_give_the_number_of_frames_in_each(count, write):
+    timing = timing_of([write(t // 30) for t in range(count)])
+    assert timing.fps == 30
+    assert timing.notes == ("each time stands 30 times in a row: that many frames are read within it",)
+
+
+@pytest.mark.parametrize(("first", "then"), [(60, 30), (30, 25), (24, 48)])
+def test_a_rate_that_changes_in_the_middle_is_said_and_not_averaged(first, then):
+    timing = timing_of([repr(t) for t in np.cumsum([1 / first] * 45 + [1 / then] * 45).tolist()])
+    assert timing.fps is None
+    assert "export it at one rate" in timing.notes[0]
+
+
+def test_a_step_that_goes_on_is_a_time_or_a_number():
+    assert timing_by("step", [str(t) for t in range(90)]).fps is None
+    assert timing_by("step", [repr(t / 60) for t in range(90)]).fps == 60
+    assert timing_by("step", ["2"] * 90).fps is None
+
+
+@pytest.mark.parametrize("unit", [1 / 3600, 1 / 60, 800 * 30])
+def test_times_that_no_take_can_have_tell_no_rate(unit):
+    timing = timing_of([repr(t * unit / 30) for t in range(90)])
+    assert timing.fps is None
+    assert "they tell no frame rate" in timing.notes[0]
+
+
+def test_ticks_of_a_tenth_of_a_microsecond_give_the_rate():
+    assert timing_of([str(round(t * 1e7 / 60)) for t in range(90)]).fps == 60
+    assert timing_by("step", ["166667"] * 90).fps == 60
+
+
+@pytest.mark.parametrize("ending", ["csv", "json"])
+def test_clocks_that_disagree_are_said_and_the_surer_one_is_taken(tmp_path, ending):
+    rows = [{"time": round(t / 30, 6), "fps": 60, "jawOpen": t / 40, "mouthSmileLeft": 0.5} for t in range(40)]
+    path = tmp_path / f"take.{ending}"
+    if ending == "json":
+        path.write_text(json.dumps(rows))
+    else:
+        path.write_text("\n".join([",".join(rows[0]), *(",".join(map(str, row.values())) for row in rows)]))
+    take = read_sequence(path, rig=sample_rig())
+    assert take.fps == 30
+    assert any("'time' makes 30" in note and "'fps' 60" in note for note in take.notes)
+
+
+def test_a_rate_that_no_take_has_is_not_believed(tmp_path):
+    path = tmp_path / "take.json"
+    frames = [{"jawOpen": t / 40, "mouthSmileLeft": 0.5} for t in range(40)]
+    path.write_text(json.dumps({"sampleRate": 48000, "fps": 60, "frames": frames}))
+    assert read_sequence(path, rig=sample_rig()).fps == 60
