@@ -41,6 +41,7 @@ from capture_plan.reader.crop import crop_to_head
 from capture_plan.reader.read_cache import remembered_rig
 from capture_plan.reader.twins import one_of_each
 from capture_plan.reader.upright import lifted, nearest_axes, off_axes_degrees, straightened
+from capture_plan.reader.winding import outwards
 from capture_plan.rig.read_options import AS_FOUND, ReadOptions
 from capture_plan.rig.record import Rig
 from capture_plan.rig.understood import Understood
@@ -108,6 +109,8 @@ def rig_from_raw(raw: RawRig, given: ReadOptions = AS_FOUND) -> Rig:
     up, facing = nearest_axes(turn @ turned)
     R = frame.unit_mm * turn
     neutral, deltas = raw.neutral @ R.T, (raw.deltas @ R.T).astype(np.float32)
+    triangles, turned_over = outwards(neutral, raw.triangles, deltas[facial])
+    raw = replace(raw, triangles=triangles)
     if given.skin is None:
         place = face_place(frame.points, frame.channels, frame.unit_mm) if frame.axes.sure else None
         skin_vertices = find_skin(neutral, raw.triangles, deltas[facial], raw.parts, raw.part_names, place)
@@ -130,7 +133,7 @@ def rig_from_raw(raw: RawRig, given: ReadOptions = AS_FOUND) -> Rig:
         unit_found=frame.unit_found,
         up_found=frame.up_found,
         facing_found=frame.facing_found,
-        note="; ".join(filter(None, (raw.note, frame.note, body_note))),
+        note="; ".join(filter(None, (raw.note, frame.note, turned_over, body_note))),
         turn=tuple(map(float, (turn @ turned).ravel())),
         understood=Understood(
             axes=replace_struct(
