@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from capture_plan.audit.audit import audit_rig
     from capture_plan.check.check import check_plan
-    from capture_plan.errors import InfeasibleError, PlanError, RigError
+    from capture_plan.errors import CapturePlanError, InfeasibleError, PlanError, RigError, SettingsError
     from capture_plan.evaluation.compare import compare_layouts
     from capture_plan.expressions.record import Packing
     from capture_plan.expressions.settings import PackingSettings
     from capture_plan.inspection.inspect import inspect_plan
+    from capture_plan.layout.face import see_face
     from capture_plan.layout.record import Layout
     from capture_plan.layout.settings import LayoutSettings
     from capture_plan.plan.files import read_plan, write_plan
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Camera",
+    "CapturePlanError",
     "InfeasibleError",
     "Layout",
     "LayoutSettings",
@@ -45,6 +47,7 @@ __all__ = [
     "RigError",
     "Sequence",
     "Settings",
+    "SettingsError",
     "audit_rig",
     "check_plan",
     "compare_layouts",
@@ -56,6 +59,7 @@ __all__ = [
     "read_rig",
     "read_sequence",
     "sample_rig",
+    "see_face",
     "takes_of",
     "write_html",
     "write_plan",
@@ -64,6 +68,7 @@ __all__ = [
 
 _HOME = {
     "Camera": "visibility.camera",
+    "CapturePlanError": "errors",
     "InfeasibleError": "errors",
     "Layout": "layout.record",
     "LayoutSettings": "layout.settings",
@@ -76,6 +81,7 @@ _HOME = {
     "RigError": "errors",
     "Sequence": "sequence",
     "Settings": "plan.settings",
+    "SettingsError": "errors",
     "audit_rig": "audit.audit",
     "check_plan": "check.check",
     "compare_layouts": "evaluation.compare",
@@ -87,6 +93,7 @@ _HOME = {
     "read_rig": "reader.read",
     "read_sequence": "sequence",
     "sample_rig": "sample",
+    "see_face": "layout.face",
     "takes_of": "shell.takes",
     "write_html": "report",
     "write_plan": "plan.files",

@@ -1,4 +1,4 @@
-"""What a plan says of its landmarks, recomputed: places, constraints, costs, bounds, worth."""
+"""What a plan says of its landmarks, recomputed: places, constraints, costs, bounds, information."""
 
 import numpy as np
 

@@ -58,7 +58,7 @@ MIXES, SINGLES, TAKE = "random mixes", "single blendshapes", "take"
 
 
 class Row(Struct, frozen=True, forbid_unknown_fields=True):
-    """One layout: its vertices, what they tell apart, the upper estimate (`Observation.error`, weights of any size) at
+    """One layout: its vertices, what they distinguish, the upper estimate (`Observation.error`, weights of any size) at
     the noise that ours are designed for, the blendshapes that move none of them by epsilon, and for each performance
     one score a noise, of weights solved between 0 and 1 and, beside it, of any size; `lost_mm` is what a
     thin shell that they bend misses of the take, root mean square."""

@@ -49,7 +49,7 @@ def short_text(found: Inspection) -> str:
         *overview(found)[:1],
         *(fit_words(found.take.fit)[:1] if found.take else ()),
         *mix_lines(found)[:2],
-        f"Weak, below {WEAK:g} times the noise: {few(weak)}.",
+        f"Single blendshapes below {WEAK:g} times the noise: {few(weak)}.",
         *sight_lines(found)[-1:],
         f"The only ones that see a blendshape: {few([m.name for m in needed])}.",
         *(f"{names[m.name]} may sit {tolerance_words(m.unnoticed)} off its place, unnoticed." for m in tight),
@@ -90,7 +90,7 @@ def mix_lines(found: Inspection) -> list[str]:
     unseen, weak = found.weakest[:lost], found.weakest[lost:]
     more = [f"Not distinguished: {lost - len(unseen)} mixes more."] if lost > len(unseen) else []
     return [
-        *(f"Not distinguished, no marker stands where it moves: {mix_words(mix)}." for mix in unseen),
+        *(f"Not distinguished, since it moves no marker, only skin between them: {mix_words(mix)}." for mix in unseen),
         *more,
         *(f"Weak mix: {mix_words(mix)}." for mix in weak),
     ]

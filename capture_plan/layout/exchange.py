@@ -123,7 +123,7 @@ class Search:
         return np.flatnonzero(fits)
 
     def in_order(self, chosen: Choice) -> Choice:
-        """`chosen` by worth: the last is always the one that is missed least, for each of its landmarks."""
+        """`chosen` by what each adds: the last is always the one that is missed least, for each of its landmarks."""
         retained, order = list(chosen), []
         while retained:
             C = self.observation.covariance(self.sites.members(np.array(retained)))

@@ -40,7 +40,7 @@ class Observation:
 
     @cached_property
     def full_rank(self) -> int:
-        """Blendshape mixes that the whole skin tells apart."""
+        """Blendshape mixes that the whole skin distinguishes."""
         return numerical_rank(np.sqrt(np.clip(np.linalg.eigvalsh(self.gram)[::-1], 0, None)))
 
     def response(self, vertices: Int[np.ndarray, " m"]) -> Float[np.ndarray, "r k"]:

@@ -15,7 +15,7 @@ from scipy.spatial import KDTree
 
 SAMPLE = 2000  # vertices that place the plane: their median is within 1e-3 mm of that over all vertices of a real head
 TIE_MM = 0.02  # two vertices this close to the reflection are equally good: seams and closed lips are that exact
-NEIGHBOURS = 4  # how many vertices of one place are distinguished
+NEIGHBOURS = 4  # how many vertices of one place are asked
 COARSE, DIRECTIONS, RETAINED = 800, 200, 12  # so many directions are 10 degrees apart: near enough to fall to the plane
 COARSE_ROUNDS, ROUNDS = 8, 60
 SHARES = (0.2, 0.35, 0.5, 0.65, 0.8)  # of the points on one side: hair on one side only moves the middle that far

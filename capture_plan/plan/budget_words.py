@@ -29,15 +29,15 @@ def unspent_words(plan: Plan) -> list[str]:
 
 def no_more_words(settings: LayoutSettings, left: int) -> str:
     """'beside these no further dot, with its mirror image, keeps 8 mm from the others and all constraints'."""
-    unmoved = (
+    constraints = (
         f"keeps {settings.spacing_mm:g} mm from the others and all constraints"
         if settings.spacing_mm
         else "keeps all constraints"
     )
     if settings.symmetric and left == 1:
-        return f"the one that is left buys no pair of dots, and no further one in the middle of the face {unmoved}"
+        return f"the one that is left buys no pair of dots, and no further one in the middle of the face {constraints}"
     image = ", with its mirror image," if settings.symmetric else ""
-    return f"beside these no further dot{image} {unmoved}"
+    return f"beside these no further dot{image} {constraints}"
 
 
 def bound_words(plan: Plan) -> list[str]:

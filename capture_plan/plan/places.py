@@ -28,15 +28,15 @@ def seen_from(folder: Path, given: str | None) -> str | None:
 
 
 @overload
-def found_from(folder: Path, unmoved: str) -> str: ...
+def found_from(folder: Path, given: str) -> str: ...
 @overload
-def found_from(folder: Path, unmoved: None) -> None: ...
-def found_from(folder: Path, unmoved: str | None) -> str | None:
+def found_from(folder: Path, given: None) -> None: ...
+def found_from(folder: Path, given: str | None) -> str | None:
     """Where `seen_from(folder, ...)` leads from the working folder."""
-    if unmoved is None:
-        return unmoved
-    path = Path(os.path.normpath(folder.resolve() / unmoved))  # also where the folder is yet to be made
-    return str(path) if os.path.exists(path) else unmoved
+    if given is None:
+        return None
+    path = Path(os.path.normpath(folder.resolve() / given))  # also where the folder is yet to be made
+    return str(path) if os.path.exists(path) else given
 
 
 def named_files(settings: Settings) -> Iterator[tuple[str, str]]:

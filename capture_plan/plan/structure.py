@@ -101,7 +101,7 @@ def _lengths(plan: Plan) -> Iterator[str]:
     if not least <= len(layout.programs) <= most:
         yield f"has {len(layout.programs)} programs"
     if plan.packing.unmoved is not None and not 0 <= plan.packing.unmoved <= len(plan.audit.used):
-        yield f"kept {plan.packing.unmoved} of {len(plan.audit.used)} blendshapes where they were"
+        yield f"left {plan.packing.unmoved} of {len(plan.audit.used)} blendshapes where they were"
     if tuple(plan.versions) != DECIDING:
         yield f"tells the versions of {', '.join(plan.versions) or 'nothing'}, not of {', '.join(DECIDING)}"
     for name, number in plan.versions.items():

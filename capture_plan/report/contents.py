@@ -100,7 +100,7 @@ def tiles(plan: Plan) -> list[Tile]:
     sides = [landmark.side for landmark in layout.landmarks]
     covered = packing.expressions[-1].covered if packing.expressions else 0.0
     solved = (
-        "blendshape mixes: all that this rig can tell apart"
+        "blendshape mixes: all that can be distinguished on this rig"
         if information.rank == information.full_rank
         else "blendshape mixes."
     )

@@ -49,7 +49,7 @@ class Expectation:
         return float(self.importance.sum())
 
     def weighed(self, importance: Float[np.ndarray, " k"]) -> "Expectation":
-        """The expectation at these places where blendshape k is worth `worth[k]` in all."""
+        """The expectation at these places where blendshape k has the importance `importance[k]` in all."""
         return Expectation(self.v * (importance / np.where(self.importance > 0, self.importance, 1))[:, None], self.u)
 
     @cached_property

@@ -33,6 +33,7 @@ class Camera:
 
     def __post_init__(self) -> None:
         for what in ("position", "rotation", "intrinsics", "distortion"):
+            object.__setattr__(self, what, np.array(getattr(self, what), dtype=float))
             if not np.isfinite(getattr(self, what)).all():
                 raise RigError(f"camera '{self.name}': {what} holds a number that is not finite")
         if np.abs(self.rotation @ self.rotation.T - np.eye(3)).max() > 1e-3 or np.linalg.det(self.rotation) < 0:

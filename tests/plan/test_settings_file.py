@@ -6,8 +6,10 @@ import tomllib
 import msgspec
 import pytest
 
-from capture_plan.errors import PlanError
-from capture_plan.plan.files import read_settings
+from capture_plan.errors import PlanError, SettingsError
+from capture_plan.expressions.settings import PackingSettings
+from capture_plan.layout.settings import LayoutSettings
+from capture_plan.plan.files import change_settings, read_settings
 from capture_plan.plan.settings import Settings
 from tests.command import run
 
@@ -83,3 +85,21 @@ def test_a_path_that_is_not_there_is_guessed(tmp_path):
     (tmp_path / "hero.plan.json").write_text("{}")
     assert "did you mean 'hero.plan.json'?" in run("check", "hero.plan.jsn", cwd=tmp_path).stderr
     assert "did you mean 'hero.plan.json'?" in run("plan", "hero_plan.json", cwd=tmp_path).stderr
+
+
+@pytest.mark.parametrize(
+    ("settings", "says"),
+    [
+        (
+            Settings(landmarks=LayoutSettings(method="studios")),
+            "landmarks.method: 'studios' is none of studio",
+        ),
+        (
+            Settings(expressions=PackingSettings(importance="errors")),
+            "expressions.importance: 'errors' is none of",
+        ),
+    ],
+)
+def test_a_word_that_is_no_choice_is_named_with_its_place_and_the_choices(settings, says):
+    with pytest.raises(SettingsError, match=says):
+        change_settings(settings, {})

@@ -83,3 +83,16 @@ def test_no_page_speaks_of_all_movement_or_of_a_list_proven_fewest():
         text = path.read_text(encoding="utf-8")
         for words in ("of all movement covered", "% of all movement", "%} of all movement", "proven fewest"):
             assert words not in text, f"{path.name}: {words}"
+
+
+def test_the_first_expressions_are_told_of_longer_lists_alone(cut):
+    packing = cut.packing
+    few = replace(cut, packing=replace(packing, expressions=packing.expressions[:4]))
+    assert any("; the first 5 cover " in line for line in summary(cut)) == (len(packing.expressions) > 5)
+    assert not any("; the first 5 cover " in line for line in summary(few))
+
+
+def test_what_is_proved_of_a_plan_that_does_not_see_all_is_not_said_of_all(cut):
+    blind = replace(cut, layout=replace(cut.layout, uncovered=("jawOpen",)))
+    for plan, what in ((cut, "every blendshape"), (blind, "all of the others")):
+        assert any(line.startswith(f"Proved: under these constraints, to see {what} at all") for line in summary(plan))

@@ -370,7 +370,7 @@ CapturePlan.Viewer = class {
     };
   }
 
-  /* Which markers can be seen from where the camera stands. One reading at a time; a newer wish is done afterwards. */
+  /* Which markers can be seen from where the camera stands. One reading at a time; a newer one is answered afterwards. */
   async look() {
     if (this.looking) { this.lookAgain = true; return; }
     this.looking = true;
