@@ -36,5 +36,5 @@ check: .venv/ready
 .venv/ready: requirements.lock pyproject.toml .ci/setup
 	bash .ci/setup
 
-lock:
-	uv pip compile --generate-hashes --no-emit-index-url --no-header --universal --extra dev pyproject.toml -o requirements.lock
+lock: .venv/ready
+	.venv/bin/uv pip compile --generate-hashes --no-emit-index-url --no-header --universal --extra dev pyproject.toml -o requirements.lock

@@ -371,7 +371,8 @@ def settings(
 @app.command()
 def markers(
     take: Annotated[
-        Path, typer.Argument(metavar="TAKE", help="Folder of numbered OBJ or PLY files, .npz or .usd, without a rig.")
+        Path,
+        typer.Argument(metavar="TAKE", help="Folder of numbered OBJ or PLY files, .npz, .usd or .abc, without a rig."),
     ],
     number: Annotated[int, typer.Option(help="How many markers.")],
     output: Folder = Path("markers"),

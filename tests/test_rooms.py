@@ -37,6 +37,7 @@ ONLY_IN = {
     "embreex": {"visibility"},
     "pxr": {"formats"},
     "DracoPy": {"formats"},
+    "alembic3d": {"sequence"},
     "ortools": {"solver", "layout", "expressions"},
     "pyrender": {"sheets"},
     "OpenGL": {"sheets"},

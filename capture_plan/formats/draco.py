@@ -8,18 +8,14 @@ DracoPy is an extra, `capture-plan[draco]`. Letters: v vertices, f triangles.
 """
 
 import importlib.util
-import io
-import os
-import subprocess
-import sys
 import tempfile
-import zipfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from capture_plan.errors import RigError
+from capture_plan.formats.own_process import BrokenProcessError, arrays_from
 
 if TYPE_CHECKING:
     from capture_plan.formats.gltf_file import Gltf
@@ -76,16 +72,12 @@ def fitted(gltf: "Gltf", index: int, values: np.ndarray) -> np.ndarray:
 
 def _run(packed: list[bytes]) -> dict[str, np.ndarray]:
     """Arrays of all packed meshes: "0/faces", "0/1" for the attribute 1 of the first mesh, and so on."""
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "OPENBLAS_NUM_THREADS": "1"}
     with tempfile.TemporaryDirectory() as folder:
-        source, answer = Path(folder) / "packed.npz", Path(folder) / "answer.npz"
+        source = Path(folder) / "packed.npz"
         np.savez(source, *(np.frombuffer(data, np.uint8) for data in packed))
-        command = [sys.executable, "-P", str(PROGRAM), str(source), str(answer)]
         try:
-            subprocess.run(command, capture_output=True, timeout=SECONDS, env=environment)
-            with np.load(io.BytesIO(answer.read_bytes()), allow_pickle=False) as arrays:
-                return {name: arrays[name] for name in arrays.files}
-        except (subprocess.TimeoutExpired, zipfile.BadZipFile, OSError, ValueError, EOFError) as error:
+            return arrays_from(PROGRAM, source, seconds=SECONDS)
+        except BrokenProcessError as error:
             raise RigError(
                 f"has a Draco compression that cannot be unpacked (it is damaged or too large): {ADVICE}"
             ) from error

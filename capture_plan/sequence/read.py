@@ -1,6 +1,7 @@
 """Reading a take: the reader for its format, then the rig's unit and axes, and the head held still.
 
-Meshes    a folder of numbered OBJ or PLY files (`meshes.py`); `.npz`, `.npy` (`archive.py`); USD (`usd_take.py`)
+Meshes    a folder of numbered OBJ or PLY files (`meshes.py`); `.npz`, `.npy` (`archive.py`); USD (`usd_take.py`);
+          Alembic (`alembic_take.py`)
 Weights   `.csv`, `.txt`, `.log` (`delimited.py`), `.json` (`json_take.py`), as `.gz` or `.zip` too, `.npz` on a rig;
           `.glb`, `.gltf`, `.vrm` (`animation.py`) and USD with their own. What a full weight is: `scale.py`
 Result    millimetres, +y up, facing +z. Meshes are laid onto the rig's neutral; without a rig, unit and axes are found
@@ -30,6 +31,7 @@ from capture_plan.progress import tell
 from capture_plan.reader.read import rig_at
 from capture_plan.rig.read_options import ReadOptions
 from capture_plan.rig.record import Rig
+from capture_plan.sequence.alembic_take import read_alembic_take
 from capture_plan.sequence.alignment import frame_rate, lay_onto, orient_take
 from capture_plan.sequence.animation import read_animation
 from capture_plan.sequence.archive import read_archive, read_array
@@ -44,9 +46,8 @@ TABLES = {
 }
 ARRAYS = {".npz": read_archive, ".npy": read_array}
 GLTF = (".glb", ".gltf", ".vrm")
-FORMATS = "a folder of numbered OBJ or PLY files, .npz, .npy, .csv, .txt, .json, .zip, .glb, .gltf or .usd"
+FORMATS = "a folder of numbered OBJ or PLY files, .npz, .npy, .csv, .txt, .json, .zip, .glb, .gltf, .usd or .abc"
 CONVERT = {
-    ".abc": "Alembic, which no Python package reads: import it in Blender, export it as USD",
     ".fbx": "FBX, whose animation is not read here: export it as .glb with its shape keys' animation",
     ".mcd": "a vertex cache without a mesh: export numbered OBJ files",
     ".pc2": "a vertex cache without a mesh: export numbered OBJ files",
@@ -124,6 +125,8 @@ def read_take(path: Path, counts: Collection[int] = ()) -> WeightTable | MeshTak
         return read_animation(path)
     if suffix in USD:
         return read_usd_take(path)
+    if suffix == ".abc":
+        return read_alembic_take(path)
     raise RigError(f"{path.name} is not a format that is read here: give {FORMATS}")
 
 

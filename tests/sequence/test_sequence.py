@@ -244,7 +244,6 @@ def write(path, text):
 @pytest.mark.parametrize(
     ("name", "text", "says"),
     [
-        ("a.abc", "Ogawa", "Alembic, which no Python package reads: import it in Blender"),
         ("a.csv", "jawOpen\n", "no frames"),
         ("a.csv", "jawOpen,cheekPuff\n1\n", "line 2 has 1 values, expected 2"),
         ("a.csv", "jawOpen,jawOpen\n1,2\n", "two columns 'jawOpen'"),

@@ -268,12 +268,6 @@ def test_without_the_library_one_line_says_how_to_install_it(tmp_path, monkeypat
         read_sequence(path)
 
 
-def test_alembic_is_told_to_become_usd(tmp_path):
-    (tmp_path / "take.abc").write_text("Ogawa")
-    with pytest.raises(RigError, match=r"take\.abc is Alembic, .* export it as USD"):
-        read_sequence(tmp_path / "take.abc")
-
-
 def test_a_stage_places_points_as_the_library_does(tmp_path):
     """An independent second way: the library's own transform of each point."""
     stage, mesh = tetrahedra(tmp_path / "take.usda")

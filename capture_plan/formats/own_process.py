@@ -1,0 +1,33 @@
+"""Programs that read a stranger's file with native code, in a process of their own: it may end, but not with ours."""
+
+import io
+import os
+import subprocess
+import sys
+import tempfile
+import zipfile
+from pathlib import Path
+
+import numpy as np
+
+
+class BrokenProcessError(Exception):
+    """The program ended without an answer, or took too long for one: its file is damaged or too large."""
+
+
+def arrays_from(program: Path, source: Path, *, seconds: float) -> dict[str, np.ndarray]:
+    """The arrays of the archive that `program` writes of the file `source`: it is called with both paths.
+
+    Raises:
+        BrokenProcessError: there is no whole archive within `seconds`.
+    """
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "OPENBLAS_NUM_THREADS": "1"}
+    with tempfile.TemporaryDirectory() as folder:
+        answer = Path(folder) / "answer.npz"
+        command = [sys.executable, "-P", str(program), str(source), str(answer)]
+        try:
+            subprocess.run(command, capture_output=True, timeout=seconds, env=environment)
+            with np.load(io.BytesIO(answer.read_bytes()), allow_pickle=False) as arrays:
+                return {name: arrays[name] for name in arrays.files}
+        except (subprocess.TimeoutExpired, zipfile.BadZipFile, OSError, ValueError, EOFError) as error:
+            raise BrokenProcessError from error
