@@ -89,7 +89,7 @@ def read(source, target):
             f"{number}/sizes": sizes,
             f"{number}/corners": corners[turned],
         }
-    np.savez(target, **arrays)
+    np.savez(target, **arrays)  # pyright: ignore[reportArgumentType]
 
 
 if __name__ == "__main__":
