@@ -357,4 +357,4 @@ def test_a_key_that_stands_twice_is_refused_here_and_by_the_verifier(made, tmp_p
     with pytest.raises(PlanError, match="'region' stands twice"):
         read_plan(tmp_path / "plan.json")
     with pytest.raises(SystemExit, match="stands twice"):
-        json.loads(twice, object_pairs_hook=verify_plan.once)
+        json.loads(twice, object_pairs_hook=verify_plan.each_name_once)
