@@ -163,7 +163,7 @@ PLACINGS: dict[str, Callable[[Head, random.Random], Head]] = {
 
 
 # ---------------------------------------------------------------- names
-def unmoved(head: Head, rng: random.Random) -> Head:
+def as_named(head: Head, rng: random.Random) -> Head:
     """Names as they are."""
     return head
 
@@ -190,5 +190,5 @@ def removed(head: Head, rng: random.Random) -> Head:
 
 
 NAMINGS: dict[str, Callable[[Head, random.Random], Head]] = {
-    kind.__name__: kind for kind in (unmoved, prefixed, japanese, removed)
+    kind.__name__: kind for kind in (as_named, prefixed, japanese, removed)
 }

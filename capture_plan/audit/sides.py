@@ -25,6 +25,7 @@ HALF = 6  # sided blendshapes of one side: a character that winks with one eye h
 POOR_PERCENT = 25.0  # of the displacement: the left smile moves unlike the right one
 SHARED = 0.2  # of the smaller half: beyond it the two are hard to tell apart in one expression
 ONE_SIDE = 0.5  # pupil distances that 5 % of the skin is off: lopsided heads have up to 0.25, a half face 0.9
+WHOLE_FACE = "Export the whole face with the blendshapes of both sides: markers are planned for both."
 CROOKED_MM = 2.0  # a quarter of the usual spacing of markers
 
 
@@ -59,8 +60,7 @@ def one_half(alone: list[str], used: tuple[str, ...]) -> Finding | None:
         f"{len(alone)} of {len(sided)} sided blendshapes have no partner, and all of these are of the {sides.pop()} "
         f"({', '.join(alone[:3])}, ...): this is half a face, or half of its blendshapes"
     )
-    advice = "Export the whole face with the blendshapes of both sides: markers are planned for both."
-    return Finding("partner", tuple(alone), message, advice, False, "rigger")
+    return Finding("partner", tuple(alone), message, WHOLE_FACE, False, "rigger")
 
 
 def overlaps(rig: Rig, used: tuple[str, ...]) -> list[Finding]:
@@ -134,8 +134,8 @@ def _to_exchange(rig: Rig, names: tuple[str, ...], message: str, advice: str) ->
 def two_sides(rig: Rig, symmetry: SymmetryReport, pupils_mm: float) -> bool:
     """Whether the skin, or the mesh that it is a part of, has two sides that answer each other at all: without them
     there are no partners to speak of."""
-    off = symmetry.neutral_p95_mm
-    return min(off, float(np.percentile(mirror_error(rig.neutral), 95)) if off else 0.0) <= ONE_SIDE * pupils_mm
+    most = ONE_SIDE * pupils_mm
+    return symmetry.neutral_p95_mm <= most or bool(np.percentile(mirror_error(rig.neutral), 95) <= most)
 
 
 def crooked(symmetry: SymmetryReport, *, whole: bool) -> list[Finding]:
@@ -147,6 +147,5 @@ def crooked(symmetry: SymmetryReport, *, whole: bool) -> list[Finding]:
         "from its mirror image"
     )
     if not whole:
-        advice = "Export the whole face with the blendshapes of both sides: markers are planned for both."
-        return [Finding("geometry", (), f"{message}: this may be half a face", advice, False, "rigger")]
+        return [Finding("geometry", (), f"{message}: this may be half a face", WHOLE_FACE, False, "rigger")]
     return [Finding("geometry", (), message, "Plan with symmetric markers switched off, or symmetrise it.", False)]

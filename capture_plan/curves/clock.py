@@ -36,7 +36,7 @@ STEADY_STEP = 0.05  # of a steady step
 STEADY, ORDERED = 0.6, 0.95  # share of steps near the usual one
 WIDE = 6.0  # usual steps that the longest of uneven ones may take
 BACKWARD = 0.1  # share of steps
-LEAST_FPS, MOST_FPS = 5.0, 1000.0  # that a take was recorded with
+LEAST_FPS, MOST_FPS = 1.0, 1000.0  # that a take was recorded with: scans are taken once in a second too
 UNTIMED = 0.2  # share of frames without a time, from which it is said
 
 
@@ -179,7 +179,8 @@ def from_step(clock: Clock, step: float, notes: tuple[str, ...]) -> Timing:
     if clock.stated_s is not None and unit != clock.stated_s:
         notes = (*notes, f"its times step by {step:g}, which is taken as {step * unit:.3g} s whatever their name says")
     fps = 1 / (step * unit)
-    if not possible(fps):
+    guessed = clock.unit_s is None and clock.stated_s is None
+    if not possible(fps) or (guessed and not LIKELY_FPS[0] / 2 <= fps <= 2 * LIKELY_FPS[1]):
         message = f"its times would make {fps:,.4g} frames in a second: they tell no frame rate, give it if it is known"
         return Timing(None, (*notes, message))
     return Timing(usual(fps), notes)
@@ -220,7 +221,7 @@ def steps(
         return 0.0, (f"the time runs backwards at {(d < 0).sum():,} of {len(ticks):,} frames",) if (d < 0).any() else ()
     each = d / n
     if changed := _change(each):
-        return 0.0, (f"its frames come {changed} times as slowly or fast at the end: export it at one rate",)
+        return 0.0, (f"its frames come {changed} at its end as at its start: export it at one rate",)
     if (coarse := _coarse(each)) is not None:
         return coarse, ()
     median = float(np.median(each[forward]))
@@ -250,14 +251,17 @@ def steps(
 
 
 def _change(each: Float[np.ndarray, " d"]) -> str:
-    """How many times as long the steps of the last third are as those of the first, where both are steady; else ''."""
+    """'2 times as slowly': the last third beside the first, where the steps of both are steady; else ''."""
     third = len(each) // 3
     first, last = each[:third], each[len(each) - third :]
     if third < 10 or min(np.median(first), np.median(last)) <= 0:
         return ""
     share = float(np.median(last) / np.median(first))
     steady = all((np.abs(x - np.median(x)) <= STEADY_STEP * np.median(x)).mean() >= ORDERED for x in (first, last))
-    return f"{max(share, 1 / share):.3g}" if steady and CHANGED[0] <= max(share, 1 / share) < CHANGED[1] else ""
+    times = max(share, 1 / share)
+    if not steady or not CHANGED[0] <= times < CHANGED[1]:
+        return ""
+    return f"{times:.3g} times as {'slowly' if share > 1 else 'fast'}"
 
 
 def _coarse(each: Float[np.ndarray, " d"]) -> float | None:

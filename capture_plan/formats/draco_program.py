@@ -1,7 +1,7 @@
 """Unpacks meshes compressed with Draco, in a process of its own: run as a program, given two archives.
 
 The first holds the packed meshes as bytes, arr_0, arr_1, ...; into the second it writes of mesh i the triangles,
-"i/faces", and each attribute under its unique number, "i/n". It knows nothing of the package that starts it.
+"i/faces", and each attribute under its unique number, "i/n". It knows nothing of who starts it.
 """
 
 import os
@@ -10,22 +10,11 @@ import sys
 import DracoPy  # pyright: ignore[reportMissingImports]
 import numpy as np
 
+from capture_plan.formats.limits import limit_work
+
 MEMORY_BYTES, MOST_MEMORY_BYTES = 3 << 29, 4 << 30  # address space, of which the libraries themselves take 1 GB
 CPU_SECONDS = 5
 MEMORY_EACH, BYTES_IN_A_SECOND = 200, 500_000  # memory for each packed byte; how slowly they may be unpacked
-
-
-def limit_work(size: int) -> None:
-    """Bound this process's memory and time by the bytes that it unpacks, where the system can."""
-    try:
-        import resource  # not on Windows
-    except ImportError:
-        return
-    seconds = CPU_SECONDS + size // BYTES_IN_A_SECOND
-    memory = min(MEMORY_BYTES + MEMORY_EACH * size, MOST_MEMORY_BYTES)
-    for kind, wanted in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_CPU, seconds), (resource.RLIMIT_CORE, 0)):
-        most = resource.getrlimit(kind)[1]
-        resource.setrlimit(kind, (wanted if most == resource.RLIM_INFINITY else min(wanted, most), most))
 
 
 def unpack(source: str, target: str) -> None:
@@ -40,5 +29,7 @@ def unpack(source: str, target: str) -> None:
 
 
 if __name__ == "__main__":
-    limit_work(os.path.getsize(sys.argv[1]))
+    size = os.path.getsize(sys.argv[1])
+    memory = min(MEMORY_BYTES + MEMORY_EACH * size, MOST_MEMORY_BYTES)
+    limit_work(memory=memory, seconds=CPU_SECONDS + size // BYTES_IN_A_SECOND)
     unpack(sys.argv[1], sys.argv[2])

@@ -10,21 +10,25 @@ from pathlib import Path
 
 import numpy as np
 
+ONE_THREAD = {"PXR_WORK_THREAD_LIMIT": "1", "OPENBLAS_NUM_THREADS": "1", "MALLOC_ARENA_MAX": "2"}  # spares memory
+
 
 class BrokenProcessError(Exception):
     """The program ended without an answer, or took too long for one: its file is damaged or too large."""
 
 
-def arrays_from(program: Path, source: Path, *, seconds: float) -> dict[str, np.ndarray]:
-    """The arrays of the archive that `program` writes of the file `source`: it is called with both paths.
+def arrays_from(program: Path, source: Path, *words: str, seconds: float) -> dict[str, np.ndarray]:
+    """The arrays of the archive that `program` writes of the file `source`; it is called with its path, the words, and
+    the path of the archive.
 
     Raises:
         BrokenProcessError: there is no whole archive within `seconds`.
     """
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "OPENBLAS_NUM_THREADS": "1"}
-    with tempfile.TemporaryDirectory() as folder:
-        answer = Path(folder) / "answer.npz"
-        command = [sys.executable, "-P", str(program), str(source), str(answer)]
+    environment = {name: text for name, text in os.environ.items() if name != "PXR_AR_DEFAULT_SEARCH_PATH"}
+    environment |= {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))} | ONE_THREAD
+    with tempfile.TemporaryDirectory() as folder:  # also where a library describes its end when it is ended
+        environment["TMPDIR"], answer = folder, Path(folder) / "answer.npz"
+        command = [sys.executable, "-P", str(program), str(source), *words, str(answer)]
         try:
             subprocess.run(command, capture_output=True, timeout=seconds, env=environment)
             with np.load(io.BytesIO(answer.read_bytes()), allow_pickle=False) as arrays:

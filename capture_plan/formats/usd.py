@@ -11,11 +11,6 @@ usd-core is an extra, `capture-plan[usd]`. Letters: v vertices, f triangles, p p
 
 import importlib.util
 import json
-import os
-import subprocess
-import sys
-import tempfile
-import zipfile
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -26,6 +21,7 @@ from jaxtyping import Int
 
 from capture_plan.errors import RigError
 from capture_plan.formats.naming import left_on, listed, numbered, sentences
+from capture_plan.formats.own_process import BrokenProcessError, arrays_from
 from capture_plan.formats.raw import RawRig, fan
 from capture_plan.formats.scene import (
     Offsets,
@@ -45,7 +41,6 @@ SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 PROGRAM = Path(__file__).with_name("usd_scene.py")
 SECONDS = 600.0
 FACING = {"Y": ("+y", "+z"), "Z": ("+z", "-y")}
-ONE_THREAD = {"PXR_WORK_THREAD_LIMIT": "1", "OPENBLAS_NUM_THREADS": "1", "MALLOC_ARENA_MAX": "2"}  # spares memory
 
 
 def read_usd(path: Source) -> RawRig:
@@ -63,25 +58,17 @@ def run(path: Path, what: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """The scene and its arrays, read as a "rig" or as a "take" by the program that opens the stage."""
     if importlib.util.find_spec("pxr") is None:
         raise RigError("needs the library for USD: install it with pip install 'capture-plan[usd]'")
-    environment = {name: text for name, text in os.environ.items() if name != "PXR_AR_DEFAULT_SEARCH_PATH"}
-    environment |= {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))} | ONE_THREAD
     check_plain(path)
     with path.open("rb"):  # an OSError here says why it cannot be read
         pass
     try:
-        with tempfile.TemporaryDirectory() as folder:  # also where the library describes its end when it is ended
-            environment["TMPDIR"], answer = folder, Path(folder) / "scene.npz"
-            command = [sys.executable, "-P", str(PROGRAM), str(path.resolve()), what, str(answer)]
-            subprocess.run(command, capture_output=True, timeout=SECONDS, env=environment)
-            return unpack_answer(answer)
-    except (subprocess.TimeoutExpired, zipfile.BadZipFile, OSError, ValueError, EOFError, KeyError) as error:
+        return opened(arrays_from(PROGRAM, path.resolve(), what, seconds=SECONDS))
+    except (BrokenProcessError, ValueError, KeyError) as error:
         raise RigError("cannot be read: it is damaged, or too large: export the face mesh alone") from error
 
 
-def unpack_answer(source: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """The scene and its arrays in an archive. RigError when it only says what is wrong."""
-    with np.load(source, allow_pickle=False) as archive:
-        arrays = {name: archive[name] for name in archive.files}
+def opened(arrays: dict[str, np.ndarray]) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """The scene that the program describes, and its arrays. RigError when it only says what is wrong."""
     scene = json.loads(arrays.pop("scene").tobytes())
     if "error" in scene:
         raise RigError(plain_line(scene["error"]))

@@ -1,7 +1,7 @@
 """What a USD stage holds, in a process of its own: run as a program, given a file, it writes an archive.
 
 A USD library meets what it cannot take by ending the process, and may be made to ask for any amount of memory; so this
-program has a limit on both memory and time, and knows nothing of the package that starts it (`usd.py`).
+program has a limit on both memory and time, and knows nothing of who starts it (`usd.py`).
 Layers   every sublayer, reference and payload is looked at before the stage is opened: each has to lie in the folder
          of the file, inside the same archive if that is a .usdz; absolute paths, other hosts, expressions are refused
 Output   an `.npz` on standard output: `scene`, JSON as bytes, and the arrays that it names; {"error": ...} in `scene`
@@ -18,11 +18,12 @@ import os
 import re
 import sys
 from collections.abc import Callable
-from time import process_time
 from typing import Any
 
 import numpy as np
 from pxr import Sdf, Tf, Usd, UsdGeom, UsdSkel
+
+from capture_plan.formats.limits import limit_work
 
 # pyright: reportAttributeAccessIssue=false
 # (the library fills its modules when they are loaded)
@@ -44,15 +45,10 @@ class UnusableError(Exception):
 
 def limit_memory(size: int) -> None:
     """Bound this process's memory and time by the bytes of the layers that it opens, where the system can."""
-    try:
-        import resource  # not on Windows
-    except ImportError:
-        return
-    seconds = min(CPU_SECONDS + size // BYTES_IN_A_SECOND, MOST_CPU_SECONDS) + int(process_time())
-    memory = min(MEMORY_BYTES + MEMORY_EACH * size, MOST_MEMORY_BYTES)
-    for kind, wanted in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_CPU, seconds), (resource.RLIMIT_CORE, 0)):
-        most = resource.getrlimit(kind)[1]
-        resource.setrlimit(kind, (wanted if most == resource.RLIM_INFINITY else min(wanted, most), most))
+    limit_work(
+        memory=min(MEMORY_BYTES + MEMORY_EACH * size, MOST_MEMORY_BYTES),
+        seconds=min(CPU_SECONDS + size // BYTES_IN_A_SECOND, MOST_CPU_SECONDS),
+    )
 
 
 def check_layers(path: str, seen_bytes: Callable[[int], None] = lambda size: None) -> None:

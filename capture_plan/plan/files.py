@@ -141,9 +141,9 @@ def refer_to(
 ) -> RigReference:
     """How the plan at `plan_path` remembers its rig, and what a person stated of it."""
     path, skin, names = (seen_from(plan_path.parent, one) for one in (rig_path, given.skin, given.names))
-    unmoved = SAMPLE if rig_path == SAMPLE else str(path)
+    place = SAMPLE if rig_path == SAMPLE else str(path)
     return RigReference(
-        rig.name, unmoved, rig.fingerprint, len(rig.neutral), given.unit_mm, given.up, given.facing, skin, names
+        rig.name, place, rig.fingerprint, len(rig.neutral), given.unit_mm, given.up, given.facing, skin, names
     )
 
 

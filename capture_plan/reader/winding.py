@@ -18,7 +18,7 @@ def looks(
     neutral: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"], deltas: Float[np.ndarray, "k v 3"]
 ) -> tuple[float, float]:
     """How far the triangles that move look away from their middle, and forward: 1 wholly, -1 not at all."""
-    moves = np.abs(deltas).max(axis=(0, 2)) > 0
+    moves = (deltas != 0).any(axis=(0, 2))
     face = triangles[moves[triangles].any(axis=1)]
     n, c = triangle_cross(neutral, face), neutral[face].mean(axis=1)
     area = np.linalg.norm(n, axis=1)

@@ -2,7 +2,7 @@
 
 Into the archive it writes of mesh i, in the order of the file: points over time "i/points" (t v 3) or (1 v 3), its
 place in the scene "i/places" (t 4 4), polygons "i/sizes" and "i/corners"; and "times" (t) in seconds. Where a mesh
-changes its polygons it writes "changing" instead. It knows nothing of the package that starts it.
+changes its polygons it writes "changing" instead. It knows nothing of who starts it.
 
 Polygons of Alembic run clockwise; they are written the other way round. Matrices there act on rows, here on columns.
 """
@@ -14,22 +14,11 @@ import numpy as np
 from alembic3d.Abc import IArchive, ISampleSelector  # pyright: ignore[reportMissingImports]
 from alembic3d.AbcGeom import IPolyMesh, IXform  # pyright: ignore[reportMissingImports]
 
+from capture_plan.formats.limits import limit_work
+
 MEMORY_BYTES, MOST_MEMORY_BYTES = 3 << 29, 6 << 30  # address space; the libraries themselves take a part of it
 CPU_SECONDS, BYTES_IN_A_SECOND, MEMORY_EACH = 20, 2_000_000, 8
 MOST_MOTION = 1 << 30  # bytes of points
-
-
-def limit_work(size: int) -> None:
-    """Bound this process's memory and time by the bytes that it reads, where the system can."""
-    try:
-        import resource  # not on Windows
-    except ImportError:
-        return
-    seconds = CPU_SECONDS + size // BYTES_IN_A_SECOND
-    memory = min(MEMORY_BYTES + MEMORY_EACH * size, MOST_MEMORY_BYTES)
-    for kind, wanted in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_CPU, seconds), (resource.RLIMIT_CORE, 0)):
-        most = resource.getrlimit(kind)[1]
-        resource.setrlimit(kind, (wanted if most == resource.RLIM_INFINITY else min(wanted, most), most))
 
 
 def meshes_in(parent, above=()):
@@ -93,5 +82,7 @@ def read(source, target):
 
 
 if __name__ == "__main__":
-    limit_work(os.path.getsize(sys.argv[1]))
+    size = os.path.getsize(sys.argv[1])
+    memory = min(MEMORY_BYTES + MEMORY_EACH * size, MOST_MEMORY_BYTES)
+    limit_work(memory=memory, seconds=CPU_SECONDS + size // BYTES_IN_A_SECOND)
     read(sys.argv[1], sys.argv[2])

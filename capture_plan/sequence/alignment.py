@@ -171,5 +171,7 @@ def orient_take(
 def frame_rate(given: float | None, message: float | None, notes: list[str]) -> float:
     """What is given, else what the file says, else the usual one with a note."""
     if given is None and message is None:
-        notes.append(f"neither the file nor its times tell a frame rate: {USUAL_FPS:g} in a second is assumed")
+        notes.append(
+            f"neither the file nor its times tell a frame rate that a take has: {USUAL_FPS:g} in a second is assumed"
+        )
     return given or message or USUAL_FPS

@@ -282,7 +282,8 @@ def test_whole_seconds_give_the_number_of_frames_in_each(count, write):
 def test_a_rate_that_changes_in_the_middle_is_said_and_not_averaged(first, then):
     timing = timing_of([repr(t) for t in np.cumsum([1 / first] * 45 + [1 / then] * 45).tolist()])
     assert timing.fps is None
-    assert "export it at one rate" in timing.notes[0]
+    way = "slowly" if then < first else "fast"
+    assert f"{max(first / then, then / first):.3g} times as {way} at its end" in timing.notes[0]
 
 
 def test_a_step_that_goes_on_is_a_time_or_a_number():

@@ -11,6 +11,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, UsdUtils, Vt
 
 from capture_plan.errors import RigError
 from capture_plan.formats import usd, usd_scene
+from capture_plan.formats.own_process import ONE_THREAD
 from capture_plan.formats.raw import finite
 from capture_plan.formats.usd import read_usd
 from capture_plan.reader.read import read_rig
@@ -56,7 +57,7 @@ def read_here(path):
     """As `read_usd`, in this process, since a process for each of these whole files takes long."""
     answer = path.with_suffix(".answer.npz")
     usd_scene.write_archive(str(path.parent.resolve() / path.name), "rig", str(answer))
-    return usd.build_rig(path.stem, *usd.unpack_answer(answer))
+    return usd.build_rig(path.stem, *usd.opened(dict(np.load(answer))))
 
 
 def save(stage, path):
@@ -340,7 +341,7 @@ def test_damaged_files_are_one_line_even_those_that_end_the_process(tmp_path, su
     path, start, ended = tmp_path / f"damaged.{suffix}", 0, 0
     while start < 120:
         program = [sys.executable, "-c", DAMAGE, str(whole), str(path), str(start), str(usd.PROGRAM)]
-        done = subprocess.run(program, capture_output=True, env=os.environ | usd.ONE_THREAD)
+        done = subprocess.run(program, capture_output=True, env=os.environ | ONE_THREAD)
         if done.returncode == 0:
             break
         assert done.returncode < 0, done.stderr  # a signal, never an exception of ours

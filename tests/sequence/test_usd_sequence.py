@@ -66,7 +66,7 @@ def read_here(path):
     with np.errstate(all="ignore"):
         answer = path.with_suffix(".answer.npz")
         usd_scene.write_archive(str(path.parent.resolve() / path.name), "take", str(answer))
-        return build_take(*usd.unpack_answer(answer))
+        return build_take(*usd.opened(dict(np.load(answer))))
 
 
 def frames_of(take):
