@@ -278,6 +278,10 @@ def test_whole_seconds_give_the_number_of_frames_in_each(count, write):
     assert timing.notes == ("each time stands 30 times in a row: that many frames are read within it",)
 
 
+def test_seconds_that_the_take_cuts_off_do_not_count():
+    assert timing_of([str((t + 20) // 30) for t in range(75)]).fps == 30  # 10, 30, 30 and 5 frames of a second
+
+
 @pytest.mark.parametrize(("first", "then"), [(60, 30), (30, 25), (24, 48)])
 def test_a_rate_that_changes_in_the_middle_is_said_and_not_averaged(first, then):
     timing = timing_of([repr(t) for t in np.cumsum([1 / first] * 45 + [1 / then] * 45).tolist()])

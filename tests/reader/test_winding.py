@@ -40,6 +40,18 @@ def test_every_kind_of_head_keeps_its_faces_and_gets_them_back(kind):
     assert message
 
 
+def test_a_hollow_face_that_looks_forward_is_left_as_it_is():
+    """A drawn face on a dish: it looks to its own middle, and forward."""
+    x, y = (axis.ravel() for axis in np.meshgrid(np.linspace(-1, 1, 9), np.linspace(-1, 1, 9)))
+    dish = np.column_stack([x, y, x**2 + y**2])
+    corner = np.arange(81).reshape(9, 9)[:-1, :-1].ravel()
+    triangles = np.concatenate([corner[:, None] + [0, 1, 10], corner[:, None] + [0, 10, 9]])
+    away, forward = looks(dish, triangles, np.ones((1, 81, 3)))
+    assert away < -0.2
+    assert forward > 0.3
+    assert outwards(dish, triangles, np.ones((1, 81, 3)))[0] is triangles
+
+
 def test_what_moves_nowhere_looks_nowhere():
     head = sample_head()
     assert looks(head.neutral, head.triangles, np.zeros_like(head.deltas)) == (0.0, 0.0)

@@ -25,7 +25,7 @@ def ints(values):
     return found
 
 
-def write(path, meshes, *, fps=25.0, place=None):
+def write(path, meshes, *, fps=25.0, place=None, below=None):
     """Meshes of (frames, polygons) below one transform; polygons are turned: the format has them run clockwise."""
     import imath  # pyright: ignore[reportMissingImports]
     from alembic3d import AbcCoreAbstract  # pyright: ignore[reportMissingImports]
@@ -43,6 +43,10 @@ def write(path, meshes, *, fps=25.0, place=None):
     for matrix in [np.eye(4)] if place is None else place:
         sample = XformSample()
         sample.setMatrix(imath.M44d(*np.asarray(matrix, dtype=float).T.ravel().tolist()))
+        node.getSchema().set(sample)
+    if below is not None:
+        node, sample = OXform(node, "jaw", clock), XformSample()
+        sample.setMatrix(imath.M44d(*np.asarray(below, dtype=float).T.ravel().tolist()))
         node.getSchema().set(sample)
     for number, (frames, polygons) in enumerate(meshes):
         schema = OPolyMesh(node, f"mesh{number}", clock).getSchema()
@@ -76,6 +80,15 @@ def test_what_moves_a_mesh_as_a_whole_moves_its_points(tmp_path):
     take = read_take(write(tmp_path / "a.abc", [([SQUARE], [[0, 1, 2, 3]])], place=places))
     expected = [SQUARE @ place[:3, :3].T + place[:3, 3] for place in places]
     np.testing.assert_allclose(take.frames.block(0, 4), expected, atol=1e-6)
+
+
+@needs_it
+def test_what_lies_below_moves_with_what_lies_above(tmp_path):
+    above, below = np.eye(4), np.eye(4)
+    above[:3, 3], below[:2, :2] = [10, 0, 5], [[0, -1], [1, 0]]
+    path = write(tmp_path / "a.abc", [([SQUARE, SQUARE + 1], [[0, 1, 2, 3]])], place=[above], below=below)
+    expected = SQUARE @ below[:3, :3].T + above[:3, 3]
+    np.testing.assert_allclose(read_take(path).frames.block(0, 1)[0], expected, atol=1e-6)
 
 
 @needs_it
