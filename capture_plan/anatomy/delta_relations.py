@@ -35,7 +35,7 @@ CORRECTIVE_WORD = re.compile(r"correct|(^|[^a-z])(corr|fix|combo)([^a-z]|$)", re
 
 FindingKind = Literal[
     "static", "noise", "duplicate", "dependent", "opposite", "non-face", "partner", "overlap", "corrective", "name",
-    "size", "export", "winding", "cover", "geometry", "head", "elsewhere", "calls", "fine",
+    "size", "export", "winding", "cover", "geometry", "head", "elsewhere", "calls", "fine", "bare",
 ]  # fmt: skip
 KINDS: dict[FindingKind, str] = {
     "size": "Size",
@@ -54,6 +54,7 @@ KINDS: dict[FindingKind, str] = {
     "overlap": "Shared midline",
     "opposite": "Opposites",
     "corrective": "Corrective",
+    "bare": "No dot holds",
     "cover": "Covered skin",
     "geometry": "Mesh",
     "fine": "Fine mesh",

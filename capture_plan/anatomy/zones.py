@@ -41,6 +41,8 @@ MARGINS_MM = {
     "helmet strap": 10.0,  # half of a strap 20 mm wide
 }
 ZONES = tuple(MARGINS_MM)
+CLEAR_ZONES = ("lash line", "wet lip", "nostril rim")  # where no dot holds on anybody
+DOT_MM = 3.0  # diameter of a marker, unless a person says otherwise
 CORNER = 0.5  # skin at a right angle to a wall, as the edge of a lid is to the eyeball, sees half of its hemisphere
 DIM, HIDDEN = 0.35, 0.1  # five heads: inside an opening below the first, creases of lids and nose above the second
 STRAP_BEFORE_EAR = 0.55  # of u, from where the ear sticks out furthest: 35 mm, clear of the ear

@@ -24,6 +24,7 @@ from capture_plan.anatomy.kinds import Kind, expression_kinds, set_apart
 from capture_plan.anatomy.meaning import arkit_by_motion
 from capture_plan.anatomy.symmetry import SymmetryReport, symmetry_report
 from capture_plan.audit.apart import apart_findings
+from capture_plan.audit.bare import bare
 from capture_plan.audit.exported import slipped, wrongly_exported
 from capture_plan.audit.mesh import fine, flown, holes, sizes, untidy, windings
 from capture_plan.audit.occluders import covers
@@ -114,6 +115,7 @@ def audit_rig(rig: Rig) -> Audit:
     if used:
         findings += dependent(used, gram) + opposites(used, gram, _sideways(rig, symmetry))
         findings += [*(partners(rig, used, symmetry) if whole else ()), *overlaps(rig, used), *correctives(rig, used)]
+        findings += bare(rig, used)
     findings += (
         slipped(rig, used)
         + (misnamed(rig, symmetry) if whole else [])

@@ -92,7 +92,9 @@ def _yes(found: Audit, retained: str) -> str:
         return f"Yes, but they are few: {retained}. Characters mostly have 20 or more; ask the rigger for the others."
     if found.rank < len(found.used):
         return f"Yes, but only {found.rank} movements can be distinguished: {retained}."
-    return f"Yes: {retained}{_left_out_words(found)}."
+    bare = [name for finding in found.findings if finding.kind == "bare" for name in finding.blendshapes]
+    but = f"; no marker can stand for {some(bare)}" if bare else ""
+    return f"Yes: {retained}{_left_out_words(found)}{but}."
 
 
 def unsure_words(read: ReadingFacts) -> str:

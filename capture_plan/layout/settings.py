@@ -4,12 +4,12 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, Struct, field
 
-from capture_plan.anatomy.zones import MARGINS_MM
+from capture_plan.anatomy.zones import CLEAR_ZONES, DOT_MM, MARGINS_MM
+from capture_plan.audit.bare import LEAST_SEEN, STANDS_FOR
 from capture_plan.errors import SettingsError
 from capture_plan.input.documents import LONGEST_MM, MOST_COUNTED, MOST_NUMBER
 from capture_plan.registration.known import Known
 
-CLEAR_ZONES = ("lash line", "wet lip", "nostril rim")  # where no dot holds on anybody
 Share = Annotated[float, Meta(ge=0, le=1)]
 Length = Annotated[float, Meta(ge=0, le=LONGEST_MM)]
 Count = Annotated[int, Meta(ge=0, le=MOST_COUNTED)]
@@ -55,13 +55,13 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
     method: Method = "studio"
     weights: Weights = "lexicographic"
-    epsilon: Annotated[float, Meta(gt=0, le=1)] = 0.5
+    epsilon: Annotated[float, Meta(gt=0, le=1)] = STANDS_FOR
     alpha: Share = 0.5
     symmetric: bool = True
     spacing_mm: Length = 8.0
     rounds: Some = 3
     noise_mm: Annotated[float, Meta(ge=FINEST_MM, le=LONGEST_MM)] = 0.2
-    min_visibility: Share = 0.05
+    min_visibility: Share = LEAST_SEEN
     budget: Some | None = None
     number: Some | None = None
     pins: tuple[Vertex, ...] = ()
@@ -70,7 +70,7 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     relaxed_for: Known | None = None
     caps: dict[str, Count] = field(default_factory=dict)
     min_views: Count = 1
-    dot_mm: Annotated[float, Meta(gt=0, le=LONGEST_MM)] = 3.0
+    dot_mm: Annotated[float, Meta(gt=0, le=LONGEST_MM)] = DOT_MM
     head_markers: Annotated[int, Meta(ge=0, le=5)] = 0
 
     def __post_init__(self) -> None:

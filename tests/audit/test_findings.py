@@ -8,11 +8,15 @@ from scipy.spatial.transform import Rotation
 
 from capture_plan.anatomy.delta_relations import motionless
 from capture_plan.anatomy.symmetry import symmetry_report
+from capture_plan.anatomy.zones import DOT_MM, MARGINS_MM, zone_mask
 from capture_plan.audit.audit import audit_rig
 from capture_plan.audit.report import audit_text, verdict
 from capture_plan.face.flying import flying
 from capture_plan.face.sense import side_senses
 from capture_plan.formats.raw import RawRig
+from capture_plan.layout.face import see_face
+from capture_plan.layout.problem import task_of
+from capture_plan.layout.settings import LayoutSettings
 from capture_plan.reader.read import rig_from_raw
 from capture_plan.sample import sample_rig
 
@@ -273,3 +277,32 @@ def test_a_whole_head_of_which_one_side_is_skin_is_no_half_face():
     rig = rig_from_raw(RawRig("one", *arrays, whole.parts, whole.part_names, whole.source_index, 1.0, "+y", "+z"))
     assert symmetry_report(rig).neutral_p95_mm > 30
     assert all("half a face" not in finding.message for finding in audit_rig(rig).findings)
+
+
+@pytest.fixture(scope="module")
+def with_narrow_blink(rig):
+    """The rig with two blinks that move the lash line alone, as a cartoon's lids do, and one that moves beyond it."""
+    lash = zone_mask(rig, "lash line", MARGINS_MM["lash line"] + DOT_MM / 2)
+    left = rig.neutral[:, 0] > 0
+    wide = np.exp(-(np.linalg.norm(rig.neutral - rig.neutral[lash & left].mean(axis=0), axis=1) ** 2) / 1800)
+    down = np.array([0, -9, 0])
+    shapes = {"lashLeft": lash & left, "lashRight": lash & ~left, "lidLeft": wide * rig.skin}
+    for name, share in shapes.items():
+        rig = with_delta(rig, name, share[:, None] * down)
+    return rig
+
+
+def test_what_moves_only_where_no_dot_holds_is_said_and_named_in_the_verdict(with_narrow_blink):
+    found = audit_rig(with_narrow_blink)
+    (one,) = of_kind(found, "bare")
+    assert one.blendshapes == ("lashLeft", "lashRight")
+    assert "lashLeft (9.0 mm, 0.0 mm where dots hold)" in one.message
+    assert one.message.endswith("lies on the lash line")
+    assert "no marker can stand for lashLeft, lashRight" in verdict(found)
+    assert not one.left_out
+
+
+def test_the_audit_and_the_plan_agree_on_what_has_no_marker(with_narrow_blink):
+    (one,) = of_kind(audit_rig(with_narrow_blink), "bare")
+    task = task_of(see_face(with_narrow_blink), LayoutSettings())
+    assert {task.face.used[k] for k in task.reachable} == set(task.face.used) - set(one.blendshapes)
