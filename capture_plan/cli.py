@@ -1,7 +1,8 @@
 """The command line: `capture-plan …`. Every subcommand is one call into the package and prints what it wrote.
 
 Exit codes: 0 done; 1 a check did not hold; 2 wrong usage or unusable input, said in one line with what to change.
-Data go to standard output only with --json, everything else to standard error. Heavy packages load when needed.
+What was asked for goes to standard output, what is said about the work to standard error. Heavy packages load when
+needed.
 """
 
 import shlex
@@ -11,7 +12,7 @@ from contextlib import contextmanager, suppress
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, TextIO
 
 import typer
 
@@ -126,7 +127,7 @@ def demo(output: Folder = Path("capture-plan-demo"), paper: Paper = "a4") -> Non
     refuse_plan(output / "plan.json")
     rig = sample_rig()
     plan = make_plan(rig)
-    say(summary(plan))
+    answer(summary(plan))
     written: list[Path] = []
     with together(output, written) as new:
         written.append(write_plan(plan, new / "plan.json"))
@@ -168,7 +169,7 @@ def audit(
     elif json:
         print(text, end="")
     else:
-        say([text.removesuffix("\n")])
+        answer([text.removesuffix("\n")])
     message = f"{rig}{options_again(given)}"
     look = [f"capture-plan audit {message} -o audit.png shows how it was understood"] if output is None else []
     plan = [f"capture-plan plan {message}"] if can_be_planned(report) else []
@@ -342,7 +343,8 @@ def plan(
     with listen(lambda lines: say(noted(lines, heard))):
         made = make_plan(read_inputs(found, settled, output.parent, names=names), settled, reference=reference)
     said = replace_whole(output, plan_bytes(made))
-    say([*unheard(summary(made), heard), *said])
+    answer(unheard(summary(made), heard))
+    say(said)
     say_written([output])
     say([f"Next: capture-plan check {output}, then capture-plan render {output} for the pages."])
 
@@ -404,7 +406,7 @@ def markers(
     sequence = read_sequence(take, unit_mm=unit_mm, up=up, facing=facing)
     marked = skin_of_scan(skin, sequence) if skin else None
     layout, rig = layout_from_take(sequence, settings, triangles=faces, skin=marked)
-    say(list(take_summary(layout, rig)))
+    answer(take_summary(layout, rig))
     mine = on_scan(layout, sequence)
     written: list[Path] = []
     with together(output, written) as new:
@@ -422,8 +424,6 @@ def check(
     every: Annotated[bool, typer.Option("--all", help="A line for each claim, those that hold too.")] = False,
 ) -> None:
     """Recompute every claim of PLAN without a solver and say what to correct; exit 1 if one does not hold."""
-    import msgspec
-
     from capture_plan.check.check import check_plan
     from capture_plan.check.report import as_rows, check_lines
     from capture_plan.check.unchecked import unchecked
@@ -432,9 +432,10 @@ def check(
 
     made = read_plan(plan)
     claims = check_plan(made, inputs_of(made, plan, rig_path=rig))
+    lines = [*check_lines(claims, unchecked(made, claims), every=every), *near_words(made)]
     if json:
-        print(msgspec.json.format(msgspec.json.encode(as_rows(claims))).decode())
-    say([*check_lines(claims, unchecked(made, claims), every=every), *near_words(made)])
+        print(json_text(as_rows(claims)), end="")
+    say(lines) if json else answer(lines)
     if not all(claim.holds for claim in claims):
         raise typer.Exit(1)
     say([f"Next: capture-plan render {plan} for the pages, capture-plan export {plan} for everybody else."])
@@ -480,7 +481,7 @@ def edit(
     )
     if why is not None:
         a, b = pair_of(why)
-        say([why_not_together(made, given, a, b)])
+        answer([why_not_together(made, given, a, b)])
         return
     before = made.settings.expressions.edits
     edits = Edits(
@@ -497,7 +498,8 @@ def edit(
     with as_far_as_it_goes(made):
         changed = other_plan(made, given) if another else edited_plan(made, given, edits)
     said = replace_whole(output, plan_bytes(changed))
-    say([*expression_lines(changed, made), *renumbered_words(made.packing, changed.packing), *said])
+    answer([*expression_lines(changed, made), *renumbered_words(made.packing, changed.packing)])
+    say(said)
     say_written([output])
     say([f"Next: capture-plan render {output} for the pages."])
 
@@ -529,12 +531,13 @@ def inspect(
         found = inspect_plan(made, given)
     if output is not None:
         text = json_text(found) if json or is_json(output) else f"{inspection_text(found)}\n"
-        say([*replace_whole(output, text.encode()), short_text(found)])
+        say(replace_whole(output, text.encode()))
+        answer([short_text(found)])
         say_written([output])
     elif json:
         print(json_text(found), end="")
     else:
-        say([short_text(found)])
+        answer([short_text(found)])
     if output is None and not json:
         say([f"Next: capture-plan inspect {plan} -o inspection.txt says all of it, marker by marker."])
 
@@ -635,8 +638,6 @@ def compare(
     names: Names = None,
 ) -> None:
     """Hold our layouts of RIG against those of others: what comes back of a performance under noise."""
-    import msgspec
-
     from capture_plan.audit.audit_cache import audit_once
     from capture_plan.evaluation.compare import BUDGETS, compare_layouts
     from capture_plan.evaluation.compare_report import comparison_text
@@ -664,9 +665,9 @@ def compare(
     )
     text = comparison_text(made)
     if json:
-        print(msgspec.json.format(msgspec.json.encode(made)).decode())
+        print(json_text(made), end="")
     else:
-        say([text])
+        answer([text])
     if output is not None:
         from capture_plan.figures import write_comparison_figures
 
@@ -674,7 +675,7 @@ def compare(
         with together(output, written) as new:
             written += [new / "comparison.txt", new / "comparison.json"]
             write_whole(written[0], f"{text}\n".encode())
-            write_whole(written[1], msgspec.json.format(msgspec.json.encode(made)) + b"\n")
+            write_whole(written[1], json_text(made).encode())
             written += write_comparison_figures(made, found, new)
 
 
@@ -707,7 +708,7 @@ def motion(
     sequence = open_take(take, found, names) if take else sample_motion()
     people = people_of(subject, take) if subject else made_up(found) if rig == "sample" else None
     text = motion_text(evaluate_all(found, sequence, counts=markers or (), people=people))
-    say(unheard(text.split("\n"), sequence.messages() if take else ()))
+    answer(unheard(text.split("\n"), sequence.messages() if take else ()))
 
 
 @app.command()
@@ -827,7 +828,7 @@ def write_audit(report: "Audit", rig: "Rig", path: Path, text: str) -> None:
     kind = path.suffix.lower()
     content = audit_bytes(report, rig, kind) if kind in KINDS else text.encode()
     say(replace_whole(path, content))
-    say([f"Shoot with it? {verdict(report)}"])
+    answer([f"Shoot with it? {verdict(report)}"])
     say_written([path])
 
 
@@ -918,14 +919,29 @@ def number_of(text: str, what: str) -> float:
         raise PlanError(f"'{what}' needs a number behind an equals sign, as in 'nose=4'; found '{text}'") from None
 
 
+def answer(lines: Iterable[str]) -> None:
+    """What was asked for, to standard output, from where it can be kept or passed on; see `say`."""
+    from capture_plan.terminal import close_quietly
+
+    try:
+        _print(lines, sys.stdout)
+    except BrokenPipeError:  # nobody reads on
+        close_quietly(sys.stdout)
+
+
 def say(lines: Iterable[str]) -> None:
-    """Messages for people, to standard error; what files smuggle in stays harmless to a screen, and work goes on where
-    nobody reads them any more."""
+    """Messages about the work, to standard error; what files smuggle in stays harmless to a screen, and work goes on
+    where nobody reads them any more."""
+    with suppress(OSError):
+        _print(lines, sys.stderr)
+
+
+def _print(lines: Iterable[str], stream: TextIO) -> None:
     from capture_plan.errors import printable
 
-    with suppress(OSError):
-        for line in lines:
-            print("\n".join(map(printable, line.split("\n"))), file=sys.stderr)
+    for line in lines:
+        print("\n".join(map(printable, line.split("\n"))), file=stream)
+    stream.flush()
 
 
 def noted(lines: Iterable[str], heard: list[str]) -> list[str]:

@@ -20,7 +20,8 @@ def folder(tmp_path_factory):
     quick = ("--method", "cover", "--expressions", "greedy")
     planned = run("plan", "sample", *quick, "-o", "plan.json", cwd=folder)
     assert planned.returncode == 0, planned.stderr
-    assert planned.stdout == ""
+    assert "landmarks" in planned.stdout
+    assert "wrote plan.json" in planned.stderr
     return folder
 
 
@@ -36,27 +37,26 @@ def test_a_plan_that_lies_exits_with_one(folder):
     (folder / "lie.json").write_text(json.dumps(plan))
     checked = run("check", "lie.json", cwd=folder)
     assert checked.returncode == 1
-    assert "FAILS  12 of " in checked.stderr
-    assert "plan again" in checked.stderr
+    assert "FAILS  12 of " in checked.stdout
+    assert "plan again" in checked.stdout
 
 
 def test_a_check_says_in_one_line_what_holds_and_in_a_line_each_where_asked(folder):
     claims = json.loads(run("check", "plan.json", "--json", cwd=folder).stdout)
-    short, long = (run("check", "plan.json", *asked, cwd=folder).stderr.splitlines() for asked in ((), ("--all",)))
+    short, long = (run("check", "plan.json", *asked, cwd=folder).stdout.splitlines() for asked in ((), ("--all",)))
     assert short[0] == f"All {len(claims)} claims hold; --all lists each."
     assert long[: len(claims)] == [f"holds  {claim['what']}: {claim['found']}" for claim in claims]
     assert long[len(claims)] == f"All {len(claims)} claims hold."
     assert short[1:] == long[len(claims) + 1 :]
-    assert all(line.startswith(("Not checked: ", "Next: ")) for line in short[1:])
+    assert all(line.startswith("Not checked: ") for line in short[1:])
 
 
 def test_an_audit_is_a_page_or_json(folder):
     assert json.loads(run("audit", "sample", "--json", cwd=folder).stdout)["blendshapes"] == 52
     page = run("audit", "sample", cwd=folder)
-    assert page.stdout == ""
-    assert "tongueOut" in page.stderr
+    assert "tongueOut" in page.stdout
     assert run("audit", "sample", "-o", "audit.txt", cwd=folder).returncode == 0
-    assert (folder / "audit.txt").read_text() in page.stderr
+    assert (folder / "audit.txt").read_text() == page.stdout
 
 
 def test_after_an_audit_a_plan_is_the_next_step_only_where_one_can_be_made(folder):
@@ -70,9 +70,9 @@ def test_after_an_audit_a_plan_is_the_next_step_only_where_one_can_be_made(folde
         run("audit", "sample", cwd=folder).stderr
     )
     assert "Next: capture-plan plan sample." in run("audit", "sample", "-o", "a.txt", cwd=folder).stderr
-    message = run(*nothing_moves, cwd=folder).stderr
-    assert "Shoot with it?      No: " in message
-    assert "capture-plan plan" not in message
+    done = run(*nothing_moves, cwd=folder)
+    assert "Shoot with it?      No: " in done.stdout
+    assert "capture-plan plan" not in done.stderr
     assert "Next: " not in run(*nothing_moves, "-o", "b.txt", cwd=folder).stderr
 
 
@@ -218,9 +218,12 @@ def test_an_export_does_not_write_over_the_plan_that_it_is_made_of(folder):
     assert "plan.json is what is read" in done.stderr
 
 
-@pytest.mark.parametrize("closed", ["1>&-", "2>&-", "1>&- 2>&-", "2>/dev/full", "1>/dev/full"])
-def test_work_goes_on_where_nobody_reads_and_no_traceback_is_seen(tmp_path, closed):
-    command = f"'{sys.executable}' -c 'from capture_plan.cli import main; main()' audit sample --json"
+CLOSED = ["1>&-", "2>&-", "1>&- 2>&-", "2>/dev/full", "1>/dev/full"]
+
+
+@pytest.mark.parametrize(("closed", "asked"), [*((closed, "--json") for closed in CLOSED), ("1>/dev/full", "")])
+def test_work_goes_on_where_nobody_reads_and_no_traceback_is_seen(tmp_path, closed, asked):
+    command = f"'{sys.executable}' -c 'from capture_plan.cli import main; main()' audit sample {asked}"
     done = subprocess.run(["sh", "-c", f"{command} {closed}"], capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == (2 if closed == "1>/dev/full" else 0)
     assert "Traceback" not in done.stderr
