@@ -26,7 +26,7 @@ from capture_plan.anatomy.symmetry import SymmetryReport, symmetry_report
 from capture_plan.audit.apart import apart_findings
 from capture_plan.audit.bare import bare
 from capture_plan.audit.exported import slipped, wrongly_exported
-from capture_plan.audit.mesh import fine, flown, holes, sizes, untidy, windings
+from capture_plan.audit.mesh import fine, flown, holes, open_lips, sizes, untidy, windings
 from capture_plan.audit.occluders import covers
 from capture_plan.audit.sides import crooked, misnamed, overlaps, partners, two_sides
 from capture_plan.face.anchors import face_anchors, interpupillary
@@ -124,7 +124,7 @@ def audit_rig(rig: Rig) -> Audit:
         + windings(rig)
         + covers(rig)
     )
-    findings += crooked(symmetry, whole=whole) + holes(rig, anchors) + untidy(rig) + fine(rig)
+    findings += crooked(symmetry, whole=whole) + holes(rig, anchors) + open_lips(anchors) + untidy(rig) + fine(rig)
     return Audit(
         vertices=len(rig.neutral),
         triangles=len(rig.triangles),

@@ -5,6 +5,7 @@ Size      pupils further apart or closer than a person's, or a moving face of no
 Winding   two triangles that share an edge run along it in opposite directions; where they do not, one of the two is
           turned over: the fewer of each connected sheet are. A whole sheet of skin is turned over where its normals
           look into the head: more rays are stopped above it than below it
+Lips      the border of the mouth, on the midline, higher than closed lips leave it
 Hole      a border of the mesh within the skin that is no lid opening, mouth, nostril, and no rim of the whole
 Fine      more vertices of skin than there are places that a person can tell apart with a brush: some stand for all
 """
@@ -33,6 +34,7 @@ LOOKED_AT = 400  # triangles of a piece that say which way it faces
 FACES_IN = 0.2  # of these: so many more are stopped above than below
 FINE = 40_000  # vertices of skin: all of a finer mesh would ask for millions of close pairs
 GRAIN_MM = 1.5  # half a dot: no hand places one more exactly
+LIPS_APART = 0.2  # pupil distances: twelve faces with closed lips 0.09 at most
 NOSTRIL = 0.45  # pupil distances from the tip of the nose
 
 
@@ -140,6 +142,15 @@ def faces_in(neutral: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"
         for sign in (np.float32(1), np.float32(-1))
     )
     return bool(len(above) and above.mean() > below.mean() + FACES_IN)
+
+
+def open_lips(anchors: Anchors) -> list[Finding]:
+    """A neutral whose mouth stands open."""
+    if "mouth" not in anchors.found or anchors.gape_mm < LIPS_APART * anchors.pupils:
+        return []
+    message = f"the mouth stands open in the neutral, its lips {anchors.gape_mm:.0f} mm apart"
+    advice = "Export the neutral with closed lips: every movement is measured from it, and the actor's has them closed."
+    return [Finding("geometry", (), message, advice, False, "rigger")]
 
 
 def holes(rig: Rig, anchors: Anchors) -> list[Finding]:

@@ -45,6 +45,8 @@ OPENING = 0.4  # pupil distances from an eye to the middle of its opening, if no
 MOUTH_OPENING = 0.25  # the same from the mouth to its opening
 LIPS_EXTENT = 0.3  # pupil distances from the mouth to its border: 25 faces 0.25 at most, a muzzle 0.29; hairlines more
 GAPING, WIDE_OPEN = 0.1, 0.9  # pupil distances between the lips of a mouth that stands open; a mask's rim is larger
+MIDDLE_OF_LIPS = 0.12  # pupil distances from the midline
+CHIN_GOES_BACK = 0.5  # pupil distances: the chin of a mouth that gapes further lies behind the lip, as a throat does
 AHEAD = (0.2, 0.35, 0.6)  # pupil distances from an ear, in height, and in depth from and to, where a cheek is
 LOOKS = ("gaze up", "gaze down", "gaze left", "gaze right", "gaze in", "gaze out")
 TURNED = 0.6  # of the largest displacement off the skin: the ball, not what hangs on it
@@ -64,8 +66,9 @@ Border = tuple[Float[np.ndarray, "_ 3"], Int[np.ndarray, " _"]]  # places and nu
 class Anchors:
     """Points of the face in millimetres, the subject's own sides; `lids` and `lips` are border vertices of the surface.
 
-    `found` names the anchors that geometry gave; the others are human proportions. `chin_sure` says whether the chin
-    was found where faces have it and goes down with the jaw. `against_eyes` and `against_mouth` are what speaks
+    `found` names the anchors that geometry gave; the others are human proportions. `gape_mm` is the height of the open
+    mouth, 0 where no opening was found. `chin_sure` says whether the chin was found where faces have it, goes down with
+    the jaw and lies below a mouth that does not gape. `against_eyes` and `against_mouth` are what speaks
     against the eyes and the mouth.
     """
 
@@ -82,6 +85,7 @@ class Anchors:
     lids: Int[np.ndarray, " a"]
     lips: Int[np.ndarray, " b"]
     found: tuple[str, ...]
+    gape_mm: float = 0.0
     chin_sure: bool = False
     against_eyes: tuple[Sign, ...] = ()
     against_mouth: tuple[Sign, ...] = ()
@@ -139,6 +143,7 @@ def surface_anchors(rig: Rig, points: Points) -> Anchors:
     nose = _furthest(between, (0, 0, 1), mouth + np.array([0, 0.5 * drop, 0.3 * unit]))
     found_chin = find_chin(middle, eyes.mean(axis=0), mouth, unit)
     chin = mouth - np.array([0, 0.65 * drop, 0]) if found_chin is None else found_chin
+    gape = _gape(rig.neutral[lips], x0, unit)
     sides = skin[
         (skin[:, 1] > mouth[1] + 0.2 * drop)
         & (skin[:, 1] < eyes[0, 1] + 0.5 * unit)
@@ -167,7 +172,10 @@ def surface_anchors(rig: Rig, points: Points) -> Anchors:
         found=found + how,
         against_eyes=doubt,
         against_mouth=against,
-        chin_sure=found_chin is not None and chin_agrees(chin, eyes.mean(axis=0), mouth, _with_the_jaw(rig, chin)),
+        gape_mm=gape,
+        chin_sure=found_chin is not None
+        and gape < CHIN_GOES_BACK * unit
+        and chin_agrees(chin, eyes.mean(axis=0), mouth, _with_the_jaw(rig, chin)),
     )
 
 
@@ -200,6 +208,12 @@ def are_ears(skin: Float[np.ndarray, "v 3"], ears: list[Float[np.ndarray, " 3"]]
         if (side * off[ahead, 0]).max(initial=-np.inf) > -STANDS_OUT:
             return False
     return True
+
+
+def _gape(lips: Float[np.ndarray, "n 3"], x0: float, unit: float) -> float:
+    """Height of the border of the mouth on the midline, millimetres."""
+    middle = lips[np.abs(lips[:, 0] - x0) < MIDDLE_OF_LIPS * unit, 1]
+    return float(np.ptp(middle)) if len(middle) else 0.0
 
 
 def _with_the_jaw(rig: Rig, place: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " 3"] | None:

@@ -192,7 +192,10 @@ def _face_doubts(read: ReadingFacts) -> list[str]:
         are = "is" if unsure == ["mouth"] else "are"
         found.append(f"Where {' and '.join(unsure)} {are}, is not certain: look at the picture, and try --skin.")
     if not (read.chin.sure or missing or unsure or read.chin.mm is None):
-        found.append("The chin is not certain: what lies lowest and foremost below the mouth is no usual place for it.")
+        found.append(
+            "The chin is not certain: what lies lowest and foremost below the mouth is no usual place for it, or the "
+            "mouth gapes."
+        )
     if not read.regions_known:
         found.append("So places on the face go without the names of regions: markers have a number and a side.")
     return found

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from capture_plan.audit.mesh import holes, sheets, sizes, untidy, windings
+from capture_plan.audit.mesh import holes, open_lips, sheets, sizes, untidy, windings
 from capture_plan.audit.occluders import covers
 from capture_plan.face.anchors import face_anchors
 from capture_plan.sample import sample_rig
@@ -150,3 +150,27 @@ def test_lashes_hide_little(rig):
     assert "lashes_L" in finding.message
     assert "eye_L" not in finding.message
     assert finding.urgency == "know"
+
+
+def opened(rig, share):
+    """The rig as it was exported with its jaw open by a share."""
+    return replace(rig, neutral=rig.neutral + share * rig.deltas[rig.names.index("jawOpen")])
+
+
+def test_a_mouth_that_stands_open_in_the_neutral_is_said_with_how_far():
+    rig = sample_rig()
+    assert open_lips(face_anchors(rig)) == []
+    (finding,) = open_lips(face_anchors(opened(rig, 0.5)))
+    apart = 0.5 * np.linalg.norm(rig.deltas[rig.names.index("jawOpen")], axis=1)[face_anchors(rig).lips].max()
+    (said,) = [float(word) for word in finding.message.split() if word.isdigit()]
+    assert abs(said - apart) < 4
+    assert finding.urgency == "rigger"
+
+
+def test_the_chin_of_a_gaping_mouth_is_not_sure_for_the_lip_stands_before_it(rig):
+    whole = sample_rig()
+    assert face_anchors(opened(whole, 0.5)).chin_sure
+    gaping = face_anchors(opened(whole, 1.3))
+    chin = face_anchors(whole).chin + 1.3 * whole.deltas[whole.names.index("jawOpen")].min(axis=0) * [0, 1, 0]
+    assert np.abs((gaping.chin - chin)[1]) > 10  # it is off indeed
+    assert not gaping.chin_sure
