@@ -16,6 +16,7 @@ from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.take_without_rig import layout_from_take, on_scan
 from capture_plan.sample import sample_rig
 from capture_plan.sequence import Sequence, read_sequence
+from tests.light import light_sample
 
 NUMBER, FRAMES = 12, 24
 
@@ -23,7 +24,7 @@ NUMBER, FRAMES = 12, 24
 @pytest.fixture(scope="module")
 def scan():
     """Frames and triangles of the skin of a face, as a scanner has them: no blendshapes, no eyes."""
-    rig, rng = sample_rig(), np.random.default_rng(4)
+    rig, rng = light_sample(), np.random.default_rng(4)
     w = np.zeros((FRAMES, len(rig.names)))
     for row in w[1:]:
         row[rng.choice(len(rig.names), 4, replace=False)] = rng.uniform(0, 1, 4)
@@ -56,7 +57,8 @@ def run(folder, monkeypatch, capsys):
         monkeypatch.setattr(sys, "argv", ["capture-plan", *map(str, arguments)])
         with pytest.raises(SystemExit) as left:
             main()
-        return left.value.code, capsys.readouterr().err
+        said = capsys.readouterr()
+        return left.value.code, said.out + said.err
 
     return typed
 

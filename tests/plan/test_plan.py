@@ -24,7 +24,7 @@ from capture_plan.plan.inputs import read_inputs
 from capture_plan.plan.make import make_plan
 from capture_plan.plan.settings import Settings
 from capture_plan.plan.summary import summary
-from capture_plan.sample import sample_rig
+from tests.light import light_sample
 from tests.once import plan_of
 from tests.tampering import answers_kept
 
@@ -175,7 +175,7 @@ def test_settings_survive_json():
 
 @pytest.mark.parametrize(("by", "said"), [(0.3, True), (1.0, False)])
 def test_where_nothing_can_be_had_on_a_head_of_another_size_its_size_is_said(by, said):
-    rig = sample_rig()
+    rig = light_sample()
     small = change(rig, neutral=by * rig.neutral, deltas=np.float32(by) * rig.deltas)
     settings = Settings(landmarks=LayoutSettings(method="cover", spacing_mm=45.0))
     with pytest.raises(InfeasibleError) as error:
