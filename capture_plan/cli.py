@@ -74,7 +74,7 @@ Skin = Annotated[
 ]
 
 
-Paper = Annotated[Literal["a4", "letter"], typer.Option(case_sensitive=False, help="Size of the sheets.")]
+Paper = Annotated[Literal["a4", "letter", "a3"], typer.Option(case_sensitive=False, help="Size of the sheets.")]
 Dpi = Annotated[int, typer.Option(min=72, max=600, help="Resolution of the page pictures.")]
 Method = Literal["studio", "adaptive", "trivial", "distance", "cover", "budget", "motion"]
 Known = Literal["ibug68", "ibug51", "mpeg4", "iemocap53", "motionbuilder17", "faceware30"]

@@ -38,7 +38,7 @@ ONLY_IN = {
     "pxr": {"formats"},
     "DracoPy": {"formats"},
     "alembic3d": {"sequence"},
-    "ortools": {"solver", "layout", "expressions"},
+    "ortools": {"solver", "layout", "expressions", "sheets"},
     "pyrender": {"sheets"},
     "OpenGL": {"sheets"},
     "PIL": {"sheets"},

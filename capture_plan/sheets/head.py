@@ -47,7 +47,7 @@ BY_KIND: dict[
     PartKind, Material | None
 ] = {  # the rest is of clay; nothing of None is drawn: it hides the eye it lies on
     "clear": None,
-    "lash": LASH,
+    "lash": None,
     "eye line": LASH,
     "brow": LASH,
     "hair": LASH,

@@ -1,43 +1,65 @@
-"""The pages that say where markers go: one for each view of the face, then the table.
+"""The pages that say where markers go: one for each view that shows some, each with its mirror image, then the table.
 
 Data     a layout on the mesh that is drawn, sentences on what it is worth, what the table says last of each marker
-Pages    front, actor's left, actor's right, in the mirror; as many pages of the table as it takes
+Pages    front, three-quarters, profiles, chin up, as far as they are needed; behind each what the make-up mirror shows;
+         as many pages of the table as it takes
 """
 
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from capture_plan.anatomy.regions import UNNAMED, face_regions
+from capture_plan.anatomy.zones import DOT_MM
 from capture_plan.face.anchors import Anchors
-from capture_plan.layout.record import Layout, MotionFit
+from capture_plan.layout.record import Landmark, Layout, MotionFit
 from capture_plan.layout.spacing import nearest_straight, nearest_two
 from capture_plan.mesh import surface_graph
-from capture_plan.plan.predicted import headline_words
 from capture_plan.progress import track
 from capture_plan.rig import Rig
 from capture_plan.sheets.furniture import HeadLine, check_bar, head_line, legend, sides
 from capture_plan.sheets.head import Head, pose
 from capture_plan.sheets.marker_table import Column, draw_table, rows_per_page
-from capture_plan.sheets.markers import HEADER_MM, MarkedFace, draw_markers, place
+from capture_plan.sheets.markers import HEADER_MM, MarkedFace, Placed, draw_markers, place_all
 from capture_plan.sheets.page import MARGIN_MM, Booklet
 from capture_plan.sheets.style import SOFT, region_looks
-from capture_plan.sheets.view import FRONT, LEFT, MIRROR, RIGHT, Viewpoint
+from capture_plan.sheets.tape import tape_points
+from capture_plan.sheets.view import CHIN_UP, FRONT, LEFT, LEFT_PROFILE, RIGHT, RIGHT_PROFILE
 
 TITLES = {
     FRONT: "MARKERS · FRONT",
     LEFT: "MARKERS · ACTOR'S LEFT",
     RIGHT: "MARKERS · ACTOR'S RIGHT",
-    MIRROR: "MARKERS · IN THE MIRROR",
+    LEFT_PROFILE: "MARKERS · LEFT PROFILE",
+    RIGHT_PROFILE: "MARKERS · RIGHT PROFILE",
+    CHIN_UP: "MARKERS · CHIN UP",
 }
-SLUGS = {FRONT: "markers-front", LEFT: "markers-left", RIGHT: "markers-right", MIRROR: "markers-mirror"}
+SLUGS = {
+    FRONT: "markers-front",
+    LEFT: "markers-left",
+    RIGHT: "markers-right",
+    LEFT_PROFILE: "markers-left-profile",
+    RIGHT_PROFILE: "markers-right-profile",
+    CHIN_UP: "markers-chin-up",
+}
+EXACT_MM = 1.0  # what a steady hand places a dot to
+EACH_S = 35.0  # to measure, dot and check a marker: an assumption of ours, as are all times
+ORDER_MM = 24.0  # of height for the order in which dots are placed
+FOOT_MM = 27.0  # above the lower edge of the paper
 
 
-def marked_face(rig: Rig, head: Head, layout: Layout) -> MarkedFace:
-    """What the pages of markers draw; `head` is of the same rig."""
-    looks = region_looks(layout.markers)
-    return MarkedFace(pose(head, rig.neutral), rig.skin, layout.markers, looks, face_regions(rig).anchors)
+def marked_face(
+    rig: Rig, head: Head, layout: Layout, rings: Mapping[str, float] | None = None, dot_mm: float = DOT_MM
+) -> MarkedFace:
+    """What the pages of markers draw; `head` is of the same rig, `rings` say how far each may stand from its place."""
+    looks, regions = region_looks(layout.markers), face_regions(rig)
+    tape = tape_points(rig, regions)
+    return MarkedFace(
+        pose(head, rig.neutral), rig.skin, layout.markers, looks, regions.anchors, tape, rings or {}, dot_mm
+    )
 
 
 def nearest_words(layout: Layout, rig: Rig) -> str:
@@ -52,13 +74,16 @@ def nearest_words(layout: Layout, rig: Rig) -> str:
     )
 
 
-def rig_words(layout: Layout, rig: Rig) -> str:
-    """What the markers tell of the rig."""
-    information = layout.information
-    bare = f" · {len(layout.uncovered)} blendshapes have no marker" if layout.uncovered else ""
-    head = f" + {len(layout.head)} on the head" if layout.head else ""
-    markers = f"{information.landmarks} markers{head} · {headline_words(information, layout.predictions)}"
-    return f"{markers}{bare}{nearest_words(layout, rig)}"
+def placing_words(layout: Layout, dot_mm: float, rings: Mapping[str, float] | None = None) -> str:
+    """'34 dots of 3 mm · 9 of them to the millimetre · about 20 min to place': what a make-up artist plans by."""
+    count, heads = len(layout.markers), len(layout.head)
+    spare = sum(marker.role == "backup" for marker in layout.markers)
+    parts = [f"{count} dots of {dot_mm:g} mm"]
+    exact = sum(ring < EXACT_MM for ring in (rings or {}).values())
+    parts += [f"{exact} of them to less than {EXACT_MM:g} mm"] if exact else []
+    parts += [f"{heads} of them for the head's own motion"] if heads else []
+    parts += [f"{spare} of them spare"] if spare else []
+    return " · ".join([*parts, f"about {max(round(count * EACH_S / 60), 1)} min to place"])
 
 
 def take_words(fit: MotionFit) -> str:
@@ -69,19 +94,26 @@ def take_words(fit: MotionFit) -> str:
 
 @dataclass
 class MarkerPages:
-    """Draws the pages into a book; `add_page` begins one. `information` are at most two lines under each title."""
+    """Draws the pages into a book; `add_page` begins one. `placing` is the line under the title of every page, and
+    `table` are at most two lines under that of the table."""
 
     book: Booklet
     face: MarkedFace
-    information: HeadLine
+    placing: str
+    table: HeadLine
     last: Column
     dpi: int
     shown: set[str] = field(default_factory=set)
 
+    @cached_property
+    def placed(self) -> tuple[list[Placed], tuple[Landmark, ...]]:
+        """Every page of markers, and the markers on none of them."""
+        return place_all(self.face, self.book, dpi=self.dpi)
+
     @property
     def count(self) -> int:
         """How many pages there will be."""
-        return len(TITLES) + -(-len(self.face.landmarks) // rows_per_page(self.book))
+        return 2 * len(self.placed[0]) + -(-len(self.face.landmarks) // rows_per_page(self.book))
 
     @property
     def anchors(self) -> Anchors:
@@ -90,40 +122,80 @@ class MarkerPages:
 
     def draw(self, add_page: Callable[[str], None]) -> None:
         """Draw all marker pages into the book."""
-        for view in track(tuple(TITLES), "Drawing marker sheets"):
-            self._view(view, add_page)
+        pages, hidden = self.placed
+        number, of = Counter[str](), Counter(page.view.name for page in pages)
+        for page in track(pages, "Drawing marker sheets"):
+            number[page.view.name] += 1
+            parts = of[page.view.name]
+            part = f" {number[page.view.name]} OF {parts}" if parts > 1 else ""
+            slug = SLUGS[page.view] + (f"-{number[page.view.name]}" if parts > 1 else "")
+            add_page(slug)
+            self._page(page, TITLES[page.view] + part)
+            add_page(f"{slug}-mirror")
+            self._page(page.mirrored(self.book.paper.width), f"{TITLES[page.view]}{part} · MIRROR")
         landmarks, per_page = self.face.landmarks, rows_per_page(self.book)
         for n, first in enumerate(range(0, len(landmarks), per_page)):
             add_page("marker-table" if n == 0 else f"marker-table-{n + 1}")
             some = landmarks[first : first + per_page]
-            draw_table(self.book, some, landmarks, self.face.looks, self.anchors, self.information, self.last)
-            self._unseen([m.name for m in some if m.name not in self.shown])
+            draw_table(self.book, some, self.face, self.table, self.last)
+            self._unseen([m.name for m in some if m in hidden])
 
-    def _view(self, view: Viewpoint, add_page: Callable[[str], None]) -> None:
+    def _page(self, page: Placed, title: str) -> None:
         book, face = self.book, self.face
-        placed = place(face, view, book, dpi=self.dpi)
-        add_page(SLUGS[view])
-        draw_markers(book, placed, face.looks)
-        head_line(book, TITLES[view], self.information)
-        sides(book, HEADER_MM - 0.5, left_on_right=not view.mirrored)
-        y = book.paper.height - 27
-        size = "LIFE SIZE 1:1" if placed.scale == 1 else f"SCALE 1:{placed.scale:g}"
+        draw_markers(book, page, face)
+        head_line(book, title, (self.placing,))
+        sides(book, HEADER_MM - 0.5, left_on_right=not page.view.mirrored)
+        self._order(page)
+        y = book.paper.height - FOOT_MM
         check_bar(book, MARGIN_MM, y)
+        size = "LIFE SIZE 1:1" if page.scale == 1 else f"SCALE 1:{page.scale:g}"
         book.text(MARGIN_MM, y + 13.2, size, 15, bold=True)
-        counts = {region: sum(m.region == region for m in face.landmarks) for region in face.looks}
         x = MARGIN_MM + 66
-        legend(book, x, y + 1.2, book.paper.width - MARGIN_MM - x, face.looks, counts)
-        self.shown |= {landmark.name for landmark in placed.landmarks}
-        notes = ["hollow: a spare"] if any(m.role == "backup" for m in placed.landmarks) else []
-        if any(m.role == "head" for m in placed.landmarks):
+        wide = book.paper.width - MARGIN_MM - x
+        counts = Counter(m.region for m in page.landmarks)
+        legend(book, x, y + 1.2, wide, {name: look for name, look in face.looks.items() if counts[name]}, counts)
+        book.paragraph(x, y + 7.6, self._notes(page), 7.2, width=wide, lines=3, colour=SOFT)
+
+    def _order(self, page: Placed) -> None:
+        """In which order the dots of a page are placed, where there is room below the face."""
+        book, face, left = self.book, self.face, MARGIN_MM
+        below = page.corner[1] + page.picture.frame.height / page.scale
+        y = book.paper.height - FOOT_MM - ORDER_MM
+        if max(below, *(row.y + 5 for row in page.rows)) > y - 4:
+            return
+        exact = {name for name, ring in face.rings.items() if ring < EXACT_MM}
+        middle = [m.name for m in page.landmarks if m.side == "middle"]
+        near = [m.name for m in page.landmarks if m.name in exact and m.name not in middle]
+        rest = [m.name for m in page.landmarks if m.name not in middle and m.name not in near]
+        book.text(left, y, "PLACE IN THIS ORDER", 8, bold=True)
+        steps = {"the middle line": middle, f"those to less than {EXACT_MM:g} mm": near, "the others": rest}
+        for n, (what, names) in enumerate([(what, names) for what, names in steps.items() if names]):
+            words = f"{n + 1}  {what}: {', '.join(names)}"
+            book.text(left, y + 4.6 * (n + 1), words, 8, fit=book.paper.width - 2 * MARGIN_MM)
+
+    def _notes(self, page: Placed) -> str:
+        """What the signs on a page mean."""
+        points = sorted({(p.letter, p.name) for p, _ in page.crosses})
+        notes = (
+            ["Straight distances from the crosses: " + ", ".join(f"{a} {name}" for a, name in points)] if points else []
+        )
+        if any(m.name in self.face.rings for m in page.landmarks):
+            notes.append("the whole dot stays within its ring")
+        if any(m.role == "backup" for m in page.landmarks):
+            notes.append("hollow: a spare")
+        if any(m.role == "head" for m in page.landmarks):
             notes.append("H: for the head's own motion")
-        if any(m.region == UNNAMED for m in face.landmarks):
+        if any(m.region == UNNAMED for m in self.face.landmarks):
             notes.append("places have no names: eyes or mouth of the rig are not certain")
-        if len(placed.landmarks) < len(face.landmarks):
-            notes.append(f"{len(placed.landmarks)} of {len(face.landmarks)} markers are seen from here")
-        book.text(book.paper.width - MARGIN_MM, y + 13.2, "  ·  ".join(notes), 7.4, align="right", colour=SOFT)
+        rest = len(self.face.landmarks) - len(page.landmarks)
+        notes.append(
+            f"{len(page.landmarks)} of {len(self.face.landmarks)} dots are on this page"
+            if rest
+            else "all dots are on this page"
+        )
+        return " · ".join(notes)
 
     def _unseen(self, names: list[str]) -> None:
         if names:
-            book, text = self.book, f"Seen on none of the sheets, place by the table: {', '.join(names)}"
+            book, text = self.book, f"Hidden in every view, place by the table: {', '.join(names)}"
             book.text(MARGIN_MM, book.paper.height - 12, text, 8, bold=True, fit=book.paper.width - 2 * MARGIN_MM)

@@ -1,27 +1,27 @@
-"""The table behind the marker sheets: every marker with what can be measured on the actor, and boxes to tick.
+"""The table behind the marker sheets: every marker with what is measured on the actor, and boxes to tick.
 
-Distances are straight lines on the neutral, as callipers measure them, in millimetres.
+Distances are straight lines on the neutral, as callipers measure them, in millimetres; beside each stands its share of
+the distance between the pupils, for a face of another size.
 
 Letters: m landmarks.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
 
-from capture_plan.face.anchors import Anchors
 from capture_plan.layout.record import Landmark
 from capture_plan.sheets.furniture import HeadLine, head_line
+from capture_plan.sheets.markers import MarkedFace, point_words
 from capture_plan.sheets.page import MARGIN_MM, Booklet
-from capture_plan.sheets.style import FAINT, INK, SOFT, WASH, Look, Number
+from capture_plan.sheets.style import FAINT, INK, SOFT, WASH, Number
 
-TOP_MM, ROW_MM, BOTTOM_MM = 33.0, 5.3, 16.0
+TOP_MM, ROW_MM, BOTTOM_MM = 36.0, 5.3, 26.0
 TICKS = ("applied", "checked", "after lunch")
 # Left edge of each column, millimetres from the margin; the last three hold the boxes.
-COLUMNS = {"number": 5.0, "place": 17.0, "nose": 52.0, "chin": 66.0, "middle": 80.0, "next": 96.0, "last": 132.0}
-TICK_MM = 11.0
+COLUMNS = {"number": 5.0, "place": 17.0, "first": 50.0, "second": 75.0, "error": 100.0, "next": 117.0, "last": 135.0}
+TICK_MM = 12.5
 
 
 class Column(NamedTuple):
@@ -32,8 +32,12 @@ class Column(NamedTuple):
     cell: Callable[[Landmark], str]
 
 
-READS = Column("reads", 5.8, lambda landmark: landmark.stands_for)
 VERTEX = Column("vertex of the scan", 7.4, lambda landmark: f"{landmark.source_vertex:,}")
+
+
+def may_stand(rings: Mapping[str, float]) -> Column:
+    """How far a marker may stand from its place."""
+    return Column("may stand", 7.4, lambda m: f"{rings[m.name]:.1f} mm off" if m.name in rings else "")
 
 
 def rows_per_page(book: Booklet) -> int:
@@ -41,67 +45,74 @@ def rows_per_page(book: Booklet) -> int:
     return int((book.paper.height - TOP_MM - BOTTOM_MM) // ROW_MM)
 
 
-def draw_table(
-    book: Booklet,
-    landmarks: tuple[Landmark, ...],
-    every: tuple[Landmark, ...],
-    looks: dict[str, Look],
-    anchors: Anchors,
-    words: HeadLine,
-    last: Column,
-) -> None:
-    """The rows of `landmarks`, measured against `every` landmark, on the last page."""
+def draw_table(book: Booklet, landmarks: tuple[Landmark, ...], face: MarkedFace, words: HeadLine, last: Column) -> None:
+    """The rows of `landmarks`, measured on the whole face, on the last page."""
     head_line(book, "MARKER TABLE", words)
     left, right = MARGIN_MM, book.paper.width - MARGIN_MM
     ticks = right - TICK_MM * len(TICKS)
     y = TOP_MM - 3
-    heads = {"number": "marker", "place": "where", "nose": "nose tip", "chin": "chin", "middle": "middle"}
-    for key, text in (heads | {"next": "nearest markers", "last": last.title}).items():
+    heads = {"number": "dot", "place": "where", "first": "first distance", "second": "second distance"}
+    heads |= {"error": "if 1 mm off", "next": "nearest dot", "last": last.title}
+    for key, text in heads.items():
         book.text(left + COLUMNS[key], y, text, 7, bold=True)
+    units = {"first": "mm (of pupils)", "second": "mm (of pupils)", "error": "dot off, mm", "next": "mm"}
+    for key, text in units.items():
+        book.text(left + COLUMNS[key], y - 3.2, text, 7, colour=SOFT)
     for i, text in enumerate(TICKS):
-        book.text(ticks + TICK_MM * (i + 0.5), y, text, 6.2, bold=True, align="centre")
+        book.text(ticks + TICK_MM * (i + 0.5), y, text, 7, bold=True, align="centre")
     book.line((left, y + 1.6), (right, y + 1.6), width=0.3)
-    everywhere = np.array([m.position for m in every])
     for row, landmark in enumerate(landmarks):
-        _row(book, landmark, looks[landmark.region], TOP_MM + 2.4 + row * ROW_MM, ticks, row % 2 == 1, last)
-        place = np.array(landmark.position)
-        cells = _measured(landmark, place, every, everywhere, anchors)
-        for key, text in cells.items():
-            fit = {"next": COLUMNS["last"] - COLUMNS["next"] - 2, "middle": 15.0}.get(key, 13.0)
-            book.text(left + COLUMNS[key], TOP_MM + 2.4 + row * ROW_MM, text, 7.4, fit=fit, colour=INK)
-    y = TOP_MM + 2.4 + len(landmarks) * ROW_MM
-    note = "Distances in mm, straight as with callipers, on the neutral face. 'middle': sideways from the middle line."
-    book.text(left, min(y, book.paper.height - 13), note, 6.6, colour=SOFT, fit=right - left)
+        _row(book, landmark, face, TOP_MM + 2.4 + row * ROW_MM, ticks, row % 2 == 1, last)
+    _foot(book, face, min(TOP_MM + 3.4 + len(landmarks) * ROW_MM, book.paper.height - BOTTOM_MM + 3))
 
 
-def _row(book: Booklet, landmark: Landmark, look: Look, y: Number, ticks: float, shaded: bool, last: Column) -> None:
+def _row(
+    book: Booklet, landmark: Landmark, face: MarkedFace, y: Number, ticks: float, shaded: bool, last: Column
+) -> None:
     left, right = MARGIN_MM, book.paper.width - MARGIN_MM
     if shaded:
         book.box(left, y - 3.7, right - left, ROW_MM, fill=WASH, line=None)
-    book.marker(left + 2, y - 1.1, look, radius=1.2, hollow=landmark.role == "backup")
+    book.marker(left + 2, y - 1.1, face.looks[landmark.region], radius=1.2, hollow=landmark.role == "backup")
     book.text(left + COLUMNS["number"], y, landmark.name, 8.5, bold=True)
-    book.text(left + COLUMNS["place"], y, landmark.label, 7.8, fit=COLUMNS["nose"] - COLUMNS["place"] - 2)
+    book.text(left + COLUMNS["place"], y, landmark.label, 7.8, fit=COLUMNS["first"] - COLUMNS["place"] - 2)
+    for key, text in _measured(landmark, face).items():
+        book.text(left + COLUMNS[key], y, text, 7.6, fit=23.5 if key in ("first", "second") else 17.0)
     room = ticks - left - COLUMNS["last"] - 1.5
-    book.text(left + COLUMNS["last"], y, last.cell(landmark), last.size, fit=room, colour=SOFT)
+    book.text(left + COLUMNS["last"], y, last.cell(landmark), last.size, fit=room)
     for i in range(len(TICKS)):
         book.box(ticks + TICK_MM * (i + 0.5) - 1.8, y - 2.9, 3.6, 3.6, fill="#ffffff", line=INK, width=0.25)
     book.line((left, y + 1.6), (right, y + 1.6), width=0.1, colour=FAINT)
 
 
-def _measured(
-    landmark: Landmark,
-    place: Float[np.ndarray, " 3"],
-    every: tuple[Landmark, ...],
-    everywhere: Float[np.ndarray, "m 3"],
-    anchors: Anchors,
-) -> dict[str, str]:
-    apart = np.linalg.norm(everywhere - place, axis=1)
-    nearest = [i for i in np.argsort(apart, kind="stable").tolist() if every[i].name != landmark.name][:2]
-    sideways = place[0] - anchors.midline
-    side = "" if abs(sideways) < 0.05 else " left" if sideways > 0 else " right"
-    return {
-        "nose": f"{np.linalg.norm(place - anchors.nose_tip):.0f}",
-        "chin": f"{np.linalg.norm(place - anchors.chin):.0f}",
-        "middle": f"{abs(sideways):.0f}{side}",
-        "next": "   ".join(f"{every[i].name} {apart[i]:.1f}" for i in nearest),
-    }
+def _measured(landmark: Landmark, face: MarkedFace) -> dict[str, str]:
+    """The cells of a marker that hold distances."""
+    apart = np.linalg.norm(face.positions - landmark.position, axis=1)
+    others = [i for i in np.argsort(apart, kind="stable").tolist() if face.landmarks[i].name != landmark.name]
+    cells = {"next": f"{face.landmarks[others[0]].name} {apart[others[0]]:.1f}"} if others else {}
+    measure = face.measure(landmark)
+    if measure is None:
+        return cells
+    shares = [mm / face.anchors.pupils for mm in measure.mm]
+    said = [
+        f"{point_words(p, measure)} {mm:.0f} ({share:.2f})"
+        for p, mm, share in zip(measure.points, measure.mm, shares, strict=True)
+    ]
+    return cells | {"first": said[0], "second": said[1], "error": f"{measure.error_mm:.1f}"}
+
+
+def _foot(book: Booklet, face: MarkedFace, y: Number) -> None:
+    """What the columns mean, and the box for a face of another size."""
+    left, wide = MARGIN_MM, book.paper.width - 2 * MARGIN_MM
+    letters = ", ".join(dict.fromkeys(f"{p.letter} {p.name}" for p in face.tape))
+    note = "Straight distances on the relaxed face, as callipers measure them"
+    note += (
+        f", from {letters}. 'If 1 mm off': how far the dot goes if each distance is off by 1 mm." if letters else "."
+    )
+    y = book.paragraph(left, y, note, 7, width=wide, lines=2, colour=SOFT)
+    if not face.tape:
+        return
+    pupils = face.anchors.pupils
+    words = f"Actor's pupils, looking far ahead: ________ mm ÷ {pupils:.1f} mm = factor ________"
+    book.text(left, y + 5.2, words, 9, bold=True)
+    rest = "Multiply every distance by the factor, or the actor's own pupil distance by the shares in brackets."
+    book.text(left, y + 9.4, rest, 7, colour=SOFT, fit=wide)

@@ -1,100 +1,69 @@
-"""Marker sheets: where each marker goes on the actor's face, life size wherever the paper allows.
+"""Marker sheets: each marker once, on the page where it is seen best, its number beside it, life size.
 
-A sheet shows one view of the neutral with the markers that are seen in it, each with a leader line to its name in a
-column beside the head. Lengths are millimetres; page coordinates run from the top left corner, y down.
+A page shows one view of the neutral between brow and chin, cropped to what is needed, and beside it a row for each of
+its markers at about its height: number, place, and two distances to points that everybody finds on a face. Nothing
+leads from row to marker but the number. Lengths are millimetres; page coordinates run from the top left corner, y down.
 
-Letters: n markers seen in a view, s places for labels.
+Scale    one for all pages of a booklet: 1:1 wherever the face has room on the paper
+Crowd    where numbers or rows have no room, the page's markers are shared out from top to bottom over several
+
+Letters: n markers of a page.
 """
 
-from dataclasses import dataclass, replace
-from itertools import product
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from scipy.ndimage import minimum_filter
 
+from capture_plan.anatomy.zones import DOT_MM
 from capture_plan.errors import PlanError
 from capture_plan.face.anchors import Anchors
 from capture_plan.layout.record import Landmark
 from capture_plan.sheets.head import Posed
-from capture_plan.sheets.leaders import assign_anchors
+from capture_plan.sheets.number_places import NumberPlaces, place_numbers
 from capture_plan.sheets.page import MARGIN_MM, Align, Booklet
 from capture_plan.sheets.style import INK, SOFT, Look, Number
+from capture_plan.sheets.tape import Measure, TapePoint, measured_from
 from capture_plan.sheets.view import Picture, PictureFrame, Viewpoint, picture, pixels
+from capture_plan.sheets.which_page import VIEWS, page_of_each
 
-SCALES = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 8.0, 10.0, 20.0)  # head millimetres per page millimetre
+SCALES = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 8.0, 10.0, 20.0, 50.0)  # head millimetres per page millimetre
 HEADER_MM, FOOTER_MM = 31.0, 34.0
-MARKER_MM = 1.45  # radius on the page
-SQUEEZE, LONGEST_LEADER = 0.78, 0.52  # share of a label's width it can do with; of the page's width
-LONGEST_LABEL_MM, LEAST_ROOM_MM = 26.0, 9.0
-PROBE_DPI = 60  # of the quick picture that tells what is seen and where labels have room
+ROW_WIDTH_MM, ROW_MM, ROW_TOP_MM = 37.0, 7.2, 8.0
+SYMBOL_MM = 1.45  # least radius of a marker's shape on the page
+POINT_MM = 0.25  # radius of the dot in the middle of each shape: where the tip of the pen goes
+NUMBER_PT, SMALL_PT = 12, 7.0
+LETTER_HIGH = 0.72  # height of a capital over the size of its letters
+CROSS_MM = 1.3  # half of the cross at a point to measure from
+LETTER_MM = 1.6  # from the cross to the middle of its letter, sideways and in height
+PROBE_DPI = 60  # of the quick picture that tells what is seen
+SUNK_MM = 7.0  # a corner of an eye or of the mouth lies this deep in its fold
 SEEN_MM = 2.0  # a marker this much behind the surface in front of it is hidden
 GRAZING = 0.12  # least cosine between the skin's normal and the view; below it a dot is only a stroke
-BARE_MM, LEAST_NECK_MM = 35.0, 12.0  # shown above the highest and below the lowest marker
-NEAR_MM = 16.0  # room beside the outermost marker
-BELOW_MM, FADE_MM = 38.0, 22.0  # of neck shown below the lowest place that matters, and how long it fades
-
-
-class Area(NamedTuple):
-    """The part of the page that a view and its labels have."""
-
-    x: Number
-    y: Number
-    width: Number
-    height: Number
-
-
-class LabelStyle(NamedTuple):
-    """How a marker's number and name stand beside the head, the name left out at 0 pt; `least` and `most` are heights
-    from label to label."""
-
-    lines: int
-    number_pt: float
-    name_pt: float
-    least: float
-    most: float
-
-    def width(self, book: Booklet, landmark: Landmark) -> Number:
-        """Width of a marker's label on paper, millimetres."""
-        number = book.width(landmark.name, self.number_pt, bold=True)
-        if not self.name_pt:
-            return 1.2 + number
-        name = min(book.width(landmark.label, self.name_pt), LONGEST_LABEL_MM)
-        return 1.2 + (max(number, name) if self.lines == 2 else number + 1.2 + name)
-
-    def pitch(self, area: Area, n: int) -> float:
-        """Half as many places again as are needed, if there is room for them."""
-        return float(np.clip((area.height - 17) * 2 / max(1.5 * n, 1), self.least, self.most))
-
-    def draw(self, book: Booklet, landmark: Landmark, look: Look, x: float, y: float, room: float) -> None:
-        """Beside the end of the leader at (x, y), away from the head."""
-        on_left = x < book.paper.width / 2
-        align: Align = "right" if on_left else "left"
-        x += -0.8 if on_left else 0.8
-        down = 0.2 if self.lines == 2 else 0.9
-        wide = book.text(x, y + down, landmark.name, self.number_pt, bold=True, align=align, colour=look.colour)
-        if self.lines == 2:
-            book.text(x, y + 2.7, landmark.label, self.name_pt, align=align, colour=SOFT, fit=room - 0.8)
-        elif self.name_pt and room - wide > 4:
-            x += -(wide + 1.2) if on_left else wide + 1.2
-            book.text(x, y + 0.9, landmark.label, self.name_pt, align=align, colour=SOFT, fit=room - wide - 2)
-
-
-TWO_LINES = LabelStyle(2, 8.5, 6.2, 6.2, 8.0)
-ONE_LINE = LabelStyle(1, 7.0, 5.6, 2.6, 6.0)
-NUMBERS = LabelStyle(1, 5.2, 0, 1.9, 4.0)  # of so many markers that their names have no room: the table has these
+ABOVE_MM, BELOW_MM, BESIDE_MM = 25.0, 14.0, 13.0  # of the head shown around the markers of a page
+FADE_MM = 9.0
+SIDE_BLANK = 0.01  # what makes a picture fade at its sides too
 
 
 @dataclass(frozen=True, eq=False)
 class MarkedFace:
-    """What every marker sheet draws: the neutral in its pose, its landmarks, and the parts that stay clear."""
+    """What every marker sheet draws: the neutral in its pose and its landmarks.
+
+    `tape` are the points that places are measured from, `rings` how far a marker may stand from its place, millimetres,
+    by its name, and `dot_mm` the diameter of a marker.
+    """
 
     posed: Posed
     skin: Bool[np.ndarray, " v"]
     landmarks: tuple[Landmark, ...]
     looks: dict[str, Look]
     anchors: Anchors
+    tape: tuple[TapePoint, ...] = ()
+    rings: Mapping[str, float] = field(default_factory=dict)
+    dot_mm: float = DOT_MM
 
     @property
     def solid(self) -> Posed:
@@ -111,21 +80,53 @@ class MarkedFace:
         """Directions that the skin faces at the markers."""
         return self.posed.normals[[landmark.vertex for landmark in self.landmarks]]
 
+    def rim_mm(self, landmark: Landmark) -> float:
+        """Radius within which the whole dot lies wherever it may stand."""
+        return self.dot_mm / 2 + self.rings.get(landmark.name, 0.0)
+
+    def measure(self, landmark: Landmark) -> Measure | None:
+        """From where the place of a marker is measured."""
+        return measured_from(landmark, self.posed.normals[landmark.vertex], self.tape)
+
+
+class Row(NamedTuple):
+    """What is said of a marker beside the face: where its row begins and whether that is on the left."""
+
+    x: Number
+    y: Number
+    on_left: bool
+
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """One view on one page: the picture, the page place of its markers, and the room of their labels.
+    """One page: the picture and where it lies, its markers with their numbers and rows, points to measure from."""
 
-    A room is the place where its leader ends and how wide the label may be (x, y, width).
-    """
-
+    view: Viewpoint
     picture: Picture
     scale: Number
-    area: Area
-    style: LabelStyle
+    corner: tuple[float, float]
     landmarks: tuple[Landmark, ...]
     points: Float[np.ndarray, "n 2"]
-    rooms: Float[np.ndarray, "n 3"]
+    numbers: NumberPlaces
+    rows: tuple[Row, ...]
+    crosses: tuple[tuple[TapePoint, tuple[float, float]], ...]
+
+    def mirrored(self, width: Number) -> "Placed":
+        """The page as the make-up mirror shows the face, on paper of this width."""
+        turn = np.array([-1, 1])
+        frame = self.picture.frame
+        flipped = frame._replace(left=-frame.right, right=-frame.left)
+        wide = frame.width / self.scale
+        return replace(
+            self,
+            view=replace(self.view, mirrored=True),
+            picture=Picture(np.ascontiguousarray(self.picture.rgb[:, ::-1]), self.picture.z[:, ::-1], flipped),
+            corner=(width - self.corner[0] - wide, self.corner[1]),
+            points=self.points * turn + [width, 0],
+            numbers=NumberPlaces(self.numbers.middle * turn + [width, 0], self.numbers.ticks * turn + [width, 0]),
+            rows=tuple(Row(width - row.x, row.y, not row.on_left) for row in self.rows),
+            crosses=tuple((point, (width - x, y)) for point, (x, y) in self.crosses),
+        )
 
 
 def seen(face: MarkedFace, view: Viewpoint, shown: Picture) -> Bool[np.ndarray, " n"]:
@@ -137,136 +138,257 @@ def unhidden(
     positions: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], view: Viewpoint, shown: Picture
 ) -> Bool[np.ndarray, " n"]:
     """Which points of the skin face the viewer of a picture with nothing in front of them."""
-    places = view.project(positions)
+    return in_front(view.project(positions), shown) & (view.project(normals)[:, 2] > GRAZING)
+
+
+def in_front(places: Float[np.ndarray, "n 3"], shown: Picture, *, deep: float = SEEN_MM) -> Bool[np.ndarray, " n"]:
+    """Which places of view space a picture shows with nothing in front of them but what is no deeper, millimetres."""
     pixel = np.floor(shown.pixel(places)).astype(int)
     height, width = shown.z.shape
     inside = (pixel >= 0).all(axis=1) & (pixel[:, 0] < width) & (pixel[:, 1] < height)
     column, row = np.clip(pixel, 0, [width - 1, height - 1]).T
-    facing = view.project(normals)[:, 2] > GRAZING
     # the skin of a nose's wing goes back by millimetres within a pixel: what lies behind it lies behind all around it
     front = minimum_filter(np.where(np.isfinite(shown.z), shown.z, -np.inf), size=3)
-    return inside & facing & (places[:, 2] > front[row, column] - SEEN_MM)
+    return inside & (places[:, 2] > front[row, column] - deep)
 
 
-def place(face: MarkedFace, view: Viewpoint, book: Booklet, *, dpi: Number) -> Placed:
-    """The largest scale at which the head and its labels fit on the page, and every label's place."""
-    area = Area(MARGIN_MM, HEADER_MM, book.paper.width - 2 * MARGIN_MM, book.paper.height - HEADER_MM - FOOTER_MM)
-    named, bare = product(SCALES, (TWO_LINES, ONE_LINE)), product(SCALES, (NUMBERS,))
-    for scale, style in (*named, *bare):
-        widths = {m.name: style.width(book, m) for m in face.landmarks}
-        column = max(widths.values(), default=0.0)
-        frame = _frame(face, view, area.width * scale, area.height * scale, column * scale)
-        if frame is None:
-            continue
-        probe = picture(face.solid, view, frame, size_px=pixels(frame.width / scale, frame.height / scale, PROBE_DPI))
-        visible = seen(face, view, probe)
-        landmarks = tuple(m for m, there in zip(face.landmarks, visible.tolist(), strict=True) if there)
-        rooms = _free_rooms(probe, scale, area, column, style.pitch(area, len(landmarks)))
-        if len(rooms) < len(landmarks):
-            continue
-        points = _on_page(view.project(face.positions[visible]), frame, scale, area)
-        labels = np.array([widths[m.name] for m in landmarks])
-        chosen = assign_anchors(points, rooms[:, :2], _clear(face, view, frame, scale, area), labels, rooms[:, 2])
-        if scale < SCALES[-1] and not _readable(points, rooms[chosen], labels, area):
-            continue
-        shown = picture(face.posed, view, frame, size_px=pixels(frame.width / scale, frame.height / scale, dpi))
-        return Placed(shown, scale, area, style, landmarks, points, rooms[chosen])
-    raise PlanError(f"{len(face.landmarks)} markers do not fit on {book.paper.name} paper: plan fewer landmarks")
+def views_of(face: MarkedFace) -> tuple[Int[np.ndarray, " n"], Bool[np.ndarray, "w n"]]:
+    """The view of each marker, an index into `VIEWS` or -1, and in which views each is seen."""
+    shown = [seen(face, view, _probe(face, view)) for view in VIEWS]
+    return page_of_each(face.normals, np.stack(shown)), np.stack(shown)
 
 
-def draw_markers(book: Booklet, placed: Placed, looks: dict[str, Look]) -> None:
-    """The head, leaders, markers, and labels on the last page."""
-    frame = placed.picture.frame
-    book.image(
-        placed.picture.rgb, placed.area.x, placed.area.y, frame.width / placed.scale, frame.height / placed.scale
-    )
-    ends = placed.rooms[:, :2]
-    for point, end in zip(placed.points, ends, strict=True):
-        book.line(point, end, width=0.7, colour="#ffffff")
-    for point, end in zip(placed.points, ends, strict=True):
-        book.line(point, end, width=0.16, colour=INK)
-    for landmark, point, (x, y, room) in zip(placed.landmarks, placed.points, placed.rooms.tolist(), strict=True):
-        look = looks[landmark.region]
-        book.marker(float(point[0]), float(point[1]), look, radius=MARKER_MM, hollow=landmark.role == "backup")
-        placed.style.draw(book, landmark, look, float(x), float(y), float(room))
+def _probe(face: MarkedFace, view: Viewpoint) -> Picture:
+    """A quick picture of all that faces the viewer near the markers."""
+    places = view.project(face.positions)
+    low, high = places[:, :2].min(axis=0) - BESIDE_MM, places[:, :2].max(axis=0) + BESIDE_MM
+    frame = PictureFrame(float(low[0]), float(high[0]), float(low[1]), float(high[1]))
+    size = pixels(min(frame.width, 600.0), min(frame.height, 600.0), PROBE_DPI)
+    return picture(face.solid, view, frame, size_px=(max(size[0], 8), max(size[1], 8)))
 
 
-def _readable(
-    points: Float[np.ndarray, "n 2"], rooms: Float[np.ndarray, "n 3"], labels: Float[np.ndarray, " n"], area: Area
-) -> bool:
-    """No name has to be cut short, and no leader runs across much more than half the page."""
-    length = np.linalg.norm(points - rooms[:, :2], axis=1)
-    return bool((rooms[:, 2] >= SQUEEZE * labels).all() and (length < LONGEST_LEADER * area.width).all())
+def place_all(face: MarkedFace, book: Booklet, *, dpi: Number) -> tuple[list[Placed], tuple[Landmark, ...]]:
+    """Every page of markers, all of one scale, and the markers that no view shows.
+
+    Raises:
+        PlanError: the markers do not fit on the paper.
+    """
+    of_each, _ = views_of(face)
+    groups = [(view, np.flatnonzero(of_each == w)) for w, view in enumerate(VIEWS) if (of_each == w).any()]
+    scale = max((_scale(face, view, at, book) for view, at in groups), default=1.0)
+    pages = [page for view, at in groups for page in _pages(face, view, at, book, scale, dpi)]
+    return pages, tuple(face.landmarks[n] for n in np.flatnonzero(of_each < 0))
 
 
-def _frame(face: MarkedFace, view: Viewpoint, width: Number, height: Number, column: Number) -> PictureFrame | None:
-    """The part of view space a picture of this size shows, or nothing where the face does not fit."""
-    head = view.project(face.posed.vertices[face.skin])
+def _scale(face: MarkedFace, view: Viewpoint, at: Int[np.ndarray, " n"], book: Booklet) -> float:
+    """The largest scale at which the page's part of the face has room between the rows."""
+    wide, high = _room(book)
+    frame = _needed(face, view, at)
+    for scale in SCALES:
+        if frame.width <= wide * scale and frame.height <= high * scale:
+            return scale
+    raise PlanError(f"{len(face.landmarks)} markers do not fit on {book.paper.name} paper: take a larger paper")
+
+
+def _room(book: Booklet) -> tuple[float, float]:
+    """Width and height of the picture, millimetres of paper."""
+    wide = book.paper.width - 2 * (MARGIN_MM + ROW_WIDTH_MM)
+    return float(wide), float(book.paper.height - HEADER_MM - FOOTER_MM - ROW_TOP_MM)
+
+
+def _needed(face: MarkedFace, view: Viewpoint, at: Int[np.ndarray, " n"]) -> PictureFrame:
+    """The part of view space that holds the page's markers with the face around them."""
+    places = view.project(face.positions[at])
+    low, high = places[:, :2].min(axis=0), places[:, :2].max(axis=0)
+    bottom, top = float(low[1]) - BELOW_MM, float(high[1]) + BESIDE_MM
+    return PictureFrame(float(low[0]) - BESIDE_MM, float(high[0]) + BESIDE_MM, bottom, top)
+
+
+def _frame(face: MarkedFace, view: Viewpoint, at: Int[np.ndarray, " n"], wide: float, high: float) -> PictureFrame:
+    """What a page shows of view space: its markers, from brow to chin where there is room, as wide as there is room."""
+    need, a = _needed(face, view, at), face.anchors
+    features = np.stack([a.eye_left, a.eye_right, a.mouth, a.chin, a.nose_tip])
     marks = view.project(face.positions)
-    facing_up = view.project(face.posed.normals[face.skin])[:, 2]
-    middle, unit = float(view.project(face.anchors.chin[None])[0, 0]), face.anchors.pupils
-    top = head[:, 1].max() + 2
-    low = min(marks[:, 1].min(), float(view.project(face.anchors.chin[None])[0, 1]))
-    crown = min(max(marks[:, 1].max() + BARE_MM, float(face.anchors.eye_left[1]) + unit), top)
-    cut = top > low - LEAST_NECK_MM + height  # the crown bears no markers and may fade away
-    top = min(top, low - LEAST_NECK_MM + height)
-    if top < crown:
-        return None
-    front = head[(np.abs(head[:, 0] - middle) < 0.3 * unit) & (head[:, 1] < low) & (facing_up > GRAZING)]
-    neck_end = front[:, 1].min() if len(front) else low
-    bottom = max(top - height, low - BELOW_MM, min(neck_end, low - 6))
-    on = head[head[:, 1] > bottom + FADE_MM / 2]
-    towards = view.project(face.normals)[:, 2] > GRAZING
-    facing = marks[towards] if towards.any() else marks
-    left, right = on[:, 0].min(), on[:, 0].max()
-    need_left, need_right = facing[:, 0].min() - 4, facing[:, 0].max() + 4
-    start, blank_left, blank_right = (left + right - width) / 2, 0.0, 0.0
-    if view.azimuth > 0:  # the profile keeps a column for labels, the back of the head gives way to another
-        start = left - max(column, (width - (right - left)) / 2)
-        blank_right = column if right + column > start + width else 0.0
-    elif view.azimuth < 0:
-        start = right + max(column, (width - (right - left)) / 2) - width
-        blank_left = column if left - column < start else 0.0
-    if need_left - start < NEAR_MM + blank_left or start + width - need_right < NEAR_MM + blank_right:
-        return None
-    return PictureFrame(start, start + width, bottom, top, FADE_MM, blank_left, blank_right, FADE_MM if cut else 0.0)
+    y = view.project(features)[:, 1]
+    skin = view.project(face.posed.vertices[face.skin])
+    top = min(max(need.top, float(max(y.max(), marks[:, 1].max())) + ABOVE_MM), need.bottom + high)
+    top = max(min(top, float(skin[:, 1].max()) + 2), need.top)
+    bottom = max(min(need.bottom, float(y.min()) - BELOW_MM), top - high)
+    middle = float(view.project(features)[:, 0].mean()) if view.azimuth == 0 else (need.left + need.right) / 2
+    middle = float(np.clip(middle, need.right - wide / 2, need.left + wide / 2))
+    return PictureFrame(middle - wide / 2, middle + wide / 2, bottom, top, FADE_MM, SIDE_BLANK, SIDE_BLANK, FADE_MM)
+
+
+def _pages(
+    face: MarkedFace, view: Viewpoint, at: Int[np.ndarray, " n"], book: Booklet, scale: float, dpi: Number
+) -> list[Placed]:
+    """The page of a view, or two or more where its markers are too many for one."""
+    wide, high = _room(book)
+    frame = _frame(face, view, at, wide * scale, high * scale)
+    corner = (float(MARGIN_MM + ROW_WIDTH_MM), HEADER_MM + ROW_TOP_MM)
+    points = _on_page(view.project(face.positions[at]), frame, scale, corner)
+    rows = _rows(points[:, 0], points[:, 1], book)
+    crosses = _crosses(face, view, at, frame, scale, corner)
+    sizes = np.array([_number_size(book, face.landmarks[n]) for n in at]).reshape(-1, 2)
+    held = np.array([_cross_box(x, y) for _, (x, y) in crosses]).reshape(-1, 4)
+    edges = (corner[0], corner[1], corner[0] + wide, corner[1] + frame.height / scale)
+    rims = np.array([face.rim_mm(face.landmarks[n]) for n in at]) / scale
+    crowded = np.full(len(at), face.dot_mm / 2 / scale)
+    numbers = None
+    for radii in (rims, crowded) if rows else ():  # numbers may lie on a ring, where there is no other place
+        numbers = numbers or place_numbers(points, sizes, np.maximum(radii, SYMBOL_MM), held, edges)
+    if numbers is None and len(at) > 1:
+        order = at[np.argsort(-view.project(face.positions[at])[:, 1], kind="stable")]
+        halves = (order[: len(order) // 2], order[len(order) // 2 :])
+        return [page for half in halves for page in _pages(face, view, np.sort(half), book, scale, dpi)]
+    if numbers is None or rows is None:
+        raise PlanError(f"a marker's number has no room on {book.paper.name} paper: take a larger paper")
+    shown = picture(face.posed, view, frame, size_px=pixels(wide, frame.height / scale, dpi))
+    landmarks = tuple(face.landmarks[n] for n in at)
+    return [Placed(view, shown, scale, corner, landmarks, points, numbers, rows, crosses)]
+
+
+def _number_size(book: Booklet, landmark: Landmark) -> tuple[float, float]:
+    """Width and height of a marker's number on paper, millimetres."""
+    high = NUMBER_PT * 25.4 / 72 * LETTER_HIGH
+    return float(book.width(landmark.name, NUMBER_PT, bold=True)) + 0.5, high + 0.5
+
+
+def _cross_box(x: float, y: float) -> tuple[float, float, float, float]:
+    """What a cross and its letter take, wherever that stands: middle, half width and half height."""
+    return x, y, LETTER_MM + 0.8, LETTER_MM + 0.8
+
+
+def _crosses(
+    face: MarkedFace,
+    view: Viewpoint,
+    at: Int[np.ndarray, " n"],
+    frame: PictureFrame,
+    scale: float,
+    corner: tuple[float, float],
+) -> tuple[tuple[TapePoint, tuple[float, float]], ...]:
+    """The points that this page's markers are measured from, where the picture shows them, with their places on it."""
+    measures = [face.measure(face.landmarks[n]) for n in at]
+    used = list(dict.fromkeys(p for measure in measures if measure for p in measure.points))
+    if not used:
+        return ()
+    places = view.project(np.array([p.position for p in used]))
+    size = pixels(min(frame.width, 600.0), min(frame.height, 600.0), PROBE_DPI)
+    shown = in_front(places, picture(face.solid, view, frame, size_px=size), deep=SUNK_MM)
+    on_page = _on_page(places, frame, scale, corner).tolist()
+    return tuple((used[i], (on_page[i][0], on_page[i][1])) for i in np.flatnonzero(shown))
+
+
+def _rows(x: Float[np.ndarray, " n"], y: Float[np.ndarray, " n"], book: Booklet) -> tuple[Row, ...] | None:
+    """A row for each marker beside the face, near its height and on its side; None where they have no room."""
+    top, bottom = HEADER_MM + ROW_TOP_MM + 2.0, book.paper.height - FOOTER_MM - ROW_MM + 3.0
+    room = int((bottom - top) // ROW_MM) + 1
+    middle = book.paper.width / 2
+    left = x < middle - 0.5
+    for n in np.flatnonzero(np.abs(x - middle) <= 0.5)[np.argsort(y[np.abs(x - middle) <= 0.5], kind="stable")]:
+        left[n] = 2 * left.sum() < len(x)
+    for side in (True, False):  # what has no room on its side goes to the other, those of the middle first
+        while (left == side).sum() > room:
+            here = np.flatnonzero(left == side)
+            left[here[np.abs(x[here] - middle).argmin()]] = not side
+            if (left != side).sum() > room:
+                return None
+    ends = np.zeros(len(x))
+    for side in (True, False):
+        here = np.flatnonzero(left == side)
+        here = here[np.argsort(y[here], kind="stable")]
+        ends[here] = _spread(y[here], top, bottom)
+    right = book.paper.width - MARGIN_MM
+    return tuple(
+        Row(MARGIN_MM if on_left else right, float(end), bool(on_left)) for on_left, end in zip(left, ends, strict=True)
+    )
+
+
+def _spread(y: Float[np.ndarray, " m"], top: float, bottom: float) -> Float[np.ndarray, " m"]:
+    """Heights ROW_MM apart, in the same order and between top and bottom, with the least sum of squared moves."""
+    offset = ROW_MM * np.arange(len(y))
+    blocks: list[tuple[float, int]] = []  # means of neighbours that would be too close
+    for value in (y - offset).tolist():
+        mean, count = value, 1
+        while blocks and blocks[-1][0] > mean:
+            other, more = blocks.pop()
+            mean, count = (mean * count + other * more) / (count + more), count + more
+        blocks.append((mean, count))
+    level = np.concatenate([np.full(count, mean) for mean, count in blocks]) if blocks else np.zeros(0)
+    return np.clip(level, top, bottom - offset[-1] if len(y) else bottom) + offset
+
+
+def draw_markers(book: Booklet, placed: Placed, face: MarkedFace) -> None:
+    """The head, the markers with their numbers and rings, the points to measure from, and the rows."""
+    frame, scale = placed.picture.frame, placed.scale
+    book.image(placed.picture.rgb, *placed.corner, frame.width / scale, frame.height / scale)
+    for point, (x, y) in placed.crosses:
+        _draw_cross(book, point, x, y, placed.points)
+    for start, end in placed.numbers.ticks:
+        if (start != end).any():
+            book.line(start, end, width=0.9, colour="#ffffff")
+            book.line(start, end, width=0.25, colour=INK)
+    radius = max(SYMBOL_MM, face.dot_mm / 2 / scale)
+    for landmark, (x, y), (at_x, at_y) in zip(
+        placed.landmarks, placed.points.tolist(), placed.numbers.middle.tolist(), strict=True
+    ):
+        look, hollow = face.looks[landmark.region], landmark.role == "backup"
+        if landmark.name in face.rings:
+            book.ring(x, y, face.rim_mm(landmark) / scale, colour=look.colour)
+        book.marker(x, y, look, radius=radius * 0.95, hollow=hollow)
+        book.ring(x, y, POINT_MM, colour=INK if hollow else "#ffffff", filled=True)
+        high = NUMBER_PT * 25.4 / 72 * LETTER_HIGH
+        colour = look.colour
+        book.text(
+            at_x, at_y + high / 2, landmark.name, NUMBER_PT, bold=True, align="centre", colour=colour, halo="#ffffff"
+        )
+    for landmark, row in zip(placed.landmarks, placed.rows, strict=True):
+        _draw_row(book, landmark, row, face)
+
+
+def _draw_cross(book: Booklet, point: TapePoint, x: float, y: float, marks: Float[np.ndarray, "n 2"]) -> None:
+    """A cross, its letter in the quarter that is furthest from every marker."""
+    for width, colour in ((0.8, "#ffffff"), (0.25, INK)):
+        book.line((x - CROSS_MM, y), (x + CROSS_MM, y), width=width, colour=colour)
+        book.line((x, y - CROSS_MM), (x, y + CROSS_MM), width=width, colour=colour)
+    quarters = np.array([x, y]) + LETTER_MM * np.array([(1, -1), (-1, -1), (1, 1), (-1, 1)])
+    free = np.linalg.norm(marks[None] - quarters[:, None], axis=2).min(axis=1, initial=np.inf)
+    at_x, at_y = quarters[free.argmax()].tolist()
+    book.text(at_x, at_y + 0.9, point.letter, 9, align="centre", colour=INK, halo="#ffffff")
+
+
+def _draw_row(book: Booklet, landmark: Landmark, row: Row, face: MarkedFace) -> None:
+    """Number and place, and below it the two distances."""
+    look, align = face.looks[landmark.region], "left" if row.on_left else "right"
+    aligned: Align = align
+    away, room = (1, ROW_WIDTH_MM - 1) if row.on_left else (-1, ROW_WIDTH_MM - 1)
+    wide = book.text(row.x, row.y, landmark.name, 9, bold=True, align=aligned, colour=look.colour)
+    book.text(
+        row.x + away * (wide + 1.4), row.y, landmark.label, SMALL_PT, align=aligned, colour=INK, fit=room - wide - 2
+    )
+    book.text(row.x, row.y + 3.1, measure_words(face.measure(landmark)), 7.6, align=aligned, colour=SOFT, fit=room)
+
+
+def measure_words(measure: Measure | None) -> str:
+    """'a 23 mm · d 41 mm'; nothing where it cannot be measured."""
+    if measure is None:
+        return ""
+    return " · ".join(
+        f"{point_words(p, measure)} {mm:.0f} mm" for p, mm in zip(measure.points, measure.mm, strict=True)
+    )
+
+
+def point_words(point: TapePoint, measure: Measure) -> str:
+    """The letter of a point, with its side where both sides are measured from."""
+    both = len({p.side for p in measure.points} - {"middle"}) > 1 or (
+        point.side != "middle" and measure.points[0].letter == measure.points[1].letter
+    )
+    return f"{point.letter} {point.side}" if both else point.letter
 
 
 def _on_page(
-    places: Float[np.ndarray, "n 3"], frame: PictureFrame, scale: Number, area: Area
+    places: Float[np.ndarray, "n 3"], frame: PictureFrame, scale: Number, corner: tuple[float, float]
 ) -> Float[np.ndarray, "n 2"]:
-    x = area.x + (places[:, 0] - frame.left) / scale
-    y = area.y + (frame.top - places[:, 1]) / scale
+    x = corner[0] + (places[:, 0] - frame.left) / scale
+    y = corner[1] + (frame.top - places[:, 1]) / scale
     return np.stack([x, y], axis=1)
-
-
-def _free_rooms(probe: Picture, scale: float, area: Area, column: float, pitch: float) -> Float[np.ndarray, "s 3"]:
-    """Rooms for labels along both edges, `pitch` apart, as wide as the head drawn beside them leaves free."""
-    drawn = (probe.rgb.min(axis=2) < 246) & np.isfinite(probe.z)
-    per_mm, least = probe.z.shape[1] / area.width, min(LEAST_ROOM_MM, column)
-    rooms = []
-    for row in np.arange(area.y + 13, area.y + area.height - 4, pitch):
-        rows = slice(
-            max(int((row - area.y - min(pitch / 2, 3.4)) * per_mm), 0),
-            int((row - area.y + min(pitch / 2, 3.6)) * per_mm),
-        )
-        columns = np.flatnonzero(drawn[rows].any(axis=0))
-        free = (columns[0], drawn.shape[1] - columns[-1]) if len(columns) else (drawn.shape[1],) * 2
-        left, right = (min(column, edge / per_mm - 1.5) for edge in free)
-        if left >= least:
-            rooms.append((area.x + left, row, left))
-        if right >= least:
-            rooms.append((area.x + area.width - right, row, right))
-    return np.array(rooms).reshape(-1, 3)
-
-
-def _clear(
-    face: MarkedFace, view: Viewpoint, frame: PictureFrame, scale: Number, area: Area
-) -> Float[np.ndarray, "d 4"]:
-    """Ellipses on the page around the openings of the eyes and of the mouth."""
-    a = face.anchors
-    eye, mouth = 0.24 * a.pupils / scale, float(np.linalg.norm(a.corner_left - a.corner_right)) / 2 / scale
-    squeeze = np.cos(np.radians(view.azimuth))
-    centres = _on_page(view.project(np.stack([a.eye_left, a.eye_right, a.mouth])), frame, scale, area)
-    half = np.array([[eye * squeeze, eye * 0.5], [eye * squeeze, eye * 0.5], [mouth * squeeze, mouth * 0.35]])
-    return np.concatenate([centres, half], axis=1)

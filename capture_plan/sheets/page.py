@@ -24,6 +24,8 @@ JPEG_QUALITY = 92  # no block is seen at 300 dpi on clay; a page of pictures sta
 POINT_MM = 25.4 / 72
 DRAFT, DRAFT_PT, DRAFT_TURN = "DRAFT", 170, 52  # points and degrees: from corner to corner of either paper
 DRAFT_INK, DRAFT_OPACITY = "#b3261e", 0.2  # what lies below is still read
+LEAST_PT = 7.0  # of any letter on paper
+HALO_MM = 0.9  # of white around letters on a picture, both sides together
 MARGIN_MM = 8.0  # what common printers leave white, and a little
 
 
@@ -35,14 +37,18 @@ class PaperSize(NamedTuple):
     height: Number
 
 
-PAPERS = {"a4": PaperSize("a4", 210.0, 297.0), "letter": PaperSize("letter", 215.9, 279.4)}
+PAPERS = {
+    "a4": PaperSize("a4", 210.0, 297.0),
+    "letter": PaperSize("letter", 215.9, 279.4),
+    "a3": PaperSize("a3", 297.0, 420.0),
+}
 
 
 def paper(name: str) -> PaperSize:
-    """The paper of this name, 'a4' or 'letter'."""
-    if name not in PAPERS:
+    """The paper of this name, 'a4', 'letter' or 'a3', in capitals or not."""
+    if name.lower() not in PAPERS:
         raise PlanError(f"paper '{name}' is not known: choose one of {', '.join(PAPERS)}")
-    return PAPERS[name]
+    return PAPERS[name.lower()]
 
 
 class Booklet:
@@ -104,9 +110,11 @@ class Booklet:
         align: Align = "left",
         colour: str = INK,
         fit: Number | None = None,
+        halo: str = "",
     ) -> Number:
-        """One line with its baseline at y; smaller, then cut short, where it is wider than `fit`. Returns its width."""
-        text = self._printable(text)
+        """One line with its baseline at y, no letter below LEAST_PT; smaller, then cut short, where it is wider than
+        `fit`. A `halo` of that colour lies behind letters on a picture. Returns its width."""
+        text, size = self._printable(text), max(size, LEAST_PT)
         if fit is not None:
             text, size = self._fitted(text, size, bold, fit)
         width = self.width(text, size, bold=bold)
@@ -114,6 +122,11 @@ class Booklet:
         x -= {"left": 0, "centre": width / 2, "right": width}[align]
         for face, letters in font_runs(text):
             advance = self._run_width(face, letters, size, bold)
+            if halo:
+                with self._pdf.local_context(text_mode="STROKE", line_width=HALO_MM):
+                    self._pdf.set_draw_color(*rgb(halo))
+                    self._pdf.text(x, y, letters)
+                self._pdf.set_text_color(*rgb(colour))
             self._pdf.text(x, y, letters)
             x += advance
         return width
@@ -132,8 +145,8 @@ class Booklet:
     ) -> Number:
         """Words broken into at most `lines` lines, smaller where they need more; returns the y below the last one."""
         broken = self.broken(text, size, width=width, bold=bold)
-        while len(broken) > lines and size > 5:
-            size *= 0.94
+        while len(broken) > lines and size > LEAST_PT:
+            size = max(0.94 * size, LEAST_PT)
             broken = self.broken(text, size, width=width, bold=bold)
         if len(broken) > lines:
             broken = [*broken[: lines - 1], broken[lines - 1] + " …"]
@@ -196,6 +209,11 @@ class Booklet:
         self.polygon(corners, fill="#ffffff", line="#ffffff", width=0.75)
         self.polygon(corners, fill="#ffffff" if hollow else look.colour, line=look.colour, width=0.4 if hollow else 0.1)
 
+    def ring(self, x: Number, y: Number, radius: Number, *, colour: str, filled: bool = False) -> None:
+        """A circle around a place: a thin line, or a filled dot."""
+        self._stroke(colour if filled else None, None if filled else colour, 0.18)
+        self._pdf.circle(x, y, radius, style="F" if filled else "D")
+
     def image(self, pixels: UInt8[np.ndarray, "p q 3"], x: Number, y: Number, w: Number, h: Number) -> None:
         """Place a picture on the page, millimetres."""
         file = io.BytesIO()
@@ -214,7 +232,7 @@ class Booklet:
         wide = self.width(text, size, bold=bold)
         if wide <= fit:
             return text, size
-        size = max(size * fit / wide, size * 0.72)
+        size = max(size * fit / wide, size * 0.72, LEAST_PT)
         while len(text) > 1 and self.width(text, size, bold=bold) > fit:
             text = text.rstrip("…")[:-1] + "…"
         return text, size

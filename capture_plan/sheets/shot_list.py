@@ -8,11 +8,12 @@ from capture_plan.sheets.furniture import head_line
 from capture_plan.sheets.page import MARGIN_MM, Booklet
 from capture_plan.sheets.style import ACCENT, FAINT, INK, SOFT, WASH, Number
 
-TOP_MM, BOTTOM_MM = 34.0, 16.0
+TOP_MM, BOTTOM_MM = 34.0, 26.0
 TALL_MM, FLAT_MM, STOP_MM = 9.8, 6.6, 6.4  # an expression has two lines; the line that says where to stop
 # Left edge of each column, millimetres from the margin.
 COLUMNS = {"slate": 1.5, "name": 11.0, "words": 23.0, "hard": 123.0, "hold": 140.0, "clock": 149.0, "covered": 161.0}
-WORDS_PT = 7.6
+WORDS_PT, LINE_MM = 7.6, 3.2
+WORDS_MM, FAR_MM = (COLUMNS[key] - COLUMNS["words"] - 3 for key in ("hard", "hold"))
 TICKS = ("pass", "retake")
 TICK_MM = 10.0
 LEVELS = 5
@@ -24,18 +25,28 @@ def paged(book: Booklet, of: Session) -> list[list[Item]]:
     pages: list[list[Item]] = [[]]
     used = 0.0
     for item in of.items:
-        if used + height(item, of) > room:
+        if used + height(book, item, of) > room:
             pages.append([])
             used = 0.0
         pages[-1].append(item)
-        used += height(item, of)
+        used += height(book, item, of)
     return pages
 
 
-def height(item: Item, of: Session) -> float:
+def height(book: Booklet, item: Item, of: Session) -> float:
     """Of a row with what is drawn below it."""
-    tall = TALL_MM if item.kind == "expression" else FLAT_MM
-    return tall + (STOP_MM if item.name == stop_below(of) else 0.0)
+    return row_height(book, item) + (STOP_MM if item.name == stop_below(of) else 0.0)
+
+
+def row_height(book: Booklet, item: Item) -> float:
+    """As many lines as its sentence takes."""
+    least, lines = (TALL_MM if item.kind == "expression" else FLAT_MM), len(_words(book, item))
+    return max(least, LINE_MM * lines + 2.6)
+
+
+def _words(book: Booklet, item: Item) -> list[str]:
+    """The lines of a sentence, which reaches further where no difficulty stands beside it."""
+    return book.broken(item.sentence, WORDS_PT, width=WORDS_MM if item.kind == "expression" else FAR_MM)
 
 
 def draw_shot_list(
@@ -48,7 +59,7 @@ def draw_shot_list(
     left, right = MARGIN_MM, book.paper.width - MARGIN_MM
     y = TOP_MM - 4
     heads = {"slate": "slate", "name": "name", "words": "what the actor is told", "hard": "difficulty"}
-    for key, text in (heads | {"hold": "hold", "clock": "clock", "covered": "covered"}).items():
+    for key, text in (heads | {"hold": "hold", "clock": "clock, min", "covered": "covered"}).items():
         book.text(left + COLUMNS[key], y, text, 6.8, bold=True)
     ticks = right - TICK_MM * len(TICKS)
     for i, text in enumerate(TICKS):
@@ -57,18 +68,19 @@ def draw_shot_list(
     y = TOP_MM - 2
     for item in items:
         _row(book, item, y, ticks)
-        below = y + (TALL_MM if item.kind == "expression" else FLAT_MM)
+        below = y + row_height(book, item)
         if item.name == stop_below(of):
             _stop(book, of.stop, below)
-        y += height(item, of)
+        y += height(book, item, of)
     note = "Clock: minutes from the start, all times are our assumptions. Difficulty 1 to 5. Sides are the actor's own."
-    foot = min(y + 4, book.paper.height - (18 if apart and near else 14.5 if apart or near else 12))
-    book.text(left, foot, note, 6.6, colour=SOFT, fit=right - left)
-    if apart and items[-1:] == list(of.items[-1:]):
+    foot = min(y + 1, book.paper.height - BOTTOM_MM + 3)
+    foot = book.paragraph(left, foot, note, 7, width=right - left, lines=1, colour=SOFT)
+    last = items[-1:] == list(of.items[-1:])
+    if apart and last:
         message = ". ".join(f"{heading} ({names.count(', ') + 1}): {names}" for heading, names, _ in apart)
-        book.text(left, foot + 3.2, f"Planned apart. {message}", 6.6, colour=SOFT, fit=right - left)
-    if near and items[-1:] == list(of.items[-1:]):
-        book.text(left, foot + (6.4 if apart else 3.2), near, 6.6, bold=True, fit=right - left)
+        foot = book.paragraph(left, foot, f"Planned apart. {message}", 7, width=right - left, lines=2, colour=SOFT)
+    if near and last:
+        book.paragraph(left, foot, near, 7, width=right - left, lines=2, bold=True)
 
 
 def _summary(of: Session) -> str:
@@ -92,20 +104,17 @@ def draw_level(book: Booklet, x: Number, y: Number, level: int, *, size: Number 
 def _row(book: Booklet, item: Item, y: Number, ticks: Number) -> None:
     left, right = MARGIN_MM, book.paper.width - MARGIN_MM
     expression = item.kind == "expression"
-    tall = TALL_MM if expression else FLAT_MM
+    tall = row_height(book, item)
     ink = INK if item.fits else SOFT
     if not expression:
         book.box(left, y, right - left, tall, fill=WASH, line=None)
     base = y + tall / 2 + 1.2
-    width = COLUMNS["hard"] - COLUMNS["words"] - 3
     book.text(left + COLUMNS["slate"], base, item.slate, 8, colour=SOFT)
     book.text(left + COLUMNS["name"], base, item.name, 9.5, bold=True, colour=ink)
-    if expression:
-        lines = len(book.broken(item.sentence, WORDS_PT, width=width))
-        top = y + (1.2 if lines > 1 else tall / 2 - 1.9)
-        book.paragraph(left + COLUMNS["words"], top, item.sentence, WORDS_PT, width=width, lines=2, colour=ink)
-    else:
-        book.text(left + COLUMNS["words"], base, item.sentence, WORDS_PT, fit=COLUMNS["hold"] - COLUMNS["words"] - 3)
+    lines = _words(book, item)
+    top = y + (tall - LINE_MM * len(lines)) / 2 + 2.4
+    for n, line in enumerate(lines):
+        book.text(left + COLUMNS["words"], top + LINE_MM * n, line, WORDS_PT, colour=ink)
     if item.difficulty:
         draw_level(book, left + COLUMNS["hard"], base - 0.3, item.difficulty.level)
     hold = f"{item.hold_s:g} s" if item.hold_s else ""

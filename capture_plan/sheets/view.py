@@ -23,17 +23,19 @@ SIDE_FADE = 1.6  # the back of a head is rounder than a neck and wants a longer 
 
 @dataclass(frozen=True)
 class Viewpoint:
-    """Seen from `azimuth` degrees towards the subject's own left, 0 from the front."""
+    """Seen from `azimuth` degrees towards the subject's own left, 0 from the front, and `elevation` degrees above."""
 
     name: str
     azimuth: float
     mirrored: bool = False
+    elevation: float = 0.0
 
     @property
     def rotation(self) -> Float[np.ndarray, "3 3"]:
         """Rows: right, up, towards the viewer."""
         s, c = np.sin(np.radians(self.azimuth)), np.cos(np.radians(self.azimuth))
-        return np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])
+        t, d = np.sin(np.radians(self.elevation)), np.cos(np.radians(self.elevation))
+        return np.array([[1, 0, 0], [0, d, -t], [0, t, d]]) @ np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])
 
     def project(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
         """Points of the rig in the view's own axes."""
@@ -44,6 +46,9 @@ class Viewpoint:
 FRONT = Viewpoint("Front", 0.0)
 LEFT = Viewpoint("Left three-quarter", 42.0)
 RIGHT = Viewpoint("Right three-quarter", -42.0)
+LEFT_PROFILE = Viewpoint("Left profile", 90.0)
+RIGHT_PROFILE = Viewpoint("Right profile", -90.0)
+CHIN_UP = Viewpoint("Chin up", 0.0, elevation=-50.0)
 MIRROR = Viewpoint("In the mirror", 0.0, mirrored=True)
 
 

@@ -14,9 +14,11 @@ import pypdfium2
 
 from capture_plan.anatomy.kinds import apart_lines
 from capture_plan.errors import PlanError
+from capture_plan.evaluation.rings import rings_of
 from capture_plan.layout.dot_contact import meeting_words
 from capture_plan.layout.record import Layout
 from capture_plan.output import write_whole, written_together
+from capture_plan.plan.predicted import headline_words
 from capture_plan.plan.record import Plan
 from capture_plan.plan.summary import expression_words
 from capture_plan.progress import track
@@ -24,14 +26,20 @@ from capture_plan.rig import Rig
 from capture_plan.sheets.expression_page import Sizes, shoot
 from capture_plan.sheets.furniture import HeadLine, SheetSource, foot_line
 from capture_plan.sheets.head import Head, make_head
-from capture_plan.sheets.marker_pages import MarkerPages, marked_face, nearest_words, rig_words, take_words
-from capture_plan.sheets.marker_table import READS, VERTEX
+from capture_plan.sheets.marker_pages import (
+    MarkerPages,
+    marked_face,
+    nearest_words,
+    placing_words,
+    take_words,
+)
+from capture_plan.sheets.marker_table import VERTEX, may_stand
 from capture_plan.sheets.page import Booklet, paper
 from capture_plan.sheets.shot_list import draw_shot_list, paged
 from capture_plan.sheets.shots import draw_expression, draw_overview, overview_grid, plates, shot_number
 from capture_plan.sheets.view import pixels
 
-Sheet = Literal["a4", "letter"]  # the names in `page.PAPERS`
+Sheet = Literal["a4", "letter", "a3"]  # the names in `page.PAPERS`
 WRITES = ("sheets.pdf", "pages")  # into a folder
 
 
@@ -78,9 +86,12 @@ def draw_sheets(plan: Plan, rig: Rig, *, sheet: str, dpi: int) -> Booklet:
             f"the plan was made for rig {plan.rig.fingerprint}, this is {rig.fingerprint}: plan again or give that rig"
         )
     book = Booklet(paper(sheet), f"{rig.name}: markers and expressions", rig.names, draft="; ".join(plan.draft))
-    head, fit = make_head(rig), plan.layout.motion
-    words = (rig_words(plan.layout, rig), take_words(fit)) if fit else (rig_words(plan.layout, rig),)
-    markers = MarkerPages(book, marked_face(rig, head, plan.layout), words, READS, dpi)
+    head, dot_mm = make_head(rig), plan.settings.landmarks.dot_mm
+    face = marked_face(
+        rig, head, plan.layout, rings_of(rig, plan.audit.used, plan.settings.landmarks, plan.layout.landmarks), dot_mm
+    )
+    placing = placing_words(plan.layout, dot_mm, face.rings)
+    markers = MarkerPages(book, face, placing, (placing,), may_stand(face.rings), dpi)
     lists, (rows, columns) = paged(book, plan.session), overview_grid(book, len(plan.packing.expressions))
     overviews = -(-len(plan.packing.expressions) // (rows * columns))
     pages = markers.count + len(lists) + overviews + len(plan.packing.expressions)
@@ -122,7 +133,8 @@ def draw_marker_sheets(layout: Layout, rig: Rig, *, sheet: str, dpi: int) -> Boo
     book = Booklet(paper(sheet), f"{rig.name}: markers for a take", rig.names)
     fit, count = layout.motion, f"{len(layout.markers)} markers for the take {rig.name}{nearest_words(layout, rig)}"
     words: HeadLine = (count, take_words(fit)) if fit else (count,)
-    markers = MarkerPages(book, marked_face(rig, make_head(rig), layout), words, VERTEX, dpi)
+    face = marked_face(rig, make_head(rig), layout)
+    markers = MarkerPages(book, face, placing_words(layout, face.dot_mm), words, VERTEX, dpi)
     source = SheetSource(rig.name, f"markers {fingerprint(layout)}", markers.count)
 
     def add_page(title: str) -> None:
@@ -140,8 +152,10 @@ def fingerprint(record: Plan | Layout) -> str:
 
 def packed_words(plan: Plan) -> str:
     """What the expressions are worth."""
-    packing = plan.packing
-    return f"{expression_words(packing)} · bars: share of the expected squared error that is taken so far"
+    packing, layout = plan.packing, plan.layout
+    markers = headline_words(layout.information, layout.predictions)
+    bars = "bars: share of the expected squared error that is taken so far"
+    return f"{expression_words(packing)} · {bars} · the markers' {markers}"
 
 
 def _write_pages(pdf: bytes, titles: list[str], folder: Path, dpi: int) -> list[str]:

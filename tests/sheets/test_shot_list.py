@@ -24,7 +24,7 @@ def test_pages_hold_every_item_once_and_end_above_the_foot(name):
     pages = paged(book, SESSION)
     assert [item for page in pages for item in page] == list(SESSION.items)
     for page in pages:
-        assert TOP_MM + sum(height(item, SESSION) for item in page) <= book.paper.height - BOTTOM_MM
+        assert TOP_MM + sum(height(book, item, SESSION) for item in page) <= book.paper.height - BOTTOM_MM
 
 
 def test_the_page_says_what_the_actor_is_told_and_where_to_stop():

@@ -1,0 +1,162 @@
+"""How far every dot may stand from its place at once: rings within which 95 of 100 crews keep the error.
+
+Data     A = C B^T / sigma^2 answers the solver gives to measurements,  E = A B - I;  D change of the rows of B (3m k)
+Error    squared it grows by  tau^2 [2 tr(E^T G A D) + tr(G A D D^T A^T)],  exactly, where the solver takes every dot
+         for one at its place; the limit is (GROWTH^2 - 1) error^2
+Crew     every dot anywhere within its ring, each place of the disc as likely as any other
+Alone    h_m(r)  mean growth over the disc of radius r while every other dot stands right, read off the skin itself:
+         rows made linear at the place show two thirds of it
+Rings    r_m = argmin 1/r + mu h_m(r) between LEAST_MM and MOST_MM: exact where exactness is dear, loose where it is
+         cheap; mu is halved upon until KEEP of the seeded crews stay within the limit
+Letters: m dots, c crews, d directions, r radii, k blendshapes. Lengths in millimetres.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from capture_plan.evaluation.robustness import GROWTH
+from capture_plan.evaluation.tangent_chart import Chart, flatten
+from capture_plan.layout.face import Face
+from capture_plan.layout.observation import PRIOR_SD, Observation
+from capture_plan.layout.record import Landmark
+from capture_plan.layout.settings import LayoutSettings
+from capture_plan.mesh import vertex_normals
+from capture_plan.rig import Rig
+
+LEAST_MM, MOST_MM, STEP_MM = 0.5, 8.0, 0.25
+EXACT_MM = 0.05  # to which a ring is told
+DIRECTIONS = 16
+CREWS, KEEP = 2000, 0.955  # a little more than 95 %, so that other crews keep 95 too
+HALVINGS = 18
+AT_ONCE = 250  # crews whose rows are held together
+SEED = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Placing:
+    """Dots on a face with the skin around each; `moved[m]` are changes of its rows at every direction and radius."""
+
+    observation: Observation
+    vertices: Int[np.ndarray, " m"]
+    moved: Float[np.ndarray, "m d r 3 k"]
+    reach: Float[np.ndarray, " m"]
+
+    @property
+    def radii(self) -> Float[np.ndarray, " r"]:
+        """0, then every step to MOST_MM."""
+        return STEP_MM * np.arange(self.moved.shape[2])
+
+    @cached_property
+    def _parts(self) -> tuple[Float[np.ndarray, "q k"], Float[np.ndarray, "q q"], float]:
+        """A^T G E and A^T G A with the rows of all dots, and the squared error."""
+        seen = self.observation
+        B, C = seen.response(self.vertices), seen.covariance(self.vertices)
+        A = C @ B.T / seen.noise_mm**2
+        return A.T @ seen.gram @ (A @ B - np.eye(len(C))), A.T @ seen.gram @ A, seen.error(C) ** 2
+
+    def growth(self, D: Float[np.ndarray, "c q k"]) -> Float[np.ndarray, " c"]:
+        """The error's factor where the rows of all dots change by D."""
+        linear, square, before = self._parts
+        more = 2 * np.einsum("cqk,qk->c", D, linear) + np.einsum("cqk,qp,cpk->c", D, square, D, optimize=True)
+        return np.sqrt(np.clip(before + PRIOR_SD**2 * more, 0, None) / before)
+
+    def alone(self) -> Float[np.ndarray, "m r"]:
+        """h: mean growth of the squared error over the disc of each radius, for each dot by itself."""
+        linear, square, _ = self._parts
+        M, steps = len(self.vertices), np.arange(self.moved.shape[2])
+        own = linear.reshape(M, 3, -1)
+        block = square.reshape(M, 3, M, 3)[np.arange(M), :, np.arange(M)]
+        more = 2 * np.einsum("mdrxk,mxk->mr", self.moved, own)
+        more += np.einsum("mdrxk,mxy,mdryk->mr", self.moved, block, self.moved, optimize=True)
+        ring = PRIOR_SD**2 * more / self.moved.shape[1]
+        share = np.maximum(2 * steps - 1, 0)  # of the disc of radius r, which ends between two steps
+        return np.cumsum(share * ring, axis=1) / np.maximum(np.cumsum(share), 1)
+
+    def kept(self, rings: Float[np.ndarray, " m"], *, crews: int, seed: int) -> float:
+        """Share of seeded crews within the rings whose error grows by no more than GROWTH."""
+        rng, good = np.random.default_rng(seed), 0
+        M, directions = len(self.vertices), self.moved.shape[1]
+        each = np.arange(M)
+        for first in range(0, crews, AT_ONCE):
+            some = min(AT_ONCE, crews - first)
+            way = rng.integers(directions, size=(some, M))
+            at = rings * np.sqrt(rng.uniform(size=(some, M))) / STEP_MM
+            low = np.minimum(at.astype(int), self.moved.shape[2] - 2)
+            rest = (at - low)[..., None, None]
+            D = (1 - rest) * self.moved[each, way, low] + rest * self.moved[each, way, low + 1]
+            good += int((self.growth(D.reshape(some, 3 * M, -1)) <= GROWTH).sum())
+        return good / crews
+
+
+def placing_of(face: Face, settings: LayoutSettings, vertices: Int[np.ndarray, " m"]) -> Placing:
+    """Dots at these vertices of a face."""
+    normals = vertex_normals(face.rig.neutral, face.rig.triangles)
+    charts = flatten(face.rig.neutral, normals, face.graph, vertices, extent_mm=MOST_MM)
+    angle = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    ray = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    radii = STEP_MM * np.arange(round(MOST_MM / STEP_MM) + 1)
+    places = radii[None, :, None] * ray[:, None]
+    observation = face.observation(settings.noise_mm)
+    rows = observation.response(vertices).reshape(len(vertices), 3, -1)
+    moved = np.stack(
+        [
+            chart.deltas(observation.deltas, places.reshape(-1, 2)).reshape(*places.shape[:2], 3, -1) - row
+            for chart, row in zip(charts, rows, strict=True)
+        ]
+    )
+    return Placing(observation, vertices, moved, np.array([_reach(chart, places) for chart in charts]))
+
+
+def _reach(chart: Chart, places: Float[np.ndarray, "d r 2"]) -> float:
+    """The largest radius at which there is skin in every direction."""
+    bare = np.flatnonzero(~chart.on_skin(places.reshape(-1, 2)).reshape(places.shape[:2]).all(axis=0))
+    return STEP_MM * float(max(bare[0] - 1, 0) if len(bare) else places.shape[1] - 1)
+
+
+def rings(placing: Placing) -> Float[np.ndarray, " m"]:
+    """The ring of every dot, multiples of EXACT_MM, LEAST_MM at least.
+
+    Where even rings of LEAST_MM let the error grow in more than 5 of 100 crews, all are that small: then every dot has
+    to be measured after it is placed, and the solver told.
+    """
+    radii = np.arange(round(LEAST_MM / EXACT_MM), round(MOST_MM / EXACT_MM) + 1) * EXACT_MM
+    alone = np.stack([np.interp(radii, placing.radii, one) for one in placing.alone()])
+
+    def at(mu: float) -> Float[np.ndarray, " m"]:
+        price = 1 / radii + mu * alone
+        return np.minimum(radii[price.argmin(axis=1)], np.maximum(placing.reach, LEAST_MM))
+
+    low, high = 1e-6, 1e12  # of mu: all as loose as can be, all as strict
+    if placing.kept(at(low), crews=CREWS, seed=SEED) >= KEEP:
+        return at(low)
+    for _ in range(HALVINGS):
+        middle = float(np.sqrt(low * high))
+        if placing.kept(at(middle), crews=CREWS // 4, seed=SEED) >= KEEP:
+            high = middle
+        else:
+            low = middle
+    while high < 1e12 and placing.kept(at(high), crews=CREWS, seed=SEED) < KEEP:
+        high *= 1.05
+    return at(high)
+
+
+def rings_of(
+    rig: Rig, used: tuple[str, ...], settings: LayoutSettings, landmarks: tuple[Landmark, ...]
+) -> dict[str, float]:
+    """The ring of every landmark by its name, millimetres, for the `used` blendshapes and the noise of the settings.
+
+    Example:
+        >>> plan = read_plan("hero.plan.json")
+        >>> found = rings_of(sample_rig(), plan.audit.used, plan.settings.landmarks, plan.layout.landmarks)
+        >>> len(found) == len(plan.layout.landmarks), min(found.values()) >= 0.5
+        (True, True)
+    """
+    if not landmarks:
+        return {}
+    face = Face(rig, used, np.zeros(len(rig.neutral)))
+    vertices = np.array([landmark.vertex for landmark in landmarks])
+    found = rings(placing_of(face, settings, vertices))
+    return {landmark.name: float(ring) for landmark, ring in zip(landmarks, found, strict=True)}

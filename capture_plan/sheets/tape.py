@@ -1,0 +1,99 @@
+"""From where a marker's place is measured on a face with callipers or tape, and how exact that is.
+
+Data     q[a]  points that everybody finds on a face: corners of the eyes, wings and tip of the nose, corners of the
+               mouth, chin; each has a letter, the same on both sides
+         x     a marker, n the skin's normal there;  d[a] = |x - q[a]|
+         u[a]  direction from q[a] to x, in the skin's plane, of length 1;  U its rows for two points
+Error    of the place when each distance is off by 1 mm: sqrt(tr (U^T U)^-1), sqrt(2) where the two meet at 90 degrees
+Choice   of the two points of least error, DULL times their mean distance added, of the marker's own side and the
+         middle, or for a marker of the middle the same point on both sides
+"""
+
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from capture_plan.anatomy.regions import FaceRegions
+from capture_plan.layout.record import Landmark
+from capture_plan.rig import Rig
+
+DULL = 0.01  # of error for a millimetre of tape
+LEAST_MM = 6.0  # what lies nearer is measured by eye
+BESIDE_TIP = 0.2  # pupil distances in height from the tip of the nose: where its wings are
+CORNERS = 6  # vertices of a border of the lids that has corners
+SINGULAR = 1e-3
+
+
+class TapePoint(NamedTuple):
+    """A point that is found on every face; `side` is the subject's own, 'middle' between them."""
+
+    letter: str
+    name: str
+    side: str
+    position: tuple[float, float, float]
+
+
+class Measure(NamedTuple):
+    """Straight distances of a marker from two points, millimetres; `error_mm` is what 1 mm of tape does to its
+    place."""
+
+    points: tuple[TapePoint, TapePoint]
+    mm: tuple[float, float]
+    error_mm: float
+
+
+def tape_points(rig: Rig, regions: FaceRegions) -> tuple[TapePoint, ...]:
+    """The points that were found on this face, each letter on the left and on the right or once in the middle."""
+    anchors, found = regions.anchors, []
+    x = rig.neutral.astype(float)
+    if "eyes" in anchors.found:
+        for side, sign in (("left", 1), ("right", -1)):
+            lids = anchors.lids[sign * (x[anchors.lids, 0] - anchors.midline) > 0]
+            if len(lids) >= CORNERS:
+                order = np.argsort(sign * x[lids, 0])
+                found += [("a", "outer corner of the eye", side, x[lids[order[-1]]])]
+                found += [("b", "inner corner of the eye", side, x[lids[order[0]]])]
+    if "eyes" in anchors.found and "mouth" in anchors.found:
+        level = np.abs(x[:, 1] - anchors.nose_tip[1]) < BESIDE_TIP * anchors.pupils
+        nose = np.flatnonzero(rig.skin & level & (regions.of_vertex == regions.names.index("nose")))
+        for side, sign in (("left", 1), ("right", -1)):
+            wing = nose[sign * (x[nose, 0] - anchors.midline) > 0]
+            if len(wing):
+                found.append(("c", "wing of the nose", side, x[wing[(sign * x[wing, 0]).argmax()]]))
+        found += [("d", "corner of the mouth", "left", anchors.corner_left)]
+        found += [("d", "corner of the mouth", "right", anchors.corner_right)]
+        found += [("e", "tip of the nose", "middle", anchors.nose_tip)]
+        found += [("f", "chin", "middle", anchors.chin)] if anchors.chin_sure else []
+    return tuple(
+        TapePoint(letter, name, side, (float(p[0]), float(p[1]), float(p[2]))) for letter, name, side, p in found
+    )
+
+
+def measured_from(landmark: Landmark, normal: Float[np.ndarray, " 3"], points: tuple[TapePoint, ...]) -> Measure | None:
+    """The two points to measure a marker from; None where fewer than two are found."""
+    x = np.array(landmark.position)
+    own = [p for p in points if p.side in (landmark.side, "middle") or landmark.side == "middle"]
+    own = [p for p in own if np.linalg.norm(x - p.position) >= LEAST_MM]
+    made = [(_error(x, normal, pair), pair) for pair in combinations(own, 2)]
+    fit = [(error, pair) for error, pair in made if np.isfinite(error)]
+    if not fit:
+        return None
+
+    def apart(pair: tuple[TapePoint, TapePoint]) -> tuple[float, float]:
+        first, second = (float(np.linalg.norm(x - p.position)) for p in pair)
+        return first, second
+
+    error, pair = min(fit, key=lambda one: one[0] + DULL * sum(apart(one[1])) / 2)
+    return Measure(pair, apart(pair), error)
+
+
+def _error(x: Float[np.ndarray, " 3"], normal: Float[np.ndarray, " 3"], pair: tuple[TapePoint, TapePoint]) -> float:
+    U = x - np.array([p.position for p in pair])
+    U = U / np.linalg.norm(U, axis=1, keepdims=True)
+    U = U - np.outer(U @ normal, normal)  # what lies along the normal moves no distance on the skin
+    gram = U @ U.T
+    if np.linalg.det(gram) < SINGULAR:
+        return np.inf
+    return float(np.sqrt(np.trace(np.linalg.inv(gram))))

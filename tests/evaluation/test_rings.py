@@ -1,0 +1,63 @@
+"""Rings around dots: the growth of the error is exact, crews within them keep it, and they are no smaller than that."""
+
+import numpy as np
+import pytest
+
+from capture_plan.evaluation.rings import EXACT_MM, LEAST_MM, MOST_MM, placing_of, rings
+from capture_plan.layout.face import Face
+from capture_plan.layout.observation import PRIOR_SD
+from capture_plan.layout.settings import LayoutSettings
+from capture_plan.sample import sample_rig
+from tests.once import plan_of
+
+
+@pytest.fixture(scope="module")
+def placing():
+    rig, plan = sample_rig(), plan_of()
+    face = Face(rig, plan.audit.used, np.zeros(len(rig.neutral)))
+    return placing_of(face, LayoutSettings(), np.array([m.vertex for m in plan.layout.landmarks]))
+
+
+@pytest.fixture(scope="module")
+def found(placing):
+    return rings(placing)
+
+
+def test_the_growth_is_that_of_a_solver_who_takes_moved_dots_for_right_ones(placing):
+    """By its definition: answers A ((B + D) w + noise) to weights w, as an error of the skin."""
+    seen = placing.observation
+    B, C = seen.response(placing.vertices), seen.covariance(placing.vertices)
+    D = np.random.default_rng(0).normal(scale=0.3, size=(3, *B.shape))
+    A = C @ B.T / seen.noise_mm**2
+    for change, grown in zip(D, placing.growth(D), strict=True):
+        off = A @ (B + change) - np.eye(len(C))
+        squared = PRIOR_SD**2 * np.trace(off.T @ seen.gram @ off) + seen.noise_mm**2 * np.trace(A.T @ seen.gram @ A)
+        assert grown == pytest.approx(np.sqrt(squared) / seen.error(C), rel=1e-9)
+
+
+def test_dots_at_their_places_cost_nothing(placing):
+    assert placing.moved[:, :, 0] == pytest.approx(0, abs=1e-4)
+    assert placing.growth(np.zeros((1, 3 * len(placing.vertices), len(placing.observation.deltas)))) == pytest.approx(1)
+
+
+def test_of_other_crews_within_the_rings_as_many_keep_the_error_as_is_promised(placing, found):
+    for seed in (1, 2):
+        assert 0.93 <= placing.kept(found, crews=1000, seed=seed) <= 0.97
+
+
+def test_wider_rings_keep_fewer_crews(placing, found):
+    assert placing.kept(1.5 * found, crews=500, seed=1) < 0.7
+    assert placing.kept(0.5 * found, crews=500, seed=1) == 1.0
+
+
+def test_rings_are_lengths_that_a_person_can_keep_and_alike_on_both_sides(found):
+    assert ((found >= LEAST_MM - 1e-9) & (found <= MOST_MM)).all()
+    assert found / EXACT_MM == pytest.approx(np.round(found / EXACT_MM))
+    ring = dict(zip([m.label for m in plan_of().layout.landmarks], found, strict=True))
+    for label, mm in ring.items():
+        if label.startswith("left"):
+            assert ring[label.replace("left", "right", 1)] == pytest.approx(mm, abs=0.3)
+
+
+def test_a_dot_alone_costs_the_more_the_wider_its_ring(placing):
+    assert (np.diff(placing.alone()[:, 1:], axis=1) > -1e-9).mean() > 0.97
