@@ -13,15 +13,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from capture_plan.curves.clock import Timing, possible
+from capture_plan.curves.clock import Timing
 from capture_plan.curves.columns import kind_of
 from capture_plan.curves.json_weights import known
+from capture_plan.curves.stated_rate import rates_in_line
 from capture_plan.curves.text import NOTHING, TextTable, split, to_number
 from capture_plan.errors import RigError
 
-RATE = re.compile(
-    r"(?:fps|frame[ _]?rate|frames (?:per|in a) second|sample[ _]?rate)\W*(\d+(?:[.,]\d+)?)", re.IGNORECASE
-)
 WORDS = re.compile(r"[^\W\d]{2,}[^\d]*")  # in the column of a clock: mean, total
 FEWEST = 2  # names of a face in a line of names
 FEW_SUMS = 0.1  # of the rows
@@ -31,8 +29,8 @@ SAME_RATE = 0.02
 
 def stated_rate(lines: Sequence[str]) -> float | None:
     """The frame rate that lines above the names tell; None where they tell none, or several."""
-    rates = {float(match[1].replace(",", ".")) for line in lines for match in RATE.finditer(line)}
-    return rates.pop() if len(rates) == 1 and possible(max(rates)) else None
+    rates = {rate for line in lines for rate in rates_in_line(line)}
+    return rates.pop() if len(rates) == 1 else None
 
 
 def in_time(timing: Timing, fps: float | None) -> Timing:

@@ -21,6 +21,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from capture_plan.curves.clock_cells import CLOCKS, DAY_S, NTSC, READERS, Clock, is_clock_number, plain_numbers
+from capture_plan.curves.stated_rate import possible, rate_in_words
 
 RATES = (10.0, 12.0, 12.5, 15.0, *map(float, CLOCKS))
 NEAR, SAME_NTSC = 0.02, 2e-4  # of the rate
@@ -36,7 +37,6 @@ STEADY_STEP = 0.05  # of a steady step
 STEADY, ORDERED = 0.6, 0.95  # share of steps near the usual one
 WIDE = 6.0  # usual steps that the longest of uneven ones may take
 BACKWARD = 0.1  # share of steps
-LEAST_FPS, MOST_FPS = 1.0, 1000.0  # that a take was recorded with: scans are taken once in a second too
 UNTIMED = 0.2  # share of frames without a time, from which it is said
 
 
@@ -73,18 +73,13 @@ def _of_steps(cells: Sequence[str], unit_s: float | None) -> Timing:
 
 def _of_rates(cells: Sequence[str]) -> Timing:
     """The rate that most rows of a column state; none where they state several."""
-    texts = [cell.strip() for cell in cells if cell.strip()]
-    if not texts or not all(map(is_clock_number, texts)):
+    stated = {cell: rate_in_words(cell) for cell in {*map(str.strip, cells)} - {""}}
+    rates = np.array([rate for cell in cells if (rate := stated.get(cell.strip())) is not None])
+    if len(rates) < ORDERED * sum(bool(cell.strip()) for cell in cells) or not len(rates):
         return Timing(None)
-    rates = plain_numbers(texts).ticks
     fps = float(np.median(rates))
     alike = np.abs(rates - fps) <= NEAR * fps
     return Timing(usual(fps)) if possible(fps) and alike.mean() >= ORDERED else Timing(None)
-
-
-def possible(fps: float) -> bool:
-    """Whether a take can have so many frames in a second."""
-    return LEAST_FPS <= fps <= MOST_FPS
 
 
 def timing_of(cells: Sequence[str], unit_s: float | None = None) -> Timing:

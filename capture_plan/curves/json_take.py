@@ -18,13 +18,13 @@ from typing import Any
 
 import msgspec
 
-from capture_plan.curves.clock import possible
 from capture_plan.curves.columns import kind_of, plain, unit_of, why_not
 from capture_plan.curves.json_curves import curve_take
 from capture_plan.curves.json_frames import ASIDE, SHAPE_KEYS, FrameRecording
 from capture_plan.curves.json_long import gathered
 from capture_plan.curves.json_several import is_frame, only_take
-from capture_plan.curves.json_weights import is_category, is_number, is_weight, known, number_in
+from capture_plan.curves.json_weights import is_category, is_number, known
+from capture_plan.curves.stated_rate import possible, rate_in_value
 from capture_plan.curves.text import text_of
 from capture_plan.curves.weights import WeightTable
 from capture_plan.errors import RigError
@@ -33,6 +33,8 @@ from capture_plan.input.bounds import MOST_TAKE_VALUES, check_values
 NAME_KEYS = ("names", "facsnames", "blendshapenames", "columns", "posenames")
 FRAME_KEYS = ("frames", "weights", "weightmat", "data", "values", "results", "samples", "blendshapes")
 RATE_KEYS = ("fps", "exportfps", "framerate", "samplerate")
+LASTED_KEYS = ("dt", "deltatime", "frametime", "frameduration", "timestep")  # seconds that a frame lasts
+TOLD_KEYS = (*RATE_KEYS, *LASTED_KEYS)
 HEAD_KEYS = ("metadata", "meta", "info", "header", "settings", "data", "take", "recording")
 NO_NUMBER = re.compile(r"(?<=[\[:,\s])(?:NaN|-?Infinity)(?=\s*[,\]}])")
 TRAILING = re.compile(r",(\s*[\]}])")  # a comma before a bracket, as hand-made writers leave it
@@ -234,12 +236,14 @@ def list_of_frames(head: Mapping[str, msgspec.Raw]) -> list[msgspec.Raw] | None:
 
 def rate_in(head: Mapping[str, msgspec.Raw]) -> float | None:
     """The frame rate that an object tells, or one of those that describe the take."""
-    asked = {plain(key): opened(raw) for key, raw in head.items() if plain(key) in RATE_KEYS}
+    asked = {plain(key): opened(raw) for key, raw in head.items() if plain(key) in TOLD_KEYS}
     for key, raw in head.items():
         if plain(key) in HEAD_KEYS and opening(raw) == "{":
-            asked |= {plain(name): value for name, value in opened(raw).items() if plain(name) in RATE_KEYS}
-    rates = [number_in(rate) for rate in asked.values() if is_weight(rate)]
-    return next((rate for rate in rates if possible(rate)), None)
+            asked |= {plain(name): value for name, value in opened(raw).items() if plain(name) in TOLD_KEYS}
+    rates = [rate_in_value(value) for name, value in asked.items() if name in RATE_KEYS]
+    lasted = [value for name, value in asked.items() if name in LASTED_KEYS and is_number(value) and value > 0]
+    rates += [1 / value for value in lasted if possible(1 / value)]
+    return next((rate for rate in rates if rate is not None), None)
 
 
 def opening(raw: msgspec.Raw) -> str:

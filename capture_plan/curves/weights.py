@@ -11,9 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from capture_plan.curves.clock import possible
 from capture_plan.curves.columns import plain
-from capture_plan.curves.text import to_number
+from capture_plan.curves.stated_rate import rate_in_words
 from capture_plan.errors import RigError
 
 RATE_NAMES = ("fps", "framerate", "rate")
@@ -49,5 +48,4 @@ def rate_of(arrays: Mapping[str, np.ndarray]) -> float | None:
     fps = next((array for name, array in arrays.items() if plain(name) in RATE_NAMES), None)
     if fps is None or fps.size != 1 or fps.dtype.kind not in "fiuU":
         return None
-    rate = to_number(str(fps.ravel()[0]))
-    return round(rate, 6) if possible(rate) else None
+    return rate_in_words(str(fps.ravel()[0]))

@@ -55,6 +55,7 @@ STANDS_OUT = (
     0.095  # pupil distances that an ear reaches further than that: 24 faces 0.11 to 0.28, a racoon's cheeks 0.05
 )
 UNLIKE_EARS = 0.3  # pupil distances from the mirror image: an ear on one side and hair on the other 0.7
+UNLIKE_EYES = 0.06  # pupil distances from the mirror image: 12 faces 0.02 at most
 BEHIND_EARS = 0.4  # pupil distances that a head goes on; a mask ends with what is furthest to its side
 
 
@@ -126,7 +127,7 @@ def surface_anchors(rig: Rig, points: Points) -> Anchors:
     openings = _openings(rig)
     eyes, lids = _eyes(rig, openings, x0, points.eyes)
     doubt = () if points.eyes.places is None else against_eyes(eyes, points.eyes.places)
-    doubt += looks_elsewhere(rig, eyes, x0)
+    doubt += looks_elsewhere(rig, eyes, x0) + unlike_eyes(eyes, x0)
     found = ("eyes",) if points.eyes.sure and not doubt else ()
     unit = float(np.linalg.norm(eyes[0] - eyes[1]))
     mouth, corners, lips = _mouth(rig, openings, eyes.mean(axis=0), unit, x0, points.mouth)
@@ -143,6 +144,7 @@ def surface_anchors(rig: Rig, points: Points) -> Anchors:
     nose = _furthest(between, (0, 0, 1), mouth + np.array([0, 0.5 * drop, 0.3 * unit]))
     found_chin = find_chin(middle, eyes.mean(axis=0), mouth, unit)
     chin = mouth - np.array([0, 0.65 * drop, 0]) if found_chin is None else found_chin
+    nose, chin = (np.array([x0, *place[1:]]) for place in (nose, chin))  # of coarse meshes no vertex may lie there
     gape = _gape(rig.neutral[lips], x0, unit)
     sides = skin[
         (skin[:, 1] > mouth[1] + 0.2 * drop)
@@ -194,6 +196,14 @@ def looks_elsewhere(rig: Rig, eyes: Float[np.ndarray, "2 3"], x0: float) -> tupl
         if np.linalg.norm((ball - eye)[:2]) < BALL_OFF * unit:
             return ()
     return (Sign("what looks turn", "elsewhere", -1.0),)
+
+
+def unlike_eyes(eyes: Float[np.ndarray, "2 3"], x0: float) -> tuple[Sign, ...]:
+    """What speaks against the eyes: that the one lies far from the mirror image of the other."""
+    off = float(np.linalg.norm(eyes[0] * [-1, 1, 1] + [2 * x0, 0, 0] - eyes[1]))
+    if off <= UNLIKE_EYES * float(np.linalg.norm(eyes[0] - eyes[1])):
+        return ()
+    return (Sign("their mirror images", f"{off:.0f} mm apart", -1.0),)
 
 
 def are_ears(skin: Float[np.ndarray, "v 3"], ears: list[Float[np.ndarray, " 3"]], x0: float, unit: float) -> bool:

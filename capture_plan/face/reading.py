@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 from jaxtyping import Float
+from msgspec.structs import replace
 
 from capture_plan.face.anchors import Anchors, face_anchors
 from capture_plan.face.channels import Channels
@@ -15,6 +16,7 @@ from capture_plan.once import once
 from capture_plan.rig import Rig
 from capture_plan.rig.understood import Axes, Eyes, Reading, Sides, Sign, Spot, Understood, Unit, Vector
 
+PUPILS, FORMAT = "the distance between the pupils", "the format"  # what may speak for a unit (`face/unit.py`)
 ASIDE = 0.1  # rho from the midline: what is called left and lies nearer than that says nothing of the sides
 ALONG = 0.2  # of a direction of length 1; sideways jaws, lips and looks of four heads 0.25 to 0.8
 MOST = 0.8  # of the names with a side
@@ -28,7 +30,7 @@ def face_reading(rig: Rig) -> Reading:
     file = rig.understood or by_hand(rig)
     mouth_sure = points.mouth.sure and not anchors.against_mouth
     eyes_sure = eyes_hold(points.eyes, anchors.against_mouth) and not anchors.against_eyes
-    both = eyes_sure and mouth_sure
+    both = eyes_sure and mouth_sure and file.axes.sure
     wrong = frozenset(one.name for one in misexported(rig))
     ears = "ears" in anchors.found and both
     found = points.eyes.places is not None
@@ -38,7 +40,7 @@ def face_reading(rig: Rig) -> Reading:
 
     return Reading(
         axes=file.axes,
-        unit=file.unit,
+        unit=file.unit if eyes_sure and file.axes.sure else without_eyes(file.unit),
         eyes=Eyes(
             left=vector(anchors.eye_left) if found else None,
             right=vector(anchors.eye_right) if found else None,
@@ -57,6 +59,12 @@ def face_reading(rig: Rig) -> Reading:
         left_out=file.left_out,
         set_aside=file.set_aside,
     )
+
+
+def without_eyes(unit: Unit) -> Unit:
+    """A unit where the eyes are in doubt: no longer sure if their distance speaks for it and no file states it."""
+    names = {sign.name for sign in unit.signs if sign.weight > 0}
+    return replace(unit, sure=unit.sure and (PUPILS not in names or FORMAT in names))
 
 
 def eyes_hold(eyes: Found, against_mouth: tuple[Sign, ...]) -> bool:

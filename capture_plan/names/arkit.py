@@ -19,6 +19,10 @@ WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+")
 SIDE_WORDS: dict[str, Side] = {
     "l": "left", "lf": "left", "lt": "left", "lft": "left", "left": "left",
     "r": "right", "rt": "right", "rgt": "right", "right": "right",
+    "links": "left", "gauche": "left", "izquierda": "left", "izquierdo": "left", "izq": "left",
+    "sinistra": "left", "sinistro": "left", "esquerda": "left", "esquerdo": "left", "esq": "left",
+    "rechts": "right", "droite": "right", "droit": "right", "derecha": "right", "derecho": "right",
+    "destra": "right", "destro": "right", "direita": "right", "direito": "right",
 }  # fmt: skip
 QUADRANTS: dict[str, Side] = {"ul": "left", "dl": "left", "ur": "right", "dr": "right"}  # of the lips: mouthFunnelUL
 MOVES_SIDEWAYS = re.compile(

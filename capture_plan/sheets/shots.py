@@ -71,7 +71,7 @@ def draw_overview(book: Booklet, shots: list[Shot], first: int, total: int, subt
     """As many thumbnails as fit on the last page, from `first` on; returns the first that did not fit."""
     left, width = MARGIN_MM, book.paper.width - 2 * MARGIN_MM
     book.text(left, 15, "EXPRESSIONS AT A GLANCE", 19, bold=True)
-    book.text(left, 20.6, subtitle, 8.2, colour=SOFT, fit=width - 66)
+    book.paragraph(left, 16.2, subtitle, 7.4, width=width - 66, lines=2, colour=SOFT)
     _fields(book, left + width)
     book.line((left, 23.6), (left + width, 23.6), width=0.5)
     rows, columns = overview_grid(book, total)
