@@ -23,10 +23,12 @@ from msgspec import Struct
 
 from capture_plan.face.moving import NOISE_MM
 from capture_plan.mesh.geometry import triangle_cross
+from capture_plan.names.arkit import arkit_name
 from capture_plan.once import once
 from capture_plan.rig import Rig
 
 STILL_MM = 1e-4  # float32 coordinates of a head in millimetres are no finer
+ALIKE = 0.05  # of the length of movements that are told to be equally strong
 SAME = 1e-4  # 1 - cosine; 1 % of the displacement differs
 DEPENDENT = 3e-3  # share of a blendshape that earlier ones leave unexplained; real ones leave over 0.04
 AGAINST, SIDEWAYS = -0.9, -0.2  # cosines: eyes looking in and out -0.85 to -1, a jaw moved left and right -0.3 to -1
@@ -142,17 +144,27 @@ def _too_weak(found: list[tuple[str, float]]) -> list[Finding]:
 
 
 def duplicates(names: tuple[str, ...], gram: Float[np.ndarray, "k k"]) -> list[Finding]:
-    """Blendshapes that move every vertex the same way as an earlier one, as strongly or not; gram = D D^T."""
+    """Blendshapes that move every vertex the same way as another one, as strongly or not; gram = D D^T.
+
+    Of those that move alike the strongest stays, since weaker ones are steps on its way; of equally strong ones that
+    with a name of ARKit's, else the first.
+    """
     length = np.sqrt(np.diag(gram))
     cosine = gram / np.outer(length, length)
     findings, retained = [], []
-    for k, name in enumerate(names):
+    strength = np.round(np.log(np.maximum(length, np.finfo(float).tiny)) / ALIKE)
+    unknown = np.array([arkit_name(name) is None for name in names], dtype=bool)
+    best: dict[int, int] = {}
+    for k in np.lexsort((np.arange(len(names)), unknown, -strength)).tolist():
         first = next((i for i in retained if cosine[i, k] >= 1 - SAME), None)
         if first is None:
             retained.append(k)
-            continue
-        strength = length[k] / length[first]
-        times = "" if abs(strength - 1) < 0.01 else f", {strength:.2f} times as strong"
+        else:
+            best[k] = first
+    for k, first in sorted(best.items()):
+        name = names[k]
+        times = length[k] / length[first]
+        times = "" if abs(times - 1) < 0.01 else f", {times:.2f} times as strong"
         message = f"{name} is the same movement as {names[first]}{times}: no capture can tell them apart"
         advice = f"Delete one of the two; what is captured for {names[first]} serves both."
         findings.append(Finding("duplicate", (name,), message, advice, True, "rigger"))

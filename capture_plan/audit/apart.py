@@ -4,6 +4,10 @@ from capture_plan.anatomy import delta_relations
 from capture_plan.anatomy.delta_relations import Finding
 from capture_plan.anatomy.kinds import Kind
 from capture_plan.anatomy.motion_kinds import MotionKind
+from capture_plan.names.movements import movement_of
+
+SURE = 0.5  # of what a name says
+OF_THE_FACE = frozenset(("blink", "eye wide", "eye squint", "brow up", "brow down", "jaw open", "smile", "pucker"))
 
 FOUND: dict[MotionKind, tuple[delta_relations.FindingKind, str]] = {
     "head movement": (
@@ -17,8 +21,15 @@ FOUND: dict[MotionKind, tuple[delta_relations.FindingKind, str]] = {
 
 def apart_findings(kinds: tuple[Kind, ...], said: set[str]) -> list[Finding]:
     """One finding for each blendshape that is planned apart, but for those of which it is `said` already."""
-    return [
-        Finding(FOUND[one.kind][0], (one.name,), f"{one.name} {one.why}", FOUND[one.kind][1], True)
-        for one in kinds
-        if one.kind in FOUND and one.name not in said
-    ]
+    return [_finding(one) for one in kinds if one.kind in FOUND and one.name not in said]
+
+
+def _finding(one: Kind) -> Finding:
+    """What is called a movement of the face, jaw or lids, and carries the whole head along is no head movement."""
+    kind, advice = FOUND[one.kind]
+    called = movement_of(one.name)
+    if one.kind != "head movement" or called is None or called.kind not in OF_THE_FACE or called.confidence < SURE:
+        return Finding(kind, (one.name,), f"{one.name} {one.why}", advice, True)
+    message = f"{one.name} {one.why}, though it is named for a movement of the face"
+    again = "Export it with the axes and at the place of the neutral. Until then it is not planned."
+    return Finding("export", (one.name,), message, again, True, "stop")

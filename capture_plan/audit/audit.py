@@ -25,8 +25,8 @@ from capture_plan.anatomy.meaning import arkit_by_motion
 from capture_plan.anatomy.symmetry import SymmetryReport, symmetry_report
 from capture_plan.audit.apart import apart_findings
 from capture_plan.audit.bare import bare
-from capture_plan.audit.exported import slipped, wrongly_exported
-from capture_plan.audit.mesh import fine, flown, holes, open_lips, sizes, untidy, windings
+from capture_plan.audit.exported import slipped, unread, wrongly_exported
+from capture_plan.audit.mesh import fine, flown, holes, open_lips, shut_lids, sizes, untidy, weak, windings
 from capture_plan.audit.occluders import covers
 from capture_plan.audit.sides import crooked, misnamed, overlaps, partners, two_sides
 from capture_plan.face.anchors import face_anchors, interpupillary
@@ -101,7 +101,7 @@ def audit_rig(rig: Rig) -> Audit:
         >>> len(found.used), sorted({finding.kind for finding in found.findings if finding.left_out})
         (51, ['non-face'])
     """
-    findings, kinds = motionless(rig) + flown(rig) + wrongly_exported(rig), expression_kinds(rig)
+    findings, kinds = motionless(rig) + flown(rig) + unread(rig) + wrongly_exported(rig), expression_kinds(rig)
     findings += apart_findings(kinds, {name for finding in findings for name in finding.blendshapes})
     unseen = {name for finding in findings for name in finding.blendshapes}
     names = tuple(name for name in rig.names if name not in unseen)
@@ -121,10 +121,18 @@ def audit_rig(rig: Rig) -> Audit:
         + (misnamed(rig, symmetry) if whole else [])
         + misleading(rig)
         + sizes(rig, pupils, used, anchors.pupils)
+        + (weak(rig, used, anchors.pupils) if "eyes" in anchors.found else [])
         + windings(rig)
         + covers(rig)
     )
-    findings += crooked(symmetry, whole=whole) + holes(rig, anchors) + open_lips(anchors) + untidy(rig) + fine(rig)
+    findings += (
+        crooked(symmetry, whole=whole)
+        + holes(rig, anchors)
+        + open_lips(anchors)
+        + shut_lids(rig, anchors)
+        + untidy(rig)
+        + fine(rig)
+    )
     return Audit(
         vertices=len(rig.neutral),
         triangles=len(rig.triangles),

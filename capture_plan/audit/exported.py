@@ -1,9 +1,13 @@
 """Findings on blendshapes that were exported wrongly: what is wrong with each, and what to export instead."""
 
+import re
+
 from capture_plan.anatomy.delta_relations import Finding
 from capture_plan.anatomy.whole_head import slips
 from capture_plan.face.misexported import SAYS, misexported
 from capture_plan.rig.record import Rig
+
+MISSING = re.compile("left out|not used")
 
 
 def wrongly_exported(rig: Rig) -> list[Finding]:
@@ -21,6 +25,15 @@ def wrongly_exported(rig: Rig) -> list[Finding]:
         until = "they are not planned" if several else "it is not planned"
         findings.append(Finding("export", names, message, f"{change} Until then {until}.", True, "stop"))
     return findings
+
+
+def unread(rig: Rig) -> list[Finding]:
+    """One finding for each thing that the file holds and that could not be read: it is missing from the plan."""
+    asks = [sentence for sentence in rig.note.split("; ") if "export" in sentence and MISSING.search(sentence)]
+    return [
+        Finding("export", (), sentence, "What could not be read is not in the plan.", False, "rigger")
+        for sentence in asks
+    ]
 
 
 def slipped(rig: Rig, used: tuple[str, ...]) -> list[Finding]:

@@ -5,6 +5,7 @@ Size      pupils further apart or closer than a person's, or a moving face of no
 Winding   two triangles that share an edge run along it in opposite directions; where they do not, one of the two is
           turned over: the fewer of each connected sheet are. A whole sheet of skin is turned over where its normals
           look into the head: more rays are stopped above it than below it
+Lids      the height of an eye's opening in its middle over its width
 Lips      the border of the mouth, on the midline, higher than closed lips leave it
 Hole      a border of the mesh within the skin that is no lid opening, mouth, nostril, and no rim of the whole
 Fine      more vertices of skin than there are places that a person can tell apart with a brush: some stand for all
@@ -19,9 +20,11 @@ from capture_plan.anatomy.delta_relations import Finding
 from capture_plan.anatomy.regions import face_regions
 from capture_plan.face.anchors import Anchors
 from capture_plan.face.flying import flying
+from capture_plan.face.of_rig import rig_channels
 from capture_plan.face.sense_size import size_reason
 from capture_plan.face.shape import border_loops
 from capture_plan.face.unit import HUMAN_MM, apart_words, human_apart
+from capture_plan.face.votes import names_agree
 from capture_plan.mesh import boundary_vertices, counted_edges, half_edges, pieces, triangle_areas
 from capture_plan.mesh.geometry import triangle_cross
 from capture_plan.rig.record import Rig
@@ -35,6 +38,8 @@ FACES_IN = 0.2  # of these: so many more are stopped above than below
 FINE = 40_000  # vertices of skin: all of a finer mesh would ask for millions of close pairs
 GRAIN_MM = 1.5  # half a dot: no hand places one more exactly
 LIPS_APART = 0.2  # pupil distances: twelve faces with closed lips 0.09 at most
+SHUT, LID_VERTICES = 0.2, 6  # height of an eye over its width: eleven faces 0.33 and more, half shut 0.16
+LEAST_MOVED = {"jaw open": 0.3, "blink": 0.1}  # pupil distances: eleven faces 0.6 and 0.15 at least
 NOSTRIL = 0.45  # pupil distances from the tip of the nose
 
 
@@ -151,6 +156,42 @@ def open_lips(anchors: Anchors) -> list[Finding]:
     message = f"the mouth stands open in the neutral, its lips {anchors.gape_mm:.0f} mm apart"
     advice = "Export the neutral with closed lips: every movement is measured from it, and the actor's has them closed."
     return [Finding("geometry", (), message, advice, False, "rigger")]
+
+
+def shut_lids(rig: Rig, anchors: Anchors) -> list[Finding]:
+    """A neutral whose eyes are closed, both or one."""
+    found = {}
+    for side, sign in (("left", 1), ("right", -1)):
+        lids = rig.neutral[anchors.lids[sign * (rig.neutral[anchors.lids, 0] - anchors.midline) > 0]]
+        if len(lids) < LID_VERTICES:
+            continue
+        low, high = lids[:, 0].min(), lids[:, 0].max()
+        middle = lids[np.abs(lids[:, 0] - (low + high) / 2) < (high - low) / 4, 1]
+        apart = float(np.ptp(middle)) if len(middle) else np.inf
+        if apart < SHUT * (high - low):
+            found[side] = apart
+    if not found:
+        return []
+    which = "the eyes are" if len(found) == 2 else f"the {next(iter(found))} eye is"
+    message = f"{which} shut in the neutral, or nearly: the lids are {max(found.values()):.1f} mm apart"
+    advice = "Export the neutral with open eyes: a blink is measured from it, and the actor's neutral looks ahead."
+    return [Finding("geometry", (), message, advice, False, "rigger")]
+
+
+def weak(rig: Rig, used: tuple[str, ...], unit: float) -> list[Finding]:
+    """Jaws and blinks by name that move far less than any jaw that opens and any lid that closes."""
+    channels, found = rig_channels(rig), []
+    if not names_agree(channels):
+        return []
+    for kind, least in LEAST_MOVED.items():
+        most = {rig.names[k]: float(rig.displacement[k, rig.skin].max()) for k in channels.of(kind)}
+        most = {name: mm for name, mm in most.items() if name in used}
+        if most and max(most.values()) < least * unit:
+            listing = ", ".join(f"{name} ({mm:.1f} mm)" for name, mm in most.items())
+            message = f"too little for the name: {listing}; on a face of this size {least * unit:.0f} mm or more"
+            advice = "Export at full weight, in the unit of the neutral. Until then errors look too small."
+            found.append(Finding("size", tuple(most), message, advice, False, "stop"))
+    return found
 
 
 def holes(rig: Rig, anchors: Anchors) -> list[Finding]:

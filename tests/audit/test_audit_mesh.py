@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from capture_plan.audit.mesh import holes, open_lips, sheets, sizes, untidy, windings
+from capture_plan.audit.mesh import holes, open_lips, sheets, shut_lids, sizes, untidy, weak, windings
 from capture_plan.audit.occluders import covers
 from capture_plan.face.anchors import face_anchors
 from capture_plan.sample import sample_rig
@@ -174,3 +174,29 @@ def test_the_chin_of_a_gaping_mouth_is_not_sure_for_the_lip_stands_before_it(rig
     chin = face_anchors(whole).chin + 1.3 * whole.deltas[whole.names.index("jawOpen")].min(axis=0) * [0, 1, 0]
     assert np.abs((gaping.chin - chin)[1]) > 10  # it is off indeed
     assert not gaping.chin_sure
+
+
+def shut(rig, names, share):
+    """The rig as it was exported with these blinks on."""
+    return replace(rig, neutral=rig.neutral + share * sum(rig.deltas[rig.names.index(name)] for name in names))
+
+
+@pytest.mark.parametrize(
+    ("names", "says"),
+    [(("eyeBlinkLeft", "eyeBlinkRight"), "the eyes are shut"), (("eyeBlinkLeft",), "the left eye is shut")],
+)
+def test_a_neutral_with_closed_eyes_is_sent_back(rig, names, says):
+    assert shut_lids(rig, face_anchors(rig)) == []
+    closed = shut(rig, names, 0.9)
+    (finding,) = shut_lids(closed, face_anchors(rig))
+    assert finding.message.startswith(says)
+    assert finding.urgency == "rigger"
+
+
+@pytest.mark.parametrize(("by", "named"), [(0.1, 3), (0.3, 3), (0.7, 0), (1.0, 0)])
+def test_jaws_and_lids_that_hardly_move_cannot_be_right(by, named):
+    whole = sample_rig()
+    small = replace(whole, deltas=np.float32(by) * whole.deltas)
+    found = weak(small, small.names, 60.0)
+    assert sum(len(finding.blendshapes) for finding in found) == named
+    assert all(finding.urgency == "stop" for finding in found)

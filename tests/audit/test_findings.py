@@ -306,3 +306,31 @@ def test_the_audit_and_the_plan_agree_on_what_has_no_marker(with_narrow_blink):
     (one,) = of_kind(audit_rig(with_narrow_blink), "bare")
     task = task_of(see_face(with_narrow_blink), LayoutSettings())
     assert {task.face.used[k] for k in task.reachable} == set(task.face.used) - set(one.blendshapes)
+
+
+def test_what_is_named_for_the_jaw_and_turns_the_whole_head_was_exported_wrongly(rig):
+    about = Rotation.from_euler("x", 90, degrees=True).as_matrix()
+    turned = with_delta(rig, "jawOpen", rig.neutral @ about.T - rig.neutral)
+    turned = with_delta(turned, "headNod", rig.neutral @ about.T - rig.neutral + np.array([0, 1, 0]))
+    (finding,) = [one for one in of_kind(audit_rig(turned), "export") if "jawOpen" in one.blendshapes]
+    assert "though it is named for a movement of the face" in finding.message
+    assert finding.left_out
+    assert finding.urgency == "stop"
+
+
+def test_what_could_not_be_read_goes_back_to_the_rigger(rig):
+    note = "blendshapes that hold NaN were left out, clean them and export again: smile"
+    (finding,) = of_kind(audit_rig(replace(rig, note=f"its unit is assumed; {note}")), "export")
+    assert finding.message == note
+    assert finding.urgency == "rigger"
+
+
+def test_of_steps_of_one_movement_the_strongest_is_planned_and_of_equal_ones_that_with_a_known_name(rig):
+    half = with_delta(rig, "jaw_step_50", 0.5 * delta(rig, "jawOpen"))
+    assert "jawOpen" in audit_rig(half).used
+    assert "jaw_step_50" not in audit_rig(half).used
+    names = ("aaa", *rig.names)
+    twice = replace(rig, names=names, deltas=np.concatenate([delta(rig, "jawOpen")[None], rig.deltas]))
+    assert "aaa" not in audit_rig(twice).used
+    more = replace(rig, names=names, deltas=np.concatenate([1.5 * delta(rig, "jawOpen")[None], rig.deltas]))
+    assert {"aaa", "jawOpen"} & set(audit_rig(more).used) == {"aaa"}

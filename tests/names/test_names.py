@@ -62,3 +62,16 @@ def test_other_names_are_not_taken_for_arkit(name):
 def test_halves_of_undivided_blendshapes_keep_their_side():
     assert arkit_name("cheekPuff_R") == "cheekPuffRight"
     assert arkit_name("jawOpen.001") == "jawOpen"
+
+
+@pytest.mark.parametrize(
+    ("name", "arkit", "side"),
+    [
+        ("browDownLinks", "browDownLeft", "left"), ("eyeBlinkRechts", "eyeBlinkRight", "right"),
+        ("mouthSmile_gauche", "mouthSmileLeft", "left"), ("mouthSmile_droite", "mouthSmileRight", "right"),
+        ("eyeBlink_izq", "eyeBlinkLeft", "left"), ("eyeWideDerecha", "eyeWideRight", "right"),
+        ("cheekSquintSinistra", "cheekSquintLeft", "left"), ("noseSneerDireita", "noseSneerRight", "right"),
+    ],
+)  # fmt: skip
+def test_sides_are_read_in_the_languages_of_studios(name, arkit, side):
+    assert (arkit_name(name), side_of(name)) == (arkit, side)
