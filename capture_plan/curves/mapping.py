@@ -12,7 +12,7 @@ Weights    w[t, k] = sum_c s[c, k] x[t, c] with the shares s; OpenFace's intensi
 """
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,14 +76,18 @@ def map_weights(
     skipped: Iterable[tuple[str, str]] = (),
     scale: float = 1.0,
     read_as: Mapping[str, str] | None = None,
+    still: Collection[str] = (),
 ) -> WeightMapping:
     """Which of `columns` drives which of the blendshapes `names`; `skipped` were left out by the reader already.
 
     `scale` is what one unit of the columns is worth (0.01 where they are per cent), but for OpenFace's intensities.
-    `read_as` are other names to read columns by, whose values say something else than their names.
+    `read_as` are other names to read columns by, whose values say something else than their names. Columns that are
+    `still` all through the take yield to others that fit as well: of a blink and a wink the one that happens counts.
     RigError when nothing fits.
     """
     offers = _offers(columns, names, mine, read_as or {})
+    move = {(blendshape, rank) for column, blendshape, rank, _ in offers if column not in still}
+    offers = [one for one in offers if one[0] not in still or one[2] == 0 or (one[1], one[2]) not in move]
     best: dict[str, int] = {}
     for _, blendshape, rank, _ in offers:
         best[blendshape] = min(rank, best.get(blendshape, NO_FIT))

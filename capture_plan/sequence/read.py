@@ -135,7 +135,8 @@ def drive_rig(path: Path, take: WeightTable, rig: Rig | None, fps: float | None,
     if rig is None:
         raise RigError(f"{path.name} holds weights, not meshes: give the rig that they drive")
     take = without_raw(take, [*mine.weights, *mine.names] if mine else [])
-    mapping = map_weights(take.columns, rig.names, mine=mine, skipped=take.skipped)
+    still = still_columns(take)
+    mapping = map_weights(take.columns, rig.names, mine=mine, skipped=take.skipped, still=still)
     take = without_wild(take, mapping.columns)
     columns, messages = take.columns, take.notes
     notes = [*messages]
@@ -148,7 +149,9 @@ def drive_rig(path: Path, take: WeightTable, rig: Rig | None, fps: float | None,
     notes += take.notes[len(messages) :]
     if verdict.full != 1 or take.columns != columns or read_as:
         scale = 1 / verdict.full
-        mapping = map_weights(take.columns, rig.names, mine=mine, skipped=take.skipped, scale=scale, read_as=read_as)
+        mapping = map_weights(
+            take.columns, rig.names, mine=mine, skipped=take.skipped, scale=scale, read_as=read_as, still=still
+        )
     with np.errstate(all="ignore"):
         weights = drive(mapping, take.columns, rig.names, take.weights)
     if not (usual := np.abs(weights) < MOST_WEIGHT).all():
@@ -157,6 +160,13 @@ def drive_rig(path: Path, take: WeightTable, rig: Rig | None, fps: float | None,
         raise RigError(f"{path.name}: it {messages}: export the take again, or say what is full in a name map")
     rate = frame_rate(fps, take.fps, notes)
     return Sequence(path.stem, rig.neutral, rig.triangles, PosedFrames(rig, weights), rate, rig, mapping, tuple(notes))
+
+
+def still_columns(take: WeightTable) -> frozenset[str]:
+    """Columns that hold one value all through the take."""
+    if len(take.weights) < 2:
+        return frozenset()
+    return frozenset(name for name, one in zip(take.columns, np.ptp(take.weights, axis=0), strict=True) if one == 0)
 
 
 def judge_take(path: Path, take: WeightTable, driving: list[int], mine: NameMap | None) -> Verdict:

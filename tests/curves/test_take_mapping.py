@@ -124,3 +124,16 @@ def test_top_and_bottom_of_an_action_unit_are_the_upper_and_the_lower_lip():
     assert {column: {one.blendshape for one in drives if one.column == column} for column in lips} == {
         column: {blendshape} for column, blendshape in lips.items()
     }
+
+
+def test_of_a_blink_and_a_wink_that_stands_still_the_blink_counts():
+    names, columns = ("eyeBlinkLeft", "eyeBlinkRight"), ("まばたき", "ウィンク", "ウィンク右")
+    mapping = map_weights(columns, names, still=("ウィンク", "ウィンク右"))
+    assert {(one.column, one.blendshape) for one in mapping.drives} == {("まばたき", name) for name in names}
+    both = map_weights(columns, names)
+    assert {one.column for one in both.drives} == {"ウィンク", "ウィンク右"}
+
+
+def test_a_column_of_the_same_name_counts_though_it_stands_still():
+    mapping = map_weights(("eyeBlinkLeft", "blink_l"), ("eyeBlinkLeft",), still=("eyeBlinkLeft",))
+    assert [one.column for one in mapping.drives] == ["eyeBlinkLeft"]
