@@ -17,6 +17,10 @@ from capture_plan.sheets.head import Head, Posed, pose, spread_over
 from capture_plan.sheets.view import FRONT, LEFT, Picture, PictureFrame, Viewpoint, picture
 
 SIDED = 0.6  # eight tenths of the squared movement on one side
+ABOVE, BELOW, WIDE, FADE = 1.15, 0.75, 2.3, 0.18  # pupil distances: over the eyes, under the chin, across, of fading
+ASIDE = 0.75  # pupil distances, seen from the side
+SIDE_BLANK = 0.01  # what makes a picture fade at its sides too
+ARROWS, LEAST_ARROW_MM, SHARE, APART, SEEN = 3, 2.5, 0.3, 0.7, 0.15
 HEAT_STOPS = (0.0, 0.25, 0.5, 0.75, 1.0)
 HEAT_COLOURS = ((0.86, 0.86, 0.85), (0.98, 0.83, 0.45), (0.95, 0.52, 0.22), (0.78, 0.16, 0.20), (0.36, 0.04, 0.22))
 
@@ -32,7 +36,8 @@ KIND_COLOURS = (
 @dataclass(frozen=True, eq=False)
 class Shot:
     """One expression's pictures: from the front, three-quarter, how far each place moves up to `scale_mm`, and `kinds`,
-    where the skin is still, smoothing or active (Carrigan et al. 2020, Fig. 2).
+    where the skin is still, smoothing or active (Carrigan et al. 2020, Fig. 2). `arrows` are the largest movements in
+    the front view, from where to where, millimetres of view space.
     """
 
     expression: Expression
@@ -42,6 +47,34 @@ class Shot:
     kinds: Picture
     scale_mm: float
     side: str | None
+    arrows: Float[np.ndarray, "a 2 2"]
+
+
+def close_up(anchors: Anchors, view: Viewpoint, aspect: float) -> PictureFrame:
+    """The face as in a mirror at arm's length, brow to open jaw, in a frame of width = `aspect` x height."""
+    u = anchors.pupils
+    top, bottom = float(anchors.eye_left[1]) + ABOVE * u, float(anchors.chin[1]) - BELOW * u
+    middles = view.project(np.stack([anchors.eye_left, anchors.eye_right, anchors.corner_left, anchors.corner_right]))
+    height = max(top - bottom, WIDE * u / aspect)
+    top, bottom = top + 0.4 * (height - top + bottom), bottom - 0.6 * (height - top + bottom)
+    aside = ASIDE * u * float(np.sin(np.radians(view.azimuth)))  # the cheek lies there
+    middle, width = float(middles[:, 0].mean()) + aside, aspect * height
+    edge = FADE * u
+    return PictureFrame(middle - width / 2, middle + width / 2, bottom, top, edge, SIDE_BLANK, SIDE_BLANK, edge)
+
+
+def largest_movements(
+    rig: Rig, vertices: Float[np.ndarray, "v 3"], normals: Float[np.ndarray, "v 3"], unit: float
+) -> Float[np.ndarray, "a 2 2"]:
+    """Where the skin that is seen from the front moves most, and to where: at most ARROWS places, APART u apart."""
+    away = FRONT.project(vertices - rig.neutral)[:, :2]
+    length = np.linalg.norm(away, axis=1) * (rig.skin & (normals[:, 2] > SEEN))
+    least, found = max(LEAST_ARROW_MM, SHARE * float(length.max(initial=0))), []
+    while len(found) < ARROWS and length.max(initial=0) >= least:
+        v = int(length.argmax())
+        found.append(np.stack([FRONT.project(rig.neutral[v][None])[0, :2], FRONT.project(vertices[v][None])[0, :2]]))
+        length[np.linalg.norm(rig.neutral - rig.neutral[v], axis=1) < APART * unit] = 0
+    return np.stack(found) if found else np.zeros((0, 2, 2))
 
 
 def portrait(rig: Rig, anchors: Anchors, view: Viewpoint, aspect: float) -> PictureFrame:
@@ -106,18 +139,25 @@ def shoot(head: Head, anchors: Anchors, expression: Expression, *, mu: float, si
     heated = _coloured(head, posed, heat_colours(moved / scale))
     message = _coloured(head, posed, np.array(KIND_COLOURS)[kinds])
 
-    def seen(shown: Posed, view: Viewpoint, size: tuple[int, int]) -> Picture:
-        return picture(shown, view, portrait(rig, anchors, view, size[0] / size[1]), size_px=size)
+    def whole(shown: Posed) -> Picture:
+        frame = portrait(rig, anchors, FRONT, sizes.narrow[0] / sizes.narrow[1])
+        return picture(shown, FRONT, frame, size_px=sizes.narrow)
 
     return Shot(
         expression,
-        seen(posed, FRONT, sizes.large),
-        seen(posed, LEFT, sizes.small),
-        seen(heated, FRONT, sizes.narrow),
-        seen(message, FRONT, sizes.narrow),
+        near(posed, anchors, FRONT, sizes.large),
+        near(posed, anchors, LEFT, sizes.small),
+        whole(heated),
+        whole(message),
         scale,
         moved_side(rig, anchors, moved),
+        largest_movements(rig, vertices, posed.normals, anchors.pupils),
     )
+
+
+def near(shown: Posed, anchors: Anchors, view: Viewpoint, size: tuple[int, int]) -> Picture:
+    """A close-up of this many pixels, width and height."""
+    return picture(shown, view, close_up(anchors, view, size[0] / size[1]), size_px=size)
 
 
 def _coloured(head: Head, posed: Posed, colours: Float[np.ndarray, "v 3"]) -> Posed:

@@ -8,7 +8,7 @@ from capture_plan.sheets.furniture import head_line
 from capture_plan.sheets.page import MARGIN_MM, Booklet
 from capture_plan.sheets.style import ACCENT, FAINT, INK, SOFT, WASH, Number
 
-TOP_MM, BOTTOM_MM = 34.0, 26.0
+TOP_MM, BOTTOM_MM = 34.0, 21.0
 TALL_MM, FLAT_MM, STOP_MM = 9.8, 6.6, 6.4  # an expression has two lines; the line that says where to stop
 # Left edge of each column, millimetres from the margin.
 COLUMNS = {"slate": 1.5, "name": 11.0, "words": 23.0, "hard": 123.0, "hold": 140.0, "clock": 149.0, "covered": 161.0}
@@ -17,6 +17,7 @@ WORDS_MM, FAR_MM = (COLUMNS[key] - COLUMNS["words"] - 3 for key in ("hard", "hol
 TICKS = ("pass", "retake")
 TICK_MM = 10.0
 LEVELS = 5
+WHOLE = 1e-3  # per cent: less is rounding
 
 
 def paged(book: Booklet, of: Session) -> list[list[Item]]:
@@ -59,7 +60,7 @@ def draw_shot_list(
     left, right = MARGIN_MM, book.paper.width - MARGIN_MM
     y = TOP_MM - 4
     heads = {"slate": "slate", "name": "name", "words": "what the actor is told", "hard": "difficulty"}
-    for key, text in (heads | {"hold": "hold", "clock": "clock, min", "covered": "covered"}).items():
+    for key, text in (heads | {"hold": "hold", "clock": "minute", "covered": "covered"}).items():
         book.text(left + COLUMNS[key], y, text, 6.8, bold=True)
     ticks = right - TICK_MM * len(TICKS)
     for i, text in enumerate(TICKS):
@@ -76,11 +77,12 @@ def draw_shot_list(
     foot = min(y + 1, book.paper.height - BOTTOM_MM + 3)
     foot = book.paragraph(left, foot, note, 7, width=right - left, lines=1, colour=SOFT)
     last = items[-1:] == list(of.items[-1:])
+    lines = 2 if foot < book.paper.height - 2 * BOTTOM_MM else 1
     if apart and last:
         message = ". ".join(f"{heading} ({names.count(', ') + 1}): {names}" for heading, names, _ in apart)
-        foot = book.paragraph(left, foot, f"Planned apart. {message}", 7, width=right - left, lines=2, colour=SOFT)
+        foot = book.paragraph(left, foot, f"Planned apart. {message}", 7, width=right - left, lines=lines, colour=SOFT)
     if near and last:
-        book.paragraph(left, foot, near, 7, width=right - left, lines=2, bold=True)
+        book.paragraph(left, foot, near, 7, width=right - left, lines=lines, bold=True)
 
 
 def _summary(of: Session) -> str:
@@ -118,12 +120,17 @@ def _row(book: Booklet, item: Item, y: Number, ticks: Number) -> None:
     if item.difficulty:
         draw_level(book, left + COLUMNS["hard"], base - 0.3, item.difficulty.level)
     hold = f"{item.hold_s:g} s" if item.hold_s else ""
-    covered = f"{item.covered:.0%}" if expression else ""
+    covered = covered_words(item.covered) if expression else ""
     for key, text in {"hold": hold, "clock": f"{item.minutes:.1f}", "covered": covered}.items():
         book.text(left + COLUMNS[key], base, text, 8, colour=ink)
     for i in range(len(TICKS) if item.kind != "pause" else 0):
         book.box(ticks + TICK_MM * (i + 0.5) - 1.9, y + tall / 2 - 1.9, 3.8, 3.8, fill="#ffffff", width=0.25)
     book.line((left, y + tall), (right, y + tall), width=0.1, colour=FAINT)
+
+
+def covered_words(share: float) -> str:
+    """Whole per cent, 100 only for all."""
+    return f"{int(100 * share + WHOLE)} %"
 
 
 def _stop(book: Booklet, words: str, y: Number) -> None:

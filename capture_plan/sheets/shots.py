@@ -6,6 +6,7 @@ Lengths are page millimetres from the top left corner, y down.
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 from PIL import Image
 
 from capture_plan.expressions.sentences import FROM_REST
@@ -13,14 +14,17 @@ from capture_plan.expressions.session import Item
 from capture_plan.sheets.expression_page import KIND_COLOURS, KIND_NAMES, Shot, heat_colours
 from capture_plan.sheets.furniture import tick_boxes
 from capture_plan.sheets.page import MARGIN_MM, Align, Booklet
-from capture_plan.sheets.shot_list import draw_level
+from capture_plan.sheets.shot_list import covered_words, draw_level
 from capture_plan.sheets.style import ACCENT, FAINT, INK, SOFT, WASH, Number
+from capture_plan.sheets.view import Picture
 
 GAP_MM = 4.0
 LARGE_SHARE = 0.6  # of the width, for the front view
-FACTS_MM = 99.0  # below the pictures
+FACTS_MM = 84.0  # below the pictures
 OVERVIEW_COLUMNS = (4, 5)  # five where that saves a page
 THUMBNAIL_PX = 360
+LEAST_ARROW_MM, HEAD_MM = 9.0, 3.6  # on the page
+MAP_COLUMNS, MAP_MM = 3, (31.0, 40.0)
 
 
 def shot_number(index: int) -> str:
@@ -29,28 +33,27 @@ def shot_number(index: int) -> str:
 
 
 class Plates(NamedTuple):
-    """Where the pictures stand: top, width and height of the large and of the small one, width of each narrow one."""
+    """Where the pictures stand: top, width and height of the large and of the small ones."""
 
     top: float
     large: float
     tall: float
     small: float
     short: float
-    narrow: float
 
 
 def plates(book: Booklet) -> Plates:
-    """The large front view on the left; on the right a small one above two narrow ones of the same height."""
+    """The large front view on the left; on the right two small ones, one above the other."""
     width = book.paper.width - 2 * MARGIN_MM - GAP_MM
     top = 54.0
-    tall = min(book.paper.height - top - FACTS_MM, 166.0)
+    tall = min(book.paper.height - top - FACTS_MM, 180.0)
     large = LARGE_SHARE * width
     small = width - large
-    return Plates(top, large, tall, small, (tall - 14.0) / 2, (small - 2) / 2)
+    return Plates(top, large, tall, small, (tall - 10.0) / 2)
 
 
-def draw_expression(book: Booklet, shot: Shot, item: Item, index: int, total: int) -> None:
-    """The page of one expression, but for its foot; `item` is its line of the shot list."""
+def draw_expression(book: Booklet, shot: Shot, relaxed: Picture, item: Item, index: int, total: int) -> None:
+    """The page of one expression, but for its foot; `item` is its line of the shot list, `relaxed` the neutral."""
     e = shot.expression
     left, right = MARGIN_MM, book.paper.width - MARGIN_MM
     book.text(left, 19, shot_number(index), 34, bold=True)
@@ -63,7 +66,7 @@ def draw_expression(book: Booklet, shot: Shot, item: Item, index: int, total: in
     book.paragraph(left, 30, e.sentence, 22, width=right - left, lines=2, bold=True)
     if shot.side:
         _one_side(book, shot.side)
-    _pictures(book, shot)
+    _pictures(book, shot, relaxed)
     _facts(book, shot, item)
 
 
@@ -112,8 +115,8 @@ def _one_side(book: Booklet, side: str) -> None:
     book.text(middle, top - 3.4, text, 11, bold=True, align="centre", colour="#ffffff")
 
 
-def _pictures(book: Booklet, shot: Shot) -> None:
-    top, large, tall, small, short, narrow = plates(book)
+def _pictures(book: Booklet, shot: Shot, relaxed: Picture) -> None:
+    top, large, tall, small, short = plates(book)
     left, x = MARGIN_MM, MARGIN_MM + large + GAP_MM
     book.image(shot.front.rgb, left, top, large, tall)
     book.text(left + 1, top + tall - 1.5, "actor's right", 8.5, bold=True, colour=SOFT)
@@ -121,10 +124,59 @@ def _pictures(book: Booklet, shot: Shot) -> None:
     book.image(shot.three_quarter.rgb, x, top, small, short)
     book.text(x, top + short + 2.2, "from the actor's left", 7.4, colour=SOFT)
     below = top + short + 5
-    book.image(shot.heat.rgb, x, below, narrow, short)
-    _heat_bar(book, x, below + short + 1.2, narrow, shot.scale_mm)
-    book.image(shot.kinds.rgb, x + small - narrow, below, narrow, short)
-    _kinds_key(book, x + small - narrow, below + short + 1.2, narrow)
+    book.image(relaxed.rgb, x, below, small, short)
+    book.text(x, below + short + 2.2, "relaxed, to compare", 7.4, colour=SOFT)
+    for start, end in shot.arrows:
+        _arrow(book, *_on_page(shot.front, np.stack([start, end]), left, top, large))
+
+
+def _on_page(
+    shown: Picture, points: Float[np.ndarray, "n 2"], x: Number, y: Number, width: Number
+) -> Float[np.ndarray, "n 2"]:
+    """Places on the page of points of view space on a picture that stands at (x, y) with this width."""
+    frame = shown.frame
+    return (points - [frame.left, frame.top]) * [1, -1] * (width / frame.width) + [x, y]
+
+
+def _arrow(book: Booklet, start: Float[np.ndarray, " 2"], end: Float[np.ndarray, " 2"]) -> None:
+    """An arrow that ends where the skin goes, long enough to be seen."""
+    away = end - start
+    along = away / max(float(np.hypot(*away)), 1e-9)
+    start, across = end - along * max(float(np.hypot(*away)), LEAST_ARROW_MM), np.array([-along[1], along[0]])
+    head = np.array([end, end - HEAD_MM * along + HEAD_MM / 2 * across, end - HEAD_MM * along - HEAD_MM / 2 * across])
+    book.polygon(head, fill="#ffffff", line="#ffffff", width=1.4)
+    book.line(start, end - HEAD_MM * along, width=2.4, colour="#ffffff")
+    book.line(start, end - HEAD_MM / 2 * along, width=1.1, colour=ACCENT)
+    book.polygon(head, fill=ACCENT, line=ACCENT, width=0.2)
+
+
+def draw_maps(book: Booklet, shots: list[Shot], first: int) -> int:
+    """How far every place of the face moves, and which skin is active, for as many expressions as fit on the last page
+    from `first` on; returns the first that did not fit."""
+    left, width = MARGIN_MM, book.paper.width - 2 * MARGIN_MM
+    book.text(left, 15, "WHERE THE FACE MOVES", 19, bold=True)
+    words = "for technicians: how far the skin moves, and which skin is active, which only smooth, which still"
+    book.text(left, 20.6, words, 8.2, colour=SOFT, fit=width)
+    book.line((left, 23.6), (left + width, 23.6), width=0.5)
+    rows, last = map_rows(book), min(first + map_rows(book) * MAP_COLUMNS, len(shots))
+    cell_w, cell_h = width / MAP_COLUMNS, (book.paper.height - 27 - 11) / rows
+    for index in range(first, last):
+        row, column = divmod(index - first, MAP_COLUMNS)
+        x, y, shot = left + column * cell_w, 27 + row * cell_h, shots[index]
+        e, narrow, short = shot.expression, MAP_MM[0], MAP_MM[1]
+        book.text(x, y + 4, shot_number(index), 11, bold=True)
+        share = f"takes {e.gain:.1%} of the squared error, {covered_words(e.covered)} so far"
+        book.text(x + 11, y + 4, share, 7, colour=SOFT, fit=cell_w - 12)
+        book.image(shot.heat.rgb, x, y + 5.5, narrow, short)
+        _heat_bar(book, x, y + 6.5 + short, narrow, shot.scale_mm)
+        book.image(shot.kinds.rgb, x + narrow + 1, y + 5.5, narrow, short)
+        _kinds_key(book, x + narrow + 1, y + 6.5 + short, narrow)
+    return last
+
+
+def map_rows(book: Booklet) -> int:
+    """Rows of maps on a page."""
+    return int((book.paper.height - 38) // (MAP_MM[1] + 15))
 
 
 def _kinds_key(book: Booklet, x: Number, y: Number, width: Number) -> None:
@@ -147,19 +199,13 @@ def _heat_bar(book: Booklet, x: Number, y: Number, width: Number, scale_mm: Numb
 
 
 def _facts(book: Booklet, shot: Shot, item: Item) -> None:
-    """Importance, difficulty, what to avoid, what to do instead, and what is ticked and written at the shoot."""
+    """Difficulty, what to avoid, what to do instead, and what is ticked and written at the shoot."""
     e, left, right = shot.expression, MARGIN_MM, book.paper.width - MARGIN_MM
     plate = plates(book)
     y, width = plate.top + plate.tall + 9, right - left
-    book.text(left, y, f"takes {e.gain:.1%} of the expected squared error", 10.5, bold=True)
-    book.text(right, y, f"{e.covered:.0%} covered after this one", 10.5, bold=True, align="right")
-    start, end = max(e.covered - e.gain, 0), min(e.covered, 1)
-    book.box(left, y + 2, width, 3.6, fill=WASH, line=None)
-    book.box(left, y + 2, width * start, 3.6, fill="#9db8e8", line=None)
-    book.box(left + width * start, y + 2, max(width * (end - start), 0.3), 3.6, fill=ACCENT, line=None)
     half = (width - 6) / 2
-    _hard(book, item, left, y + 12, half)
-    _instead(book, item, left + half + 6, y + 12, half)
+    _hard(book, item, left, y, half)
+    _instead(book, item, left + half + 6, y, half)
     names = "Blendshapes at full: " + ", ".join(e.blendshapes)
     if e.drivers:
         names += f"; held besides: {', '.join(e.drivers)}"
@@ -217,7 +263,7 @@ def _thumbnail(book: Booklet, shot: Shot, index: int, x: Number, y: Number, w: N
     book.image(small, x + (w - picture_w) / 2, y + 0.5, picture_w, picture_w * rows / columns)
     book.text(x + 1.5, y + 5, shot_number(index), 13, bold=True)
     book.box(x + w - 6, y + 1.6, 4.2, 4.2, fill="#ffffff", width=0.3)
-    book.text(x + w - 1.5, y + h - text_h + 0.5, f"{e.covered:.0%}", 7.5, bold=True, align="right", colour=ACCENT)
+    book.text(x + w - 1.5, y + h - text_h + 0.5, covered_words(e.covered), 7.5, bold=True, align="right", colour=ACCENT)
     if shot.side:
         book.text(x + 1.5, y + h - text_h + 0.5, f"actor's {shot.side}", 6.6, bold=True, colour=ACCENT)
     book.paragraph(x + 1.5, y + h - text_h + 1.4, e.sentence, 7.6, width=w - 3, lines=3)

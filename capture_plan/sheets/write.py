@@ -23,7 +23,7 @@ from capture_plan.plan.record import Plan
 from capture_plan.plan.summary import expression_words
 from capture_plan.progress import track
 from capture_plan.rig import Rig
-from capture_plan.sheets.expression_page import Sizes, shoot
+from capture_plan.sheets.expression_page import Sizes, near, shoot
 from capture_plan.sheets.furniture import HeadLine, SheetSource, foot_line
 from capture_plan.sheets.head import Head, make_head
 from capture_plan.sheets.marker_pages import (
@@ -36,8 +36,18 @@ from capture_plan.sheets.marker_pages import (
 from capture_plan.sheets.marker_table import VERTEX, may_stand
 from capture_plan.sheets.page import Booklet, paper
 from capture_plan.sheets.shot_list import draw_shot_list, paged
-from capture_plan.sheets.shots import draw_expression, draw_overview, overview_grid, plates, shot_number
-from capture_plan.sheets.view import pixels
+from capture_plan.sheets.shots import (
+    MAP_COLUMNS,
+    MAP_MM,
+    draw_expression,
+    draw_maps,
+    draw_overview,
+    map_rows,
+    overview_grid,
+    plates,
+    shot_number,
+)
+from capture_plan.sheets.view import FRONT, pixels
 
 Sheet = Literal["a4", "letter", "a3"]  # the names in `page.PAPERS`
 WRITES = ("sheets.pdf", "pages")  # into a folder
@@ -94,7 +104,9 @@ def draw_sheets(plan: Plan, rig: Rig, *, sheet: str, dpi: int) -> Booklet:
     markers = MarkerPages(book, face, placing, (placing,), may_stand(face.rings), dpi)
     lists, (rows, columns) = paged(book, plan.session), overview_grid(book, len(plan.packing.expressions))
     overviews = -(-len(plan.packing.expressions) // (rows * columns))
-    pages = markers.count + len(lists) + overviews + len(plan.packing.expressions)
+    count = len(plan.packing.expressions)
+    maps = -(-count // (map_rows(book) * MAP_COLUMNS))
+    pages = markers.count + len(lists) + overviews + count + maps
     source = SheetSource(rig.name, f"plan {fingerprint(plan)}", pages)
 
     def add_page(title: str) -> None:
@@ -115,8 +127,9 @@ def draw_expressions(
 ) -> None:
     """A page for each expression, behind so many pages of all of them."""
     book, expressions, mu = markers.book, plan.packing.expressions, plan.settings.expressions.mu
-    _, large, tall, small, short, narrow = plates(book)
-    sizes = Sizes(*(pixels(wide, high, markers.dpi) for wide, high in ((large, tall), (small, short), (narrow, short))))
+    _, large, tall, small, short = plates(book)
+    sizes = Sizes(*(pixels(wide, high, markers.dpi) for wide, high in ((large, tall), (small, short), MAP_MM)))
+    relaxed = near(markers.face.posed, markers.anchors, FRONT, sizes.small)
     shots = [shoot(head, markers.anchors, e, mu=mu, sizes=sizes) for e in track(expressions, "Drawing expressions")]
     line_of = {item.name: item for item in plan.session.items}
     first = 0
@@ -125,7 +138,11 @@ def draw_expressions(
         first = draw_overview(book, shots, first, len(shots), packed_words(plan))
     for i, shot in enumerate(shots):
         add_page(f"{shot_number(i)}")
-        draw_expression(book, shot, line_of[shot.expression.name], i, len(shots))
+        draw_expression(book, shot, relaxed, line_of[shot.expression.name], i, len(shots))
+    first = 0
+    while first < len(shots):
+        add_page("maps" if first == 0 else f"maps-{first // (map_rows(book) * MAP_COLUMNS) + 1}")
+        first = draw_maps(book, shots, first)
 
 
 def draw_marker_sheets(layout: Layout, rig: Rig, *, sheet: str, dpi: int) -> Booklet:

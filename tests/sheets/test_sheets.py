@@ -1,5 +1,6 @@
 """Sheets measure true, show each marker where it projects, and come out the same every time."""
 
+import ctypes
 import io
 
 import numpy as np
@@ -18,7 +19,15 @@ from capture_plan.layout.record import Information, Landmark, Layout
 from capture_plan.plan.record import FORMAT_VERSION, Plan, RigReference
 from capture_plan.plan.settings import Settings
 from capture_plan.sheets import expression_pictures, marker_pictures, region_looks, write_sheets
-from capture_plan.sheets.expression_page import heat_colours, heat_scale, moved_side, movement, portrait
+from capture_plan.sheets.expression_page import (
+    close_up,
+    heat_colours,
+    heat_scale,
+    largest_movements,
+    moved_side,
+    movement,
+    portrait,
+)
 from capture_plan.sheets.furniture import CHECK_BAR_MM
 from capture_plan.sheets.head import curved_middles, make_head, pose, split_triangles
 from capture_plan.sheets.markers import MarkedFace, draw_markers, place_all
@@ -228,7 +237,7 @@ def test_what_is_written_is_one_pdf_and_a_png_of_each_page(written):
     pdf = pypdfium2.PdfDocument(written[0])
     assert written[0].name == "sheets.pdf"
     markers = [path for path in written[1:] if "markers-" in path.name]
-    assert len(pdf) == len(written) - 1 == len(markers) + 1 + 1 + 1 + 2
+    assert len(pdf) == len(written) - 1 == len(markers) + 1 + 1 + 1 + 2 + 1  # table, list, overview, expressions, maps
     assert len([path for path in markers if "-mirror" in path.name]) == len(markers) / 2
     for path in written[1:]:
         with Image.open(path) as image:
@@ -237,7 +246,7 @@ def test_what_is_written_is_one_pdf_and_a_png_of_each_page(written):
 
 def test_pages_say_whose_left_and_name_every_marker(written, plan):
     pdf = pypdfium2.PdfDocument(written[0])
-    front, table, page = (pdf[i].get_textpage().get_text_range() for i in (0, len(pdf) - 5, len(pdf) - 2))
+    front, table, page = (pdf[i].get_textpage().get_text_range() for i in (0, len(pdf) - 6, len(pdf) - 3))
     assert "ACTOR'S LEFT" in front
     assert "ACTOR'S RIGHT" in front
     assert all(mark.name in table for mark in plan.layout.landmarks)
@@ -252,7 +261,7 @@ def test_the_same_plan_gives_the_same_bytes(rig, plan, written, tmp_path):
 
 def test_odd_names_are_printed_as_they_are(rig, tmp_path):
     pdf = pypdfium2.PdfDocument(write_sheets(make(rig, label=ODD), rig, tmp_path, paper="letter", dpi=30)[0])
-    assert "<b>&amp;" in pdf[len(pdf) - 5].get_textpage().get_text_range()
+    assert "<b>&amp;" in pdf[len(pdf) - 6].get_textpage().get_text_range()
 
 
 def test_a_plan_of_another_rig_is_refused_and_nothing_written(rig, plan, tmp_path):
@@ -352,3 +361,40 @@ def test_actors_left_stands_on_the_side_where_the_actors_left_is_drawn(written, 
     second = text.get_text_bounded(left=width / 2, right=width, bottom=bottom, top=top)
     assert ("LEFT" in second, "RIGHT" in first) == (left_is_on_the_right, left_is_on_the_right)
     assert ("RIGHT" in second, "LEFT" in first) == (not left_is_on_the_right, not left_is_on_the_right)
+
+
+def test_arrows_go_from_where_the_skin_was_to_where_it_goes_and_keep_apart(rig, face):
+    vertices, _ = movement(rig, expression("jaw", "Open.", 1.0, "jawOpen"))
+    arrows = largest_movements(rig, vertices, face.posed.normals, face.anchors.pupils)
+    assert 1 <= len(arrows) <= 3
+    length = np.linalg.norm(arrows[:, 1] - arrows[:, 0], axis=1)
+    seen_skin = rig.skin & (face.posed.normals[:, 2] > 0.15)
+    assert length[0] == pytest.approx(np.linalg.norm((vertices - rig.neutral)[seen_skin, :2], axis=1).max(), rel=1e-4)
+    assert (arrows[:, 1, 1] < arrows[:, 0, 1]).all()  # a jaw that opens goes down
+    assert (
+        np.linalg.norm(arrows[:, None, 0] - arrows[None, :, 0], axis=2)[~np.eye(len(arrows), dtype=bool)] > 10
+    ).all()
+    assert len(largest_movements(rig, rig.neutral, face.posed.normals, 60.0)) == 0
+
+
+@pytest.mark.parametrize("view", [FRONT, LEFT])
+def test_a_close_up_shows_eyes_and_chin_and_an_open_jaw(face, view):
+    frame, a = close_up(face.anchors, view, 0.7), face.anchors
+    for place in (a.eye_left, a.eye_right, a.mouth, a.chin - [0, 0.6 * a.pupils, 0]):
+        x, y, _ = view.project(place[None])[0]
+        assert frame.left < x < frame.right
+        assert frame.bottom < y < frame.top
+    assert (a.pupils / frame.width) > 0.3  # the face, not the head
+
+
+def test_every_letter_on_every_page_is_seven_points_or_more(written):
+    for page in pypdfium2.PdfDocument(written[0]):
+        for each in page.get_objects(filter=[1]):
+            assert pdfium_size(each) >= 6.99
+
+
+def pdfium_size(text):
+    """Size of a text object on paper, points."""
+    size = ctypes.c_float()
+    assert pypdfium2.raw.FPDFTextObj_GetFontSize(text.raw, size)
+    return size.value * abs(text.get_matrix().d)
