@@ -13,10 +13,12 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from msgspec import Struct
+from scipy.sparse import csr_array
 
 from capture_plan.evaluation.tangent_chart import Chart, in_words
 from capture_plan.layout.gains import error_gains
 from capture_plan.layout.observation import PRIOR_SD, Observation
+from capture_plan.mesh import geodesic_distance
 
 GROWTH = 1.1  # the upper estimate may grow by a tenth
 EXTENT_MM, STEP_MM, DIRECTIONS = 15.0, 0.5, 16  # places that are tried around a landmark
@@ -201,3 +203,10 @@ def substitutes(
         direction = in_words(chart.flat[n] / distance[n] @ chart.axes)
         answers.append(Substitute(int(chart.at[n]), float(distance[n]), direction, float(error[n])))
     return tuple(answers)
+
+
+def free_for(graph: csr_array, vertices: Int[np.ndarray, " m"], spacing_mm: float) -> Bool[np.ndarray, "m v"]:
+    """free[m, v]: vertex v keeps the spacing to every landmark but m, and carries none."""
+    close = geodesic_distance(graph, vertices, limit=spacing_mm) < spacing_mm
+    close[np.arange(len(vertices)), vertices] = True
+    return close.sum(axis=0) - close == 0

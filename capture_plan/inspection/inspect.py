@@ -4,9 +4,8 @@ Everything is computed from the rig and the landmarks' vertices. Lengths are in 
 """
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Bool
 from msgspec import Struct
-from scipy.sparse import csr_array
 
 from capture_plan.evaluation.alternatives import Alternative, alternatives
 from capture_plan.evaluation.identifiability import (
@@ -24,13 +23,22 @@ from capture_plan.evaluation.identifiability import (
 )
 from capture_plan.evaluation.layout_similarity import Similarity, similarities
 from capture_plan.evaluation.monte_carlo import Trial, trials
-from capture_plan.evaluation.robustness import EXTENT_MM, Loss, Substitute, Tolerance, losses, substitutes, tolerances
+from capture_plan.evaluation.robustness import (
+    EXTENT_MM,
+    Loss,
+    Substitute,
+    Tolerance,
+    free_for,
+    losses,
+    substitutes,
+    tolerances,
+)
 from capture_plan.evaluation.tangent_chart import Chart, flatten
 from capture_plan.layout.face import Face, see_face
 from capture_plan.layout.predict import performances, predictions
 from capture_plan.layout.record import Information, MotionFit, Prediction
 from capture_plan.layout.settings import LayoutSettings
-from capture_plan.mesh import geodesic_distance, vertex_normals
+from capture_plan.mesh import vertex_normals
 from capture_plan.plan.inputs import PlanInputs, inputs_for
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
@@ -178,10 +186,3 @@ def marker_reports(
         )
         for m, landmark in enumerate(plan.layout.landmarks)
     )
-
-
-def free_for(graph: csr_array, vertices: Int[np.ndarray, " m"], spacing_mm: float) -> Bool[np.ndarray, "m v"]:
-    """free[m, v]: vertex v keeps the spacing to every landmark but m, and carries none."""
-    close = geodesic_distance(graph, vertices, limit=spacing_mm) < spacing_mm
-    close[np.arange(len(vertices)), vertices] = True
-    return close.sum(axis=0) - close == 0

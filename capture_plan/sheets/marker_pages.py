@@ -14,12 +14,14 @@ import numpy as np
 
 from capture_plan.anatomy.regions import UNNAMED, face_regions
 from capture_plan.anatomy.zones import DOT_MM
+from capture_plan.evaluation.fallen import Falling
 from capture_plan.face.anchors import Anchors
 from capture_plan.layout.record import Landmark, Layout, MotionFit
 from capture_plan.layout.spacing import nearest_straight, nearest_two
 from capture_plan.mesh import surface_graph
 from capture_plan.progress import track
 from capture_plan.rig import Rig
+from capture_plan.sheets.care_card import care_rows, draw_care
 from capture_plan.sheets.furniture import HeadLine, check_bar, head_line, legend, sides
 from capture_plan.sheets.head import Head, pose
 from capture_plan.sheets.marker_table import Column, draw_table, rows_per_page
@@ -95,7 +97,8 @@ def take_words(fit: MotionFit) -> str:
 @dataclass
 class MarkerPages:
     """Draws the pages into a book; `add_page` begins one. `placing` is the line under the title of every page, and
-    `table` are at most two lines under that of the table."""
+    `table` are at most two lines under that of the table. With `fallen` there is a card on what to do when a dot falls
+    off; `says` are the movements of blendshapes in words."""
 
     book: Booklet
     face: MarkedFace
@@ -103,6 +106,8 @@ class MarkerPages:
     table: HeadLine
     last: Column
     dpi: int
+    fallen: Falling | None = None
+    says: Mapping[str, str] = field(default_factory=dict)
     shown: set[str] = field(default_factory=set)
 
     @cached_property
@@ -113,7 +118,9 @@ class MarkerPages:
     @property
     def count(self) -> int:
         """How many pages there will be."""
-        return 2 * len(self.placed[0]) + -(-len(self.face.landmarks) // rows_per_page(self.book))
+        several = len(self.face.landmarks)
+        cards = -(-several // care_rows(self.book)) if self.fallen else 0
+        return 2 * len(self.placed[0]) + -(-several // rows_per_page(self.book)) + cards
 
     @property
     def anchors(self) -> Anchors:
@@ -139,6 +146,11 @@ class MarkerPages:
             some = landmarks[first : first + per_page]
             draw_table(self.book, some, self.face, self.table, self.last)
             self._unseen([m.name for m in some if m in hidden])
+        step = care_rows(self.book)
+        for n, first in enumerate(range(0, len(landmarks) if self.fallen else 0, step)):
+            add_page("care-card" if n == 0 else f"care-card-{n + 1}")
+            assert self.fallen is not None
+            draw_care(self.book, landmarks[first : first + step], self.fallen, self.face, self.placing, self.says)
 
     def _page(self, page: Placed, title: str) -> None:
         book, face = self.book, self.face

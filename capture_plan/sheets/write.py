@@ -14,6 +14,7 @@ import pypdfium2
 
 from capture_plan.anatomy.kinds import apart_lines
 from capture_plan.errors import PlanError
+from capture_plan.evaluation.fallen import falling
 from capture_plan.evaluation.rings import rings_of
 from capture_plan.layout.dot_contact import meeting_words
 from capture_plan.layout.record import Layout
@@ -101,7 +102,10 @@ def draw_sheets(plan: Plan, rig: Rig, *, sheet: str, dpi: int) -> Booklet:
         rig, head, plan.layout, rings_of(rig, plan.audit.used, plan.settings.landmarks, plan.layout.landmarks), dot_mm
     )
     placing = placing_words(plan.layout, dot_mm, face.rings)
-    markers = MarkerPages(book, face, placing, (placing,), may_stand(face.rings), dpi)
+    chosen = plan.settings.landmarks
+    says = {one.name: one.words for one in plan.audit.details}
+    cared = falling(rig, plan.audit.used, chosen, plan.layout.landmarks, cameras=plan.settings.cameras is not None)
+    markers = MarkerPages(book, face, placing, (placing,), may_stand(face.rings), dpi, cared, says)
     lists, (rows, columns) = paged(book, plan.session), overview_grid(book, len(plan.packing.expressions))
     overviews = -(-len(plan.packing.expressions) // (rows * columns))
     count = len(plan.packing.expressions)

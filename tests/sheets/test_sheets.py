@@ -237,7 +237,7 @@ def test_what_is_written_is_one_pdf_and_a_png_of_each_page(written):
     pdf = pypdfium2.PdfDocument(written[0])
     assert written[0].name == "sheets.pdf"
     markers = [path for path in written[1:] if "markers-" in path.name]
-    assert len(pdf) == len(written) - 1 == len(markers) + 1 + 1 + 1 + 2 + 1  # table, list, overview, expressions, maps
+    assert len(pdf) == len(written) - 1 == len(markers) + 1 + 1 + 1 + 1 + 2 + 1  # table, card, list, overview, expressions, maps
     assert len([path for path in markers if "-mirror" in path.name]) == len(markers) / 2
     for path in written[1:]:
         with Image.open(path) as image:
@@ -246,7 +246,7 @@ def test_what_is_written_is_one_pdf_and_a_png_of_each_page(written):
 
 def test_pages_say_whose_left_and_name_every_marker(written, plan):
     pdf = pypdfium2.PdfDocument(written[0])
-    front, table, page = (pdf[i].get_textpage().get_text_range() for i in (0, len(pdf) - 6, len(pdf) - 3))
+    front, table, page = (pdf[i].get_textpage().get_text_range() for i in (0, len(pdf) - 7, len(pdf) - 3))
     assert "ACTOR'S LEFT" in front
     assert "ACTOR'S RIGHT" in front
     assert all(mark.name in table for mark in plan.layout.landmarks)
@@ -261,7 +261,7 @@ def test_the_same_plan_gives_the_same_bytes(rig, plan, written, tmp_path):
 
 def test_odd_names_are_printed_as_they_are(rig, tmp_path):
     pdf = pypdfium2.PdfDocument(write_sheets(make(rig, label=ODD), rig, tmp_path, paper="letter", dpi=30)[0])
-    assert "<b>&amp;" in pdf[len(pdf) - 6].get_textpage().get_text_range()
+    assert "<b>&amp;" in pdf[len(pdf) - 7].get_textpage().get_text_range()
 
 
 def test_a_plan_of_another_rig_is_refused_and_nothing_written(rig, plan, tmp_path):
