@@ -20,6 +20,7 @@ from capture_plan.anatomy.delta_relations import Finding
 from capture_plan.anatomy.regions import face_regions
 from capture_plan.face.anchors import Anchors
 from capture_plan.face.flying import flying
+from capture_plan.face.lids import lid_gaps, shut
 from capture_plan.face.of_rig import rig_channels
 from capture_plan.face.sense_size import size_reason
 from capture_plan.face.shape import border_loops
@@ -38,7 +39,6 @@ FACES_IN = 0.2  # of these: so many more are stopped above than below
 FINE = 40_000  # vertices of skin: all of a finer mesh would ask for millions of close pairs
 GRAIN_MM = 1.5  # half a dot: no hand places one more exactly
 LIPS_APART = 0.2  # pupil distances: twelve faces with closed lips 0.09 at most
-SHUT, LID_VERTICES = 0.2, 6  # height of an eye over its width: eleven faces 0.33 and more, half shut 0.16
 LEAST_MOVED = {"jaw open": 0.3, "blink": 0.1}  # pupil distances: eleven faces 0.6 and 0.15 at least
 NOSTRIL = 0.45  # pupil distances from the tip of the nose
 
@@ -160,16 +160,8 @@ def open_lips(anchors: Anchors) -> list[Finding]:
 
 def shut_lids(rig: Rig, anchors: Anchors) -> list[Finding]:
     """A neutral whose eyes are closed, both or one."""
-    found = {}
-    for side, sign in (("left", 1), ("right", -1)):
-        lids = rig.neutral[anchors.lids[sign * (rig.neutral[anchors.lids, 0] - anchors.midline) > 0]]
-        if len(lids) < LID_VERTICES:
-            continue
-        low, high = lids[:, 0].min(), lids[:, 0].max()
-        middle = lids[np.abs(lids[:, 0] - (low + high) / 2) < (high - low) / 4, 1]
-        apart = float(np.ptp(middle)) if len(middle) else np.inf
-        if apart < SHUT * (high - low):
-            found[side] = apart
+    gaps = lid_gaps(rig.neutral, anchors.lids, anchors.midline)
+    found = {side: gap[0] for side, gap in gaps.items() if shut(gap)}
     if not found:
         return []
     which = "the eyes are" if len(found) == 2 else f"the {next(iter(found))} eye is"

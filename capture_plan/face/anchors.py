@@ -18,7 +18,7 @@ from itertools import product
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from capture_plan.face.lids import NEAR_OPENING, against_eyes, around, before_the_balls
+from capture_plan.face.lids import NEAR_OPENING, against_eyes, around, before_the_balls, lid_gaps, shut
 from capture_plan.face.lips import against_mouth
 from capture_plan.face.moving import NOISE_MM
 from capture_plan.face.of_rig import rig_channels, rig_points, rig_shape
@@ -127,7 +127,9 @@ def surface_anchors(rig: Rig, points: Points) -> Anchors:
     openings = _openings(rig)
     eyes, lids = _eyes(rig, openings, x0, points.eyes)
     doubt = () if points.eyes.places is None else against_eyes(eyes, points.eyes.places)
-    doubt += looks_elsewhere(rig, eyes, x0) + unlike_eyes(eyes, x0)
+    doubt += looks_elsewhere(rig, eyes, x0)
+    if not any(map(shut, lid_gaps(rig.neutral, lids, x0).values())):  # the middle of closed lids lies lower
+        doubt += unlike_eyes(eyes, x0)
     found = ("eyes",) if points.eyes.sure and not doubt else ()
     unit = float(np.linalg.norm(eyes[0] - eyes[1]))
     mouth, corners, lips = _mouth(rig, openings, eyes.mean(axis=0), unit, x0, points.mouth)

@@ -8,15 +8,17 @@ Apart      eyes that were drawn onto lids or eyeballs NEAR p from e and more: on
 """
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from capture_plan.face.points import NEAR
 from capture_plan.face.shape import Shape, middle_of_box
+from capture_plan.names.arkit import Side
 from capture_plan.rig.understood import Sign
 
 NEAR_OPENING = 0.2  # pupil distances from an eye to the middle of its opening
 BY = 0.1  # pupil distances; drawn brows of two avatars pass at 0.16 to 0.23
 WIDER_LIDS = 1.065  # times as far apart as the eyeballs: lids of human scans 1.06 at most, drawn wide 1.07 to 1.10
+SHUT, LID_VERTICES = 0.2, 6  # height of an eye over its width: eleven faces 0.33 and more, half shut 0.16
 ROUND, HALF_A_BALL, BALL_VERTICES = 0.85, 0.4, 12  # height over width, depth over width
 
 
@@ -53,3 +55,25 @@ def _round(eye: Float[np.ndarray, "n 3"], p: float) -> bool:
     """Whether a part is round as seen from the front, deep, and not wider than an eye."""
     x, y, z = np.ptp(eye, axis=0)
     return bool(ROUND < x / max(y, 1e-9) < 1 / ROUND and z > HALF_A_BALL * x and x < p)
+
+
+def lid_gaps(
+    neutral: Float[np.ndarray, "v 3"], lids: Int[np.ndarray, " n"], x0: float
+) -> dict[Side, tuple[float, float]]:
+    """Height in the middle and width of the opening between the lids of each eye that has a border, millimetres."""
+    sides: tuple[tuple[Side, int], ...] = (("left", 1), ("right", -1))
+    found: dict[Side, tuple[float, float]] = {}
+    for side, sign in sides:
+        border = neutral[lids[sign * (neutral[lids, 0] - x0) > 0]]
+        if len(border) < LID_VERTICES:
+            continue
+        low, high = float(border[:, 0].min()), float(border[:, 0].max())
+        middle = border[np.abs(border[:, 0] - (low + high) / 2) < (high - low) / 4, 1]
+        if len(middle):
+            found[side] = float(np.ptp(middle)), high - low
+    return found
+
+
+def shut(gap: tuple[float, float]) -> bool:
+    """Whether lids so far apart, over such a width, are closed or nearly so."""
+    return gap[0] < SHUT * gap[1]

@@ -16,7 +16,7 @@ TOP_MM, ROW_MM, BOTTOM_MM = 34.0, 5.3, 34.0
 # Left edge of each column, millimetres from the margin.
 COLUMNS = {"number": 5.0, "place": 17.0, "what": 52.0, "why": 82.0, "instead": 155.0}
 PAIRS = 8  # that are named
-SHOWN = 2  # blendshapes that are named
+SHOWN = 1  # blendshape that is named
 ADVICE = {True: "carry on", False: "put it back first"}
 
 
