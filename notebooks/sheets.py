@@ -15,7 +15,7 @@ def title(rig):
     mo.md(f"""
     # What is printed: {parts.markdown_plain(rig.name)}
 
-    The make-up artist gets the marker sheets, one of them mirrored for the make-up mirror; the actor gets a
+    The make-up artist gets the marker sheets, each of them again as the make-up mirror shows it; the actor gets a
     page for every expression. Print at 100 % and lay a ruler on the check bar: it measures 50 mm.
     """)
     return
