@@ -4,7 +4,7 @@ A page shows one view of the neutral between brow and chin, cropped to what is n
 its markers at about its height: number, place, and two distances to points that everybody finds on a face. Nothing
 leads from row to marker but the number. Lengths are millimetres; page coordinates run from the top left corner, y down.
 
-Scale    one for all pages of a booklet: 1:1 wherever the face has room on the paper
+Scale    one for all pages of a booklet, 1:1 but for giants; a view that is wider than the paper takes several pages
 Crowd    where numbers or rows have no room, the page's markers are shared out from top to bottom over several
 
 Letters: n markers of a page.
@@ -31,6 +31,7 @@ from capture_plan.sheets.view import Picture, PictureFrame, Viewpoint, picture, 
 from capture_plan.sheets.which_page import VIEWS, page_of_each
 
 SCALES = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 8.0, 10.0, 20.0, 50.0)  # head millimetres per page millimetre
+TILES = 4  # pages of a view, before the scale gives way
 HEADER_MM, FOOTER_MM = 31.0, 34.0
 ROW_WIDTH_MM, ROW_MM, ROW_TOP_MM = 37.0, 7.2, 8.0
 SYMBOL_MM = 1.45  # least radius of a marker's shape on the page
@@ -175,19 +176,36 @@ def place_all(face: MarkedFace, book: Booklet, *, dpi: Number) -> tuple[list[Pla
     """
     of_each, _ = views_of(face)
     groups = [(view, np.flatnonzero(of_each == w)) for w, view in enumerate(VIEWS) if (of_each == w).any()]
-    scale = max((_scale(face, view, at, book) for view, at in groups), default=1.0)
-    pages = [page for view, at in groups for page in _pages(face, view, at, book, scale, dpi)]
+    scale, tiles = _tiles(face, groups, book)
+    pages = [page for view, at in tiles for page in _pages(face, view, at, book, scale, dpi)]
     return pages, tuple(face.landmarks[n] for n in np.flatnonzero(of_each < 0))
 
 
-def _scale(face: MarkedFace, view: Viewpoint, at: Int[np.ndarray, " n"], book: Booklet) -> float:
-    """The largest scale at which the page's part of the face has room between the rows."""
+def _tiles(
+    face: MarkedFace, groups: list[tuple[Viewpoint, Int[np.ndarray, " n"]]], book: Booklet
+) -> tuple[float, list[tuple[Viewpoint, Int[np.ndarray, " n"]]]]:
+    """The scale of all pages, and the markers of each: at 1:1 but for a giant's head, which would take more than TILES
+    pages a view."""
     wide, high = _room(book)
-    frame = _needed(face, view, at)
     for scale in SCALES:
-        if frame.width <= wide * scale and frame.height <= high * scale:
-            return scale
+        tiles = [(view, _fitting(face, view, at, (wide * scale, high * scale))) for view, at in groups]
+        if all(len(parts) <= TILES for _, parts in tiles):
+            return scale, [(view, part) for view, parts in tiles for part in parts]
     raise PlanError(f"{len(face.landmarks)} markers do not fit on {book.paper.name} paper: take a larger paper")
+
+
+def _fitting(
+    face: MarkedFace, view: Viewpoint, at: Int[np.ndarray, " n"], room: tuple[float, float]
+) -> list[Int[np.ndarray, " n"]]:
+    """The markers of a view in as many parts as have room in a picture, halved where they reach furthest."""
+    need = _needed(face, view, at)
+    over = need.width / room[0], need.height / room[1]
+    if max(over) <= 1 or len(at) == 1:
+        return [at]
+    along = view.project(face.positions[at])[:, int(over[1] > over[0])]
+    order = at[np.argsort(-along, kind="stable")]
+    halves = (order[: len(order) // 2], order[len(order) // 2 :])
+    return [part for half in halves for part in _fitting(face, view, np.sort(half), room)]
 
 
 def _room(book: Booklet) -> tuple[float, float]:

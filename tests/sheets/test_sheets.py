@@ -1,6 +1,7 @@
 """Sheets measure true, show each marker where it projects, and come out the same every time."""
 
 import ctypes
+import dataclasses
 import io
 
 import numpy as np
@@ -398,3 +399,19 @@ def pdfium_size(text):
     size = ctypes.c_float()
     assert pypdfium2.raw.FPDFTextObj_GetFontSize(text.raw, size)
     return size.value * abs(text.get_matrix().d)
+
+
+def test_a_head_larger_than_the_paper_takes_more_pages_at_life_size_and_a_giant_another_scale(rig, face):
+    def scaled(by):
+        large = dataclasses.replace(rig, neutral=by * rig.neutral, deltas=np.float32(by) * rig.deltas)
+        marks = tuple(landmark(large, i, m.vertex, m.label) for i, m in enumerate(face.landmarks))
+        posed = pose(make_head(large), large.neutral)
+        shown = MarkedFace(posed, large.skin, marks, region_looks(marks), face_regions(large).anchors)
+        return place_all(shown, Booklet(PAPERS["a4"], "test"), dpi=20)[0]
+
+    pages = scaled(1.6)
+    assert {page.scale for page in pages} == {1.0}
+    assert len(pages) > len({page.view for page in pages})
+    assert sum(len(page.landmarks) for page in pages) == len(face.landmarks)
+    assert len({page.scale for page in scaled(30.0)}) == 1
+    assert scaled(30.0)[0].scale > 1
