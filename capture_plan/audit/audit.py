@@ -25,7 +25,7 @@ from capture_plan.anatomy.meaning import arkit_by_motion
 from capture_plan.anatomy.symmetry import SymmetryReport, symmetry_report
 from capture_plan.audit.apart import apart_findings
 from capture_plan.audit.bare import bare
-from capture_plan.audit.exported import slipped, unread, wrongly_exported
+from capture_plan.audit.exported import inverted, slipped, unread, wrongly_exported
 from capture_plan.audit.mesh import fine, flown, holes, open_lips, shut_lids, sizes, untidy, weak, windings
 from capture_plan.audit.occluders import covers
 from capture_plan.audit.sides import crooked, misnamed, overlaps, partners, two_sides
@@ -118,6 +118,7 @@ def audit_rig(rig: Rig) -> Audit:
         findings += bare(rig, used)
     findings += (
         slipped(rig, used)
+        + inverted(rig, anchors)
         + (misnamed(rig, symmetry) if whole else [])
         + misleading(rig)
         + sizes(rig, pupils, used, anchors.pupils)

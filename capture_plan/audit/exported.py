@@ -2,11 +2,16 @@
 
 import re
 
+import numpy as np
+from jaxtyping import Bool
+
 from capture_plan.anatomy.delta_relations import Finding
 from capture_plan.anatomy.whole_head import slips
+from capture_plan.face.anchors import Anchors
 from capture_plan.face.misexported import SAYS, misexported
 from capture_plan.rig.record import Rig
 
+LIDS, CHIN, MOVES, UPWARDS = 0.3, 0.35, 0.1, 0.6  # pupil distances around; moved at least; share that goes up
 MISSING = re.compile("left out|not used")
 
 
@@ -34,6 +39,32 @@ def unread(rig: Rig) -> list[Finding]:
         Finding("export", (), sentence, "What could not be read is not in the plan.", False, "rigger")
         for sentence in asks
     ]
+
+
+def inverted(rig: Rig, anchors: Anchors) -> list[Finding]:
+    """Whether chin and lids go up where they move most: a jaw opens downwards and a blink closes downwards, whatever
+    blendshapes are called, so that the offsets were exported the wrong way round."""
+    if not {"eyes", "mouth"} <= set(anchors.found):
+        return []
+    x, u = rig.neutral, anchors.pupils
+    eyes = np.stack([anchors.eye_left, anchors.eye_right])
+    lids = rig.skin & (np.linalg.norm(x[:, None] - eyes, axis=2).min(axis=1) < LIDS * u)
+    chin = rig.skin & (np.linalg.norm(x - anchors.chin, axis=1) < CHIN * u)
+    most = [_largest(rig, part) for part in (chin, lids)]
+    if not all(part.any() for part in (chin, lids)) or min(length for _, _, length in most) < MOVES * u:
+        return []
+    if any(up < UPWARDS * length for _, up, length in most):
+        return []
+    names = tuple(dict.fromkeys(name for name, _, _ in most))
+    message = f"chin and lids go up where they move most ({', '.join(names)}): jaws open and lids close downwards"
+    advice = "The offsets look inverted: export them from the neutral to each shape."
+    return [Finding("export", names, message, advice, False, "stop")]
+
+
+def _largest(rig: Rig, part: Bool[np.ndarray, " v"]) -> tuple[str, float, float]:
+    """The blendshape that moves a part of the skin most, how far that goes up, and how far it goes, millimetres."""
+    k, v = np.unravel_index(int(np.where(part, rig.displacement, 0).argmax()), rig.displacement.shape)
+    return rig.names[k], float(rig.deltas[k, v, 1]), float(rig.displacement[k, v])
 
 
 def slipped(rig: Rig, used: tuple[str, ...]) -> list[Finding]:

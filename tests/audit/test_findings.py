@@ -10,7 +10,9 @@ from capture_plan.anatomy.delta_relations import motionless
 from capture_plan.anatomy.symmetry import symmetry_report
 from capture_plan.anatomy.zones import DOT_MM, MARGINS_MM, zone_mask
 from capture_plan.audit.audit import audit_rig
+from capture_plan.audit.exported import inverted
 from capture_plan.audit.report import audit_text, verdict
+from capture_plan.face.anchors import face_anchors
 from capture_plan.face.flying import flying
 from capture_plan.face.sense import side_senses
 from capture_plan.formats.raw import RawRig
@@ -334,3 +336,15 @@ def test_of_steps_of_one_movement_the_strongest_is_planned_and_of_equal_ones_tha
     assert "aaa" not in audit_rig(twice).used
     more = replace(rig, names=names, deltas=np.concatenate([1.5 * delta(rig, "jawOpen")[None], rig.deltas]))
     assert {"aaa", "jawOpen"} & set(audit_rig(more).used) == {"aaa"}
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_movements_that_go_the_other_way_are_seen_whatever_they_are_called(rig, named):
+    whole = sample_rig()
+    names = whole.names if named else tuple(f"shape_{k:02}" for k in range(len(whole.names)))
+    right = replace(whole, names=names)
+    assert inverted(right, face_anchors(right)) == []
+    wrong = replace(right, deltas=-right.deltas)
+    (finding,) = inverted(wrong, face_anchors(right))
+    assert finding.urgency == "stop"
+    assert finding.blendshapes[0] == names[whole.names.index("jawOpen")]
