@@ -173,7 +173,7 @@ class MarkerPages:
         book, face, left = self.book, self.face, MARGIN_MM
         below = page.corner[1] + page.picture.frame.height / page.scale
         y = book.paper.height - FOOT_MM - ORDER_MM
-        if max(below, *(row.y + 5 for row in page.rows)) > y - 4:
+        if len(page.landmarks) == 1 or max(below, *(row.y + 5 for row in page.rows)) > y - 4:
             return
         exact = {name for name, ring in face.rings.items() if ring < EXACT_MM}
         middle = [m.name for m in page.landmarks if m.side == "middle"]
@@ -201,9 +201,9 @@ class MarkerPages:
             notes.append("places have no names: eyes or mouth of the rig are not certain")
         rest = len(self.face.landmarks) - len(page.landmarks)
         notes.append(
-            f"{len(page.landmarks)} of {len(self.face.landmarks)} dots are on this page"
+            f"on this page: {len(page.landmarks)} of {len(self.face.landmarks)} dots"
             if rest
-            else "all dots are on this page"
+            else "on this page: all dots"
         )
         return " · ".join(notes)
 
