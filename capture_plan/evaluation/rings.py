@@ -11,11 +11,12 @@ Rings    r_m = argmin 1/r + mu h_m(r) between LEAST_MM and MOST_MM: exact where 
 Letters: m dots, c crews, d directions, r radii, k blendshapes. Lengths in millimetres.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float, Int
+from scipy.spatial import KDTree
 
 from capture_plan.evaluation.robustness import GROWTH
 from capture_plan.evaluation.tangent_chart import Chart, flatten
@@ -33,6 +34,7 @@ CREWS, KEEP = 2000, 0.955  # a little more than 95 %, so that other crews keep 9
 HALVINGS = 18
 AT_ONCE = 250  # crews whose rows are held together
 SEED = 0
+OTHER = {"left": "right", "right": "left"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,5 +160,18 @@ def rings_of(
         return {}
     face = Face(rig, used, np.zeros(len(rig.neutral)))
     vertices = np.array([landmark.vertex for landmark in landmarks])
-    found = rings(placing_of(face, settings, vertices))
-    return {landmark.name: float(ring) for landmark, ring in zip(landmarks, found, strict=True)}
+    placing = placing_of(face, settings, vertices)
+    near = KDTree(rig.neutral[vertices]).query(rig.neutral[vertices], k=2)[0][:, 1] if len(vertices) > 1 else np.inf
+    clear = np.floor((near - settings.dot_mm) / 2 / EXACT_MM) * EXACT_MM  # two dots never touch, wherever they stand
+    found = rings(replace(placing, reach=np.minimum(placing.reach, clear)))
+    by_label = {landmark.label: ring for landmark, ring in zip(landmarks, found.tolist(), strict=True)}
+    return {
+        landmark.name: min(ring, by_label.get(_twin(landmark.label), ring))  # nobody learns two rings for one place
+        for landmark, ring in zip(landmarks, found.tolist(), strict=True)
+    }
+
+
+def _twin(label: str) -> str:
+    """What the mirror image of a place is called."""
+    side, _, rest = label.partition(" ")
+    return f"{OTHER.get(side, side)} {rest}".strip()

@@ -20,7 +20,7 @@ SIDED = 0.6  # eight tenths of the squared movement on one side
 ABOVE, BELOW, WIDE, FADE = 1.15, 0.75, 2.3, 0.18  # pupil distances: over the eyes, under the chin, across, of fading
 ASIDE = 0.75  # pupil distances, seen from the side
 SIDE_BLANK = 0.01  # what makes a picture fade at its sides too
-ARROWS, LEAST_ARROW_MM, SHARE, APART, SEEN = 3, 2.5, 0.3, 0.7, 0.15
+LEAST_ARROW_MM, ALIKE, APART, SEEN = 1.5, 0.9, 0.25, 0.15
 HEAT_STOPS = (0.0, 0.25, 0.5, 0.75, 1.0)
 HEAT_COLOURS = ((0.86, 0.86, 0.85), (0.98, 0.83, 0.45), (0.95, 0.52, 0.22), (0.78, 0.16, 0.20), (0.36, 0.04, 0.22))
 
@@ -36,8 +36,8 @@ KIND_COLOURS = (
 @dataclass(frozen=True, eq=False)
 class Shot:
     """One expression's pictures: from the front, three-quarter, how far each place moves up to `scale_mm`, and `kinds`,
-    where the skin is still, smoothing or active (Carrigan et al. 2020, Fig. 2). `arrows` are the largest movements in
-    the front view, from where to where, millimetres of view space.
+    where the skin is still, smoothing or active (Carrigan et al. 2020, Fig. 2). `arrows` are the movements of its
+    blendshapes in the front view, from where to where, millimetres of view space.
     """
 
     expression: Expression
@@ -63,18 +63,29 @@ def close_up(anchors: Anchors, view: Viewpoint, aspect: float) -> PictureFrame:
     return PictureFrame(middle - width / 2, middle + width / 2, bottom, top, edge, SIDE_BLANK, SIDE_BLANK, edge)
 
 
-def largest_movements(
-    rig: Rig, vertices: Float[np.ndarray, "v 3"], normals: Float[np.ndarray, "v 3"], unit: float
+def arrows_of(
+    rig: Rig,
+    expression: Expression,
+    vertices: Float[np.ndarray, "v 3"],
+    normals: Float[np.ndarray, "v 3"],
+    anchors: Anchors,
 ) -> Float[np.ndarray, "a 2 2"]:
-    """Where the skin that is seen from the front moves most, and to where: at most ARROWS places, APART u apart."""
-    away = FRONT.project(vertices - rig.neutral)[:, :2]
-    length = np.linalg.norm(away, axis=1) * (rig.skin & (normals[:, 2] > SEEN))
-    least, found = max(LEAST_ARROW_MM, SHARE * float(length.max(initial=0))), []
-    while len(found) < ARROWS and length.max(initial=0) >= least:
-        v = int(length.argmax())
-        found.append(np.stack([FRONT.project(rig.neutral[v][None])[0, :2], FRONT.project(vertices[v][None])[0, :2]]))
-        length[np.linalg.norm(rig.neutral - rig.neutral[v], axis=1) < APART * unit] = 0
-    return np.stack(found) if found else np.zeros((0, 2, 2))
+    """For each blendshape where it moves the skin that is seen from the front most, nearest to the middle of equal
+    places, and to where the whole expression takes it; none within APART pupil distances of a longer one."""
+    seen, found = rig.skin & (normals[:, 2] > SEEN), []
+    for name in expression.blendshapes:
+        own = np.linalg.norm(rig.deltas[rig.names.index(name)][:, :2], axis=1) * seen
+        most = np.flatnonzero((own > ALIKE * own.max()) & (own > 0))
+        if len(most):
+            v = int(most[np.abs(rig.neutral[most, 0] - anchors.midline).argmin()])
+            found.append(FRONT.project(np.stack([rig.neutral[v], vertices[v]]))[:, :2])
+    found.sort(key=lambda arrow: -float(np.linalg.norm(arrow[1] - arrow[0])))
+    kept: list[Float[np.ndarray, "2 2"]] = []
+    for arrow in found:
+        clear = all(np.linalg.norm(arrow[0] - other[0]) > APART * anchors.pupils for other in kept)
+        if clear and np.linalg.norm(arrow[1] - arrow[0]) >= LEAST_ARROW_MM:
+            kept.append(arrow)
+    return np.stack(kept) if kept else np.zeros((0, 2, 2))
 
 
 def portrait(rig: Rig, anchors: Anchors, view: Viewpoint, aspect: float) -> PictureFrame:
@@ -151,7 +162,7 @@ def shoot(head: Head, anchors: Anchors, expression: Expression, *, mu: float, si
         whole(message),
         scale,
         moved_side(rig, anchors, moved),
-        largest_movements(rig, vertices, posed.normals, anchors.pupils),
+        arrows_of(rig, expression, vertices, posed.normals, anchors),
     )
 
 

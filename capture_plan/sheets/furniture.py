@@ -82,7 +82,7 @@ def legend(book: Booklet, x: Number, y: Number, width: Number, looks: dict[str, 
     """Shape, region and how many, in rows."""
     column, row = x, y
     for region, look in looks.items():
-        text = f"{region} {counts[region]}"
+        text = f"{counts[region]} \N{MULTIPLICATION SIGN} {region}"
         wide = 5 + book.width(text, 7.4) + 3.5
         if column + wide > x + width and column > x:
             column, row = x, row + 4.9

@@ -27,7 +27,7 @@ from capture_plan.sheets.head import Head, pose
 from capture_plan.sheets.marker_table import Column, draw_table, rows_per_page
 from capture_plan.sheets.markers import HEADER_MM, MarkedFace, Placed, draw_markers, place_all
 from capture_plan.sheets.page import MARGIN_MM, Booklet
-from capture_plan.sheets.style import SOFT, region_looks
+from capture_plan.sheets.style import ACCENT, SOFT, region_looks
 from capture_plan.sheets.tape import tape_points
 from capture_plan.sheets.view import CHIN_UP, FRONT, LEFT, LEFT_PROFILE, RIGHT, RIGHT_PROFILE
 
@@ -48,6 +48,7 @@ SLUGS = {
     CHIN_UP: "markers-chin-up",
 }
 EXACT_MM = 1.0  # what a steady hand places a dot to
+MEASURED = "On the face, with callipers, straight, own side, the model's mm (factor: see the table), from "
 EACH_S = 35.0  # to measure, dot and check a marker: an assumption of ours, as are all times
 ORDER_MM = 24.0  # of height for the order in which dots are placed
 FOOT_MM = 27.0  # above the lower edge of the paper
@@ -81,11 +82,16 @@ def placing_words(layout: Layout, dot_mm: float, rings: Mapping[str, float] | No
     count, heads = len(layout.markers), len(layout.head)
     spare = sum(marker.role == "backup" for marker in layout.markers)
     parts = [f"{count} dots of {dot_mm:g} mm"]
-    exact = sum(ring < EXACT_MM for ring in (rings or {}).values())
-    parts += [f"{exact} of them to less than {EXACT_MM:g} mm"] if exact else []
+    exact = len(exact_ones(rings or {}))
+    parts += [f"{exact} of them within less than {EXACT_MM:g} mm"] if exact else []
     parts += [f"{heads} of them for the head's own motion"] if heads else []
     parts += [f"{spare} of them spare"] if spare else []
     return " · ".join([*parts, f"about {max(round(count * EACH_S / 60), 1)} min to place"])
+
+
+def exact_ones(rings: Mapping[str, float]) -> set[str]:
+    """Dots that have to stand nearer to their places than a steady hand puts them, as their rings are printed."""
+    return {name for name, ring in rings.items() if round(ring, 1) < EXACT_MM}
 
 
 def take_words(fit: MotionFit) -> str:
@@ -156,6 +162,10 @@ class MarkerPages:
         book, face = self.book, self.face
         draw_markers(book, page, face)
         head_line(book, title, (self.placing,))
+        if page.view.mirrored:  # nobody takes the one for the other
+            book.box(MARGIN_MM, 23.6, book.paper.width - 2 * MARGIN_MM, 1.6, fill=ACCENT, line=None)
+            words, middle = "AS THE MIRROR SHOWS IT", book.paper.width / 2
+            book.text(middle, HEADER_MM - 0.5, words, 10, bold=True, align="centre", colour=ACCENT)
         sides(book, HEADER_MM - 0.5, left_on_right=not page.view.mirrored)
         self._order(page)
         y = book.paper.height - FOOT_MM
@@ -166,7 +176,7 @@ class MarkerPages:
         wide = book.paper.width - MARGIN_MM - x
         counts = Counter(m.region for m in page.landmarks)
         legend(book, x, y + 1.2, wide, {name: look for name, look in face.looks.items() if counts[name]}, counts)
-        book.paragraph(x, y + 7.6, self._notes(page), 7.2, width=wide, lines=3, colour=SOFT)
+        book.paragraph(x, y + 6.9, self._notes(page), 7.2, width=wide, lines=3, colour=SOFT)
 
     def _order(self, page: Placed) -> None:
         """In which order the dots of a page are placed, where there is room below the face."""
@@ -175,24 +185,26 @@ class MarkerPages:
         y = book.paper.height - FOOT_MM - ORDER_MM
         if len(page.landmarks) == 1 or max(below, *(row.y + 5 for row in page.rows)) > y - 4:
             return
-        exact = {name for name, ring in face.rings.items() if ring < EXACT_MM}
+        exact = exact_ones(face.rings)
         middle = [m.name for m in page.landmarks if m.side == "middle"]
         near = [m.name for m in page.landmarks if m.name in exact and m.name not in middle]
         rest = [m.name for m in page.landmarks if m.name not in middle and m.name not in near]
         book.text(left, y, "PLACE IN THIS ORDER", 8, bold=True)
-        steps = {"the middle line": middle, f"those to less than {EXACT_MM:g} mm": near, "the others": rest}
+        steps = {"the middle line": middle, f"what has to be within {EXACT_MM:g} mm": near, "the others": rest}
         for n, (what, names) in enumerate([(what, names) for what, names in steps.items() if names]):
             words = f"{n + 1}  {what}: {', '.join(names)}"
             book.text(left, y + 4.6 * (n + 1), words, 8, fit=book.paper.width - 2 * MARGIN_MM)
 
     def _notes(self, page: Placed) -> str:
         """What the signs on a page mean."""
-        points = sorted({(p.letter, p.name) for p, _ in page.crosses})
-        notes = (
-            ["Straight distances from the crosses: " + ", ".join(f"{a} {name}" for a, name in points)] if points else []
-        )
+        drawn = {(p.letter, p.name) for p, _ in page.crosses}
+        measures = [self.face.measure(m) for m in page.landmarks]
+        used = {(p.letter, p.name) for measure in measures if measure for p in measure.points}
+        points = [(a, name if (a, name) in drawn else f"{name} (not on this page)") for a, name in sorted(used)]
+        notes = [MEASURED + ", ".join(f"{a} {name}" for a, name in points)] if points else []
         if any(m.name in self.face.rings for m in page.landmarks):
             notes.append("the whole dot stays within its ring")
+        notes.append("every dot is round; its sign on paper tells the region, the point in it the middle")
         if any(m.role == "backup" for m in page.landmarks):
             notes.append("hollow: a spare")
         if any(m.role == "head" for m in page.landmarks):

@@ -37,7 +37,7 @@ VERTEX = Column("vertex of the scan", 7.4, lambda landmark: f"{landmark.source_v
 
 def may_stand(rings: Mapping[str, float]) -> Column:
     """How far a marker may stand from its place."""
-    return Column("may stand", 7.4, lambda m: f"{rings[m.name]:.1f} mm off" if m.name in rings else "")
+    return Column("may stand off", 7.4, lambda m: f"{rings[m.name]:.1f} mm" if m.name in rings else "")
 
 
 def rows_per_page(book: Booklet) -> int:
@@ -94,7 +94,7 @@ def _measured(landmark: Landmark, face: MarkedFace) -> dict[str, str]:
         return cells
     shares = [mm / face.anchors.pupils for mm in measure.mm]
     said = [
-        f"{point_words(p, measure)} {mm:.0f} ({share:.2f})"
+        f"{point_words(p, measure)} {mm:.1f} ({share:.2f})"
         for p, mm, share in zip(measure.points, measure.mm, shares, strict=True)
     ]
     return cells | {"first": said[0], "second": said[1], "error": f"{measure.error_mm:.1f}"}

@@ -392,16 +392,13 @@ def measure_words(measure: Measure | None) -> str:
     if measure is None:
         return ""
     return " · ".join(
-        f"{point_words(p, measure)} {mm:.0f} mm" for p, mm in zip(measure.points, measure.mm, strict=True)
+        f"{point_words(p, measure)} {mm:.1f} mm" for p, mm in zip(measure.points, measure.mm, strict=True)
     )
 
 
 def point_words(point: TapePoint, measure: Measure) -> str:
-    """The letter of a point, with its side where both sides are measured from."""
-    both = len({p.side for p in measure.points} - {"middle"}) > 1 or (
-        point.side != "middle" and measure.points[0].letter == measure.points[1].letter
-    )
-    return f"{point.letter} {point.side}" if both else point.letter
+    """The letter of a point, with its side for a marker that has none."""
+    return f"{point.letter} {point.side}" if measure.middle and point.side != "middle" else point.letter
 
 
 def _on_page(

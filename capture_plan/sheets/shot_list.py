@@ -8,8 +8,8 @@ from capture_plan.sheets.furniture import head_line
 from capture_plan.sheets.page import MARGIN_MM, Booklet
 from capture_plan.sheets.style import ACCENT, FAINT, INK, SOFT, WASH, Number
 
-TOP_MM, BOTTOM_MM = 34.0, 21.0
-TALL_MM, FLAT_MM, STOP_MM = 9.8, 6.6, 6.4  # an expression has two lines; the line that says where to stop
+TOP_MM, BOTTOM_MM = 34.0, 19.0
+TALL_MM, FLAT_MM, STOP_MM = 9.3, 6.6, 6.4  # an expression has two lines; the line that says where to stop
 # Left edge of each column, millimetres from the margin.
 COLUMNS = {"slate": 1.5, "name": 11.0, "words": 23.0, "hard": 123.0, "hold": 140.0, "clock": 149.0, "covered": 161.0}
 WORDS_PT, LINE_MM = 7.6, 3.2
@@ -17,7 +17,7 @@ WORDS_MM, FAR_MM = (COLUMNS[key] - COLUMNS["words"] - 3 for key in ("hard", "hol
 TICKS = ("pass", "retake")
 TICK_MM = 10.0
 LEVELS = 5
-WHOLE = 1e-3  # per cent: less is rounding
+ALL = 1 - 1e-6  # what is missing beyond that is rounding
 
 
 def paged(book: Booklet, of: Session) -> list[list[Item]]:
@@ -60,7 +60,7 @@ def draw_shot_list(
     left, right = MARGIN_MM, book.paper.width - MARGIN_MM
     y = TOP_MM - 4
     heads = {"slate": "slate", "name": "name", "words": "what the actor is told", "hard": "difficulty"}
-    for key, text in (heads | {"hold": "hold", "clock": "minute", "covered": "covered"}).items():
+    for key, text in (heads | {"hold": "hold", "clock": "done, min", "covered": "covered"}).items():
         book.text(left + COLUMNS[key], y, text, 6.8, bold=True)
     ticks = right - TICK_MM * len(TICKS)
     for i, text in enumerate(TICKS):
@@ -130,7 +130,7 @@ def _row(book: Booklet, item: Item, y: Number, ticks: Number) -> None:
 
 def covered_words(share: float) -> str:
     """Whole per cent, 100 only for all."""
-    return f"{int(100 * share + WHOLE)} %"
+    return f"{100 if share > ALL else min(round(100 * share), 99)}%"
 
 
 def _stop(book: Booklet, words: str, y: Number) -> None:

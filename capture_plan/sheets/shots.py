@@ -58,7 +58,7 @@ def draw_expression(book: Booklet, shot: Shot, relaxed: Picture, item: Item, ind
     left, right = MARGIN_MM, book.paper.width - MARGIN_MM
     book.text(left, 19, shot_number(index), 34, bold=True)
     wide = book.width(shot_number(index), 34, bold=True)
-    book.text(left + wide + 2.5, 19, f"of {total}", 12, colour=SOFT)
+    book.text(left + wide + 2.5, 19, f"expression {index + 1} of {total}", 12, colour=SOFT)
     book.text(left + wide + 2.5, 13.2, f"slate {item.slate}", 8, colour=SOFT)
     _fields(book, right)
     book.line((left, 23.6), (right, 23.6), width=0.5)
@@ -254,7 +254,7 @@ def _instead(book: Booklet, item: Item, x: Number, y: Number, width: Number) -> 
 def _thumbnail(book: Booklet, shot: Shot, index: int, x: Number, y: Number, w: Number, h: Number) -> None:
     e = shot.expression
     book.box(x, y, w, h, line=FAINT, width=0.2)
-    text_h = 15.0
+    text_h = 17.0
     picture_h = h - text_h
     rows, columns = shot.front.rgb.shape[:2]
     picture_w = min(w - 1, picture_h * columns / rows)
@@ -266,6 +266,6 @@ def _thumbnail(book: Booklet, shot: Shot, index: int, x: Number, y: Number, w: N
     book.text(x + w - 1.5, y + h - text_h + 0.5, covered_words(e.covered), 7.5, bold=True, align="right", colour=ACCENT)
     if shot.side:
         book.text(x + 1.5, y + h - text_h + 0.5, f"actor's {shot.side}", 6.6, bold=True, colour=ACCENT)
-    book.paragraph(x + 1.5, y + h - text_h + 1.4, e.sentence, 7.6, width=w - 3, lines=3)
+    book.paragraph(x + 1.5, y + h - text_h + 1.4, e.sentence, 7.6, width=w - 3, lines=4)
     book.box(x, y + h - 1, w, 1, fill=WASH, line=None)
     book.box(x, y + h - 1, w * min(e.covered, 1), 1, fill=ACCENT, line=None)

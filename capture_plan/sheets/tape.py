@@ -19,7 +19,7 @@ from capture_plan.anatomy.regions import FaceRegions
 from capture_plan.layout.record import Landmark
 from capture_plan.rig import Rig
 
-DULL = 0.01  # of error for a millimetre of tape
+DULL = 0.02  # of error for a millimetre of tape
 LEAST_MM = 6.0  # what lies nearer is measured by eye
 BESIDE_TIP = 0.2  # pupil distances in height from the tip of the nose: where its wings are
 CORNERS = 6  # vertices of a border of the lids that has corners
@@ -37,11 +37,12 @@ class TapePoint(NamedTuple):
 
 class Measure(NamedTuple):
     """Straight distances of a marker from two points, millimetres; `error_mm` is what 1 mm of tape does to its
-    place."""
+    place, and `middle` whether the marker has no side of its own."""
 
     points: tuple[TapePoint, TapePoint]
     mm: tuple[float, float]
     error_mm: float
+    middle: bool
 
 
 def tape_points(rig: Rig, regions: FaceRegions) -> tuple[TapePoint, ...]:
@@ -86,7 +87,7 @@ def measured_from(landmark: Landmark, normal: Float[np.ndarray, " 3"], points: t
         return first, second
 
     error, pair = min(fit, key=lambda one: one[0] + DULL * sum(apart(one[1])) / 2)
-    return Measure(pair, apart(pair), error)
+    return Measure(pair, apart(pair), error, landmark.side == "middle")
 
 
 def _error(x: Float[np.ndarray, " 3"], normal: Float[np.ndarray, " 3"], pair: tuple[TapePoint, TapePoint]) -> float:

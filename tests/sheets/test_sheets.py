@@ -21,10 +21,10 @@ from capture_plan.plan.record import FORMAT_VERSION, Plan, RigReference
 from capture_plan.plan.settings import Settings
 from capture_plan.sheets import expression_pictures, marker_pictures, region_looks, write_sheets
 from capture_plan.sheets.expression_page import (
+    arrows_of,
     close_up,
     heat_colours,
     heat_scale,
-    largest_movements,
     moved_side,
     movement,
     portrait,
@@ -364,18 +364,18 @@ def test_actors_left_stands_on_the_side_where_the_actors_left_is_drawn(written, 
     assert ("RIGHT" in second, "LEFT" in first) == (not left_is_on_the_right, not left_is_on_the_right)
 
 
-def test_arrows_go_from_where_the_skin_was_to_where_it_goes_and_keep_apart(rig, face):
-    vertices, _ = movement(rig, expression("jaw", "Open.", 1.0, "jawOpen"))
-    arrows = largest_movements(rig, vertices, face.posed.normals, face.anchors.pupils)
-    assert 1 <= len(arrows) <= 3
-    length = np.linalg.norm(arrows[:, 1] - arrows[:, 0], axis=1)
-    seen_skin = rig.skin & (face.posed.normals[:, 2] > 0.15)
-    assert length[0] == pytest.approx(np.linalg.norm((vertices - rig.neutral)[seen_skin, :2], axis=1).max(), rel=1e-4)
-    assert (arrows[:, 1, 1] < arrows[:, 0, 1]).all()  # a jaw that opens goes down
-    assert (
-        np.linalg.norm(arrows[:, None, 0] - arrows[None, :, 0], axis=2)[~np.eye(len(arrows), dtype=bool)] > 10
-    ).all()
-    assert len(largest_movements(rig, rig.neutral, face.posed.normals, 60.0)) == 0
+def test_each_movement_has_an_arrow_from_where_the_skin_was_to_where_it_goes(rig, face):
+    shown = expression("both", "Open and smile.", 1.0, "jawOpen", "mouthSmileLeft", "mouthSmileRight")
+    vertices, _ = movement(rig, shown)
+    arrows = arrows_of(rig, shown, vertices, face.posed.normals, face.anchors)
+    assert len(arrows) == 3
+    jaw, *smiles = sorted(arrows, key=lambda arrow: abs(arrow[0, 0]))
+    assert abs(jaw[0, 0]) < 3  # in the middle
+    assert jaw[1, 1] < jaw[0, 1] - 20  # downwards
+    one, other = (arrow * [np.sign(arrow[0, 0]), 1] for arrow in smiles)
+    assert one == pytest.approx(other, abs=1.0)  # mirror images
+    still = expression("still", "Rest.", 1.0, "jawOpen")
+    assert len(arrows_of(rig, still, rig.neutral, face.posed.normals, face.anchors)) == 0
 
 
 @pytest.mark.parametrize("view", [FRONT, LEFT])
