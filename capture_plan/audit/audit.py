@@ -118,7 +118,7 @@ def audit_rig(rig: Rig) -> Audit:
         findings += bare(rig, used)
     findings += (
         slipped(rig, used)
-        + inverted(rig, anchors)
+        + inverted(rig, used, anchors)
         + (misnamed(rig, symmetry) if whole else [])
         + misleading(rig)
         + sizes(rig, pupils, used, anchors.pupils)

@@ -41,16 +41,16 @@ def unread(rig: Rig) -> list[Finding]:
     ]
 
 
-def inverted(rig: Rig, anchors: Anchors) -> list[Finding]:
-    """Whether chin and lids go up where they move most: a jaw opens downwards and a blink closes downwards, whatever
-    blendshapes are called, so that the offsets were exported the wrong way round."""
-    if not {"eyes", "mouth"} <= set(anchors.found):
+def inverted(rig: Rig, used: tuple[str, ...], anchors: Anchors) -> list[Finding]:
+    """Whether chin and lids go up where `used` blendshapes move them most: a jaw opens and a blink closes downwards,
+    whatever blendshapes are called, so that the offsets were exported the wrong way round."""
+    if not used or not {"eyes", "mouth"} <= set(anchors.found):
         return []
     x, u = rig.neutral, anchors.pupils
     eyes = np.stack([anchors.eye_left, anchors.eye_right])
     lids = rig.skin & (np.linalg.norm(x[:, None] - eyes, axis=2).min(axis=1) < LIDS * u)
     chin = rig.skin & (np.linalg.norm(x - anchors.chin, axis=1) < CHIN * u)
-    most = [_largest(rig, part) for part in (chin, lids)]
+    most = [_largest(rig, used, part) for part in (chin, lids)]
     if not all(part.any() for part in (chin, lids)) or min(length for _, _, length in most) < MOVES * u:
         return []
     if any(up < UPWARDS * length for _, up, length in most):
@@ -61,10 +61,11 @@ def inverted(rig: Rig, anchors: Anchors) -> list[Finding]:
     return [Finding("export", names, message, advice, False, "stop")]
 
 
-def _largest(rig: Rig, part: Bool[np.ndarray, " v"]) -> tuple[str, float, float]:
+def _largest(rig: Rig, used: tuple[str, ...], part: Bool[np.ndarray, " v"]) -> tuple[str, float, float]:
     """The blendshape that moves a part of the skin most, how far that goes up, and how far it goes, millimetres."""
-    k, v = np.unravel_index(int(np.where(part, rig.displacement, 0).argmax()), rig.displacement.shape)
-    return rig.names[k], float(rig.deltas[k, v, 1]), float(rig.displacement[k, v])
+    moved = np.where(part, rig.displacement[rig.rows(used)], 0)
+    n, v = np.unravel_index(int(moved.argmax()), moved.shape)
+    return used[n], float(rig.deltas[rig.names.index(used[n]), v, 1]), float(moved[n, v])
 
 
 def slipped(rig: Rig, used: tuple[str, ...]) -> list[Finding]:

@@ -343,8 +343,8 @@ def test_movements_that_go_the_other_way_are_seen_whatever_they_are_called(rig, 
     whole = sample_rig()
     names = whole.names if named else tuple(f"shape_{k:02}" for k in range(len(whole.names)))
     right = replace(whole, names=names)
-    assert inverted(right, face_anchors(right)) == []
+    assert inverted(right, names, face_anchors(right)) == []
     wrong = replace(right, deltas=-right.deltas)
-    (finding,) = inverted(wrong, face_anchors(right))
+    (finding,) = inverted(wrong, names, face_anchors(right))
     assert finding.urgency == "stop"
     assert finding.blendshapes[0] == names[whole.names.index("jawOpen")]
