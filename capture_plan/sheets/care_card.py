@@ -8,13 +8,15 @@ from collections.abc import Mapping
 from capture_plan.evaluation.fallen import Fallen, Falling
 from capture_plan.layout.record import Landmark
 from capture_plan.sheets.furniture import head_line
+from capture_plan.sheets.marker_table import COLUMNS as TABLE
+from capture_plan.sheets.marker_table import ROW_MM, begin_row
 from capture_plan.sheets.markers import MarkedFace
 from capture_plan.sheets.page import MARGIN_MM, Booklet
-from capture_plan.sheets.style import FAINT, INK, SOFT, WASH, Number
+from capture_plan.sheets.style import INK, SOFT, Number
 
-TOP_MM, ROW_MM, BOTTOM_MM = 34.0, 5.3, 34.0
+TOP_MM, BOTTOM_MM = 34.0, 34.0
 # Left edge of each column, millimetres from the margin.
-COLUMNS = {"number": 5.0, "place": 17.0, "what": 52.0, "why": 82.0, "instead": 155.0}
+COLUMNS = TABLE | {"what": 52.0, "why": 82.0, "instead": 155.0}
 PAIRS = 8  # that are named
 SHOWN = 1  # blendshape that is named
 ADVICE = {True: "carry on", False: "put it back first"}
@@ -62,18 +64,13 @@ def _row(
     shaded: bool,
 ) -> None:
     left, right = MARGIN_MM, book.paper.width - MARGIN_MM
-    if shaded:
-        book.box(left, y - 3.7, right - left, ROW_MM, fill=WASH, line=None)
-    book.marker(left + 2, y - 1.1, face.looks[landmark.region], radius=1.2, hollow=landmark.role == "backup")
-    book.text(left + COLUMNS["number"], y, landmark.name, 8.5, bold=True)
-    book.text(left + COLUMNS["place"], y, landmark.label, 7.8, fit=COLUMNS["what"] - COLUMNS["place"] - 2)
+    begin_row(book, landmark, face, y, COLUMNS["what"], shaded=shaded)
     if one is not None:
         what = ADVICE[one.carry_on]
         book.text(left + COLUMNS["what"], y, what, 8.2, bold=not one.carry_on, colour=SOFT if one.carry_on else INK)
         why = why_words(one, says)
         book.text(left + COLUMNS["why"], y, why, 7.4, fit=COLUMNS["instead"] - COLUMNS["why"] - 2, colour=SOFT)
         book.text(left + COLUMNS["instead"], y, instead_words(one), 7.6, fit=right - left - COLUMNS["instead"])
-    book.line((left, y + 1.6), (right, y + 1.6), width=0.1, colour=FAINT)
 
 
 def together_words(pairs: tuple[tuple[str, str], ...]) -> str:

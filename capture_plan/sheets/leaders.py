@@ -2,10 +2,7 @@
 
 Data       p[i]      points to be named, millimetres on the page
            a[s]      anchors: free places for a label's end of the line; at least as many as points
-Cost       c[i, s] = d (1 + d^2 / LONG^2) with d = |p_i - a_s|
-                     +  NEAR times other points that the line touches
-                     +  OVER times its length inside the parts of the face that should stay clear (eyes and mouth)
-                     +  TIGHT times what the label is wider than the room at the anchor
+Cost       c[i, s] = d (1 + d^2 / LONG^2) with d = |p_i - a_s|, and NEAR for each other point that the line touches
 Model      the assignment of least total cost; then, while two lines cross, exchange their anchors
 Ends       two crossing lines are the diagonals of a convex quadrilateral, and two opposite sides of it are together
            shorter: each exchange shortens the total length, of which there are finitely many.
@@ -18,22 +15,11 @@ from scipy.optimize import linear_sum_assignment
 from capture_plan.errors import PlanError
 
 NEAR_MM, NEAR = 2.2, 40.0  # a line closer than a marker's radius to another marker seems to name that one
-OVER = 4.0  # a line may go this much longer round than through an eye
-TIGHT = 30.0  # a name cut short by a millimetre is worth 30 mm of line
 LONG_MM = 60.0  # beyond this many lines together may be longer, to spare one a way across the face
-SAMPLES = 24  # places along a line where it is tested against the parts that stay clear
 
 
-def assign_anchors(
-    points: Float[np.ndarray, "n 2"],
-    anchors: Float[np.ndarray, "s 2"],
-    clear: Float[np.ndarray, "d 4"],
-    widths: Float[np.ndarray, " n"],
-    rooms: Float[np.ndarray, " s"],
-) -> Int[np.ndarray, " n"]:
-    """The anchor of each point. `clear` are ellipses (x, y, half width, half height) that lines should go round.
-
-    `widths` are those of the labels, `rooms` what each anchor has for one.
+def assign_anchors(points: Float[np.ndarray, "n 2"], anchors: Float[np.ndarray, "s 2"]) -> Int[np.ndarray, " n"]:
+    """The anchor of each point, an index.
 
     Raises:
         PlanError: there are fewer anchors than points.
@@ -42,7 +28,7 @@ def assign_anchors(
         raise PlanError(f"{len(points)} labels but room for {len(anchors)}: take a larger paper or fewer landmarks")
     if len(points) == 0:
         return np.zeros(0, dtype=int)
-    _, chosen = linear_sum_assignment(_cost(points, anchors, clear) + TIGHT * np.maximum(widths[:, None] - rooms, 0))
+    _, chosen = linear_sum_assignment(_cost(points, anchors))
     while (pair := _first_crossing(points, anchors[chosen])) is not None:
         i, j = pair
         chosen[i], chosen[j] = chosen[j], chosen[i]
@@ -70,9 +56,7 @@ def _first_crossing(points: Float[np.ndarray, "n 2"], ends: Float[np.ndarray, "n
     return None
 
 
-def _cost(
-    points: Float[np.ndarray, "n 2"], anchors: Float[np.ndarray, "s 2"], clear: Float[np.ndarray, "d 4"]
-) -> Float[np.ndarray, "n s"]:
+def _cost(points: Float[np.ndarray, "n 2"], anchors: Float[np.ndarray, "s 2"]) -> Float[np.ndarray, "n s"]:
     line = anchors[None] - points[:, None]  # n s 2
     length = np.linalg.norm(line, axis=2)
     other = points[None] - points[:, None]  # n j 2: from point i to point j
@@ -80,11 +64,4 @@ def _cost(
     nearest = other[:, None] - np.clip(along, 0, 1)[..., None] * line[:, :, None]
     touched = (np.linalg.norm(nearest, axis=3) < NEAR_MM) & (along > 0)
     touched &= ~np.eye(len(points), dtype=bool)[:, None]
-    cost = length * (1 + (length / LONG_MM) ** 2) + NEAR * touched.sum(axis=2)
-    steps = (np.arange(SAMPLES) + 0.5) / SAMPLES
-    for x, y, half_width, half_height in clear:
-        along_line = points[:, None, None] + steps[:, None] * line[:, :, None]  # n s t 2
-        scaled = (along_line - np.array([x, y])) / np.array([half_width, half_height])
-        inside = ((scaled**2).sum(axis=3) < 1).mean(axis=2)
-        cost += OVER * length * inside
-    return cost
+    return length * (1 + (length / LONG_MM) ** 2) + NEAR * touched.sum(axis=2)

@@ -66,22 +66,28 @@ def draw_table(book: Booklet, landmarks: tuple[Landmark, ...], face: MarkedFace,
     _foot(book, face, min(TOP_MM + 3.4 + len(landmarks) * ROW_MM, book.paper.height - BOTTOM_MM + 3))
 
 
-def _row(
-    book: Booklet, landmark: Landmark, face: MarkedFace, y: Number, ticks: float, shaded: bool, last: Column
-) -> None:
+def begin_row(book: Booklet, landmark: Landmark, face: MarkedFace, y: Number, end: Number, *, shaded: bool) -> None:
+    """Sign, number and place of a marker with the baseline at y, up to `end`, from the margin."""
     left, right = MARGIN_MM, book.paper.width - MARGIN_MM
     if shaded:
         book.box(left, y - 3.7, right - left, ROW_MM, fill=WASH, line=None)
     book.marker(left + 2, y - 1.1, face.looks[landmark.region], radius=1.2, hollow=landmark.role == "backup")
     book.text(left + COLUMNS["number"], y, landmark.name, 8.5, bold=True)
-    book.text(left + COLUMNS["place"], y, landmark.label, 7.8, fit=COLUMNS["first"] - COLUMNS["place"] - 2)
+    book.text(left + COLUMNS["place"], y, landmark.label, 7.8, fit=end - COLUMNS["place"] - 2)
+    book.line((left, y + 1.6), (right, y + 1.6), width=0.1, colour=FAINT)
+
+
+def _row(
+    book: Booklet, landmark: Landmark, face: MarkedFace, y: Number, ticks: float, shaded: bool, last: Column
+) -> None:
+    left = MARGIN_MM
+    begin_row(book, landmark, face, y, COLUMNS["first"], shaded=shaded)
     for key, text in _measured(landmark, face).items():
         book.text(left + COLUMNS[key], y, text, 7.6, fit=23.5 if key in ("first", "second") else 17.0)
     room = ticks - left - COLUMNS["last"] - 1.5
     book.text(left + COLUMNS["last"], y, last.cell(landmark), last.size, fit=room)
     for i in range(len(TICKS)):
         book.box(ticks + TICK_MM * (i + 0.5) - 1.8, y - 2.9, 3.6, 3.6, fill="#ffffff", line=INK, width=0.25)
-    book.line((left, y + 1.6), (right, y + 1.6), width=0.1, colour=FAINT)
 
 
 def _measured(landmark: Landmark, face: MarkedFace) -> dict[str, str]:

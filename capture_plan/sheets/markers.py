@@ -28,7 +28,7 @@ from capture_plan.sheets.page import MARGIN_MM, Align, Booklet
 from capture_plan.sheets.style import INK, SOFT, Look, Number
 from capture_plan.sheets.tape import Measure, TapePoint, measured_from
 from capture_plan.sheets.view import Picture, PictureFrame, Viewpoint, picture, pixels
-from capture_plan.sheets.which_page import VIEWS, page_of_each
+from capture_plan.sheets.which_page import NOWHERE, VIEWS, page_of_each
 
 SCALES = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 8.0, 10.0, 20.0, 50.0)  # head millimetres per page millimetre
 TILES = 4  # pages of a view, before the scale gives way
@@ -153,12 +153,6 @@ def in_front(places: Float[np.ndarray, "n 3"], shown: Picture, *, deep: float = 
     return inside & (places[:, 2] > front[row, column] - deep)
 
 
-def views_of(face: MarkedFace) -> tuple[Int[np.ndarray, " n"], Bool[np.ndarray, "w n"]]:
-    """The view of each marker, an index into `VIEWS` or -1, and in which views each is seen."""
-    shown = [seen(face, view, _probe(face, view)) for view in VIEWS]
-    return page_of_each(face.normals, np.stack(shown)), np.stack(shown)
-
-
 def _probe(face: MarkedFace, view: Viewpoint) -> Picture:
     """A quick picture of all that faces the viewer near the markers."""
     places = view.project(face.positions)
@@ -174,11 +168,11 @@ def place_all(face: MarkedFace, book: Booklet, *, dpi: Number) -> tuple[list[Pla
     Raises:
         PlanError: the markers do not fit on the paper.
     """
-    of_each, _ = views_of(face)
+    of_each = page_of_each(face.normals, np.stack([seen(face, view, _probe(face, view)) for view in VIEWS]))
     groups = [(view, np.flatnonzero(of_each == w)) for w, view in enumerate(VIEWS) if (of_each == w).any()]
     scale, tiles = _tiles(face, groups, book)
     pages = [page for view, at in tiles for page in _pages(face, view, at, book, scale, dpi)]
-    return pages, tuple(face.landmarks[n] for n in np.flatnonzero(of_each < 0))
+    return pages, tuple(face.landmarks[n] for n in np.flatnonzero(of_each == NOWHERE))
 
 
 def _tiles(

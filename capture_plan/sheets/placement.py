@@ -33,7 +33,6 @@ PITCH_MM, NAME_PT = 2.75, 6.2  # 40 names along each side of a head
 LONGEST_NAME_MM = 34.0
 BETWEEN_MM = 5.0  # of white between the names of two heads
 DOT_MM = 0.95
-NO_PART_STAYS_CLEAR = np.empty((0, 4))  # points lie on lids and lips themselves
 
 
 class _Dots(NamedTuple):
@@ -125,8 +124,7 @@ def _draw_names(
     """A line from each dot to its name on the nearer side of the head, no two crossing."""
     rows = HEADER_MM + PITCH_MM * (np.arange(int(HEAD_MM[1] / PITCH_MM)) + 0.5)
     ends = np.array([(x, y) for x in (left, left + HEAD_MM[0]) for y in rows])
-    rooms = np.full(len(ends), column)
-    chosen = assign_anchors(points[named], ends, NO_PART_STAYS_CLEAR, np.zeros(len(named)), rooms)
+    chosen = assign_anchors(points[named], ends)
     for n, (x, y) in zip(named, ends[chosen].tolist(), strict=True):
         book.line(points[n], (x, y), width=0.5, colour="#ffffff")
     for n, (x, y) in zip(named, ends[chosen].tolist(), strict=True):

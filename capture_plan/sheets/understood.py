@@ -42,7 +42,6 @@ POINT = Look("#d6006c", "circle")
 POINT_MM = 1.15
 AXIS_COLOURS = {"x": "#b3261e", "y": "#0f7b4f", "z": "#0b57d0"}  # as modelling programs show them
 ARROW_MM, TRIAD_MM = 11.0, 15.0
-NO_PART_STAYS_CLEAR = np.empty((0, 4))
 
 
 class Label(NamedTuple):
@@ -202,8 +201,7 @@ def _draw_labels(
     x, y, w, h = box
     rows = y + PITCH_MM * (np.arange(int((h - ARROW_MM) / PITCH_MM)) + 0.5)
     ends = np.array([(column, row) for column in (x, x + w) for row in rows])
-    rooms = np.full(len(ends), COLUMN_MM)
-    chosen = ends[assign_anchors(places, ends, NO_PART_STAYS_CLEAR, np.zeros(len(labels)), rooms)]
+    chosen = ends[assign_anchors(places, ends)]
     for place, end in zip(places, chosen, strict=True):
         book.line(place, end, width=0.6, colour="#ffffff")
     for label, place, (column, row) in zip(labels, places, chosen.tolist(), strict=True):

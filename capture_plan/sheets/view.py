@@ -49,7 +49,6 @@ RIGHT = Viewpoint("Right three-quarter", -42.0)
 LEFT_PROFILE = Viewpoint("Left profile", 90.0)
 RIGHT_PROFILE = Viewpoint("Right profile", -90.0)
 CHIN_UP = Viewpoint("Chin up", 0.0, elevation=-50.0)
-MIRROR = Viewpoint("In the mirror", 0.0, mirrored=True)
 
 
 class PictureFrame(NamedTuple):
