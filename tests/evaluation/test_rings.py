@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from msgspec import structs
 
-from capture_plan.evaluation.rings import EXACT_MM, LEAST_MM, MOST_MM, placing_of, rings
+from capture_plan.evaluation.rings import EXACT_MM, LEAST_MM, MOST_MM, placing_of, rings, rings_of
 from capture_plan.layout.face import Face
 from capture_plan.layout.observation import PRIOR_SD
 from capture_plan.layout.settings import LayoutSettings
@@ -61,3 +62,16 @@ def test_rings_are_lengths_that_a_person_can_keep_and_alike_on_both_sides(found)
 
 def test_a_dot_alone_costs_the_more_the_wider_its_ring(placing):
     assert (np.diff(placing.alone()[:, 1:], axis=1) > -1e-9).mean() > 0.97
+
+
+def test_two_dots_never_touch_wherever_they_stand_in_their_rings():
+    rig, plan = sample_rig(), plan_of()
+    wide = structs.replace(LayoutSettings(), dot_mm=9.0)  # the nearest two stand 9.5 mm apart
+    landmarks = plan.layout.landmarks
+    found = rings_of(rig, plan.audit.used, wide, landmarks)
+    places = rig.neutral[[m.vertex for m in landmarks]]
+    apart = np.linalg.norm(places[:, None] - places, axis=2) + 1e9 * np.eye(len(places))
+    mm = np.array([found[m.name] for m in landmarks])
+    room = apart - mm[:, None] - mm[None] - wide.dot_mm
+    assert room[(mm[:, None] > LEAST_MM) & (mm[None] > LEAST_MM)].min() >= -1e-6
+    assert (mm <= LEAST_MM + 1e-9).sum() >= 2  # the nearest two, which no ring of any width fits between
