@@ -22,7 +22,7 @@ from capture_plan.rig import Rig
 
 class Fallen(Struct, frozen=True):
     """One dot that fell off: whether to carry on, which blendshapes nobody sees without it, by which factor the error
-    grows, and how far away ('9 mm', millimetres along the skin) and in which direction another may stand instead."""
+    grows, and how far away along the skin, millimetres, and in which direction another may stand instead."""
 
     name: str
     carry_on: bool
