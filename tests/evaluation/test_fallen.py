@@ -1,5 +1,7 @@
 """What to do when a dot falls off agrees with what is left of the layout."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 
@@ -36,10 +38,19 @@ def test_a_dot_is_put_back_where_a_blendshape_or_a_tenth_of_the_error_hangs_on_i
         assert one.carry_on == (not gone and factor <= 1.1)
 
 
-def test_pairs_that_must_not_both_fall_are_of_dots_that_may_each_fall(found):
-    may = {one.name for one in found.alone if one.carry_on}
-    assert found.together
-    assert all({a, b} <= may for a, b in found.together)
+def test_pairs_that_must_not_both_fall_are_of_dots_that_may_each_fall(layout, found):
+    used, settings, landmarks = layout
+    may = [m for m, one in enumerate(found.alone) if one.carry_on]
+    face, vertices = see_face(sample_rig(), used), np.array([m.vertex for m in landmarks])
+    covers, seen = shares(face, settings, vertices) >= settings.epsilon, face.observation(settings.noise_mm)
+    before = seen.error(seen.covariance(vertices))
+    bad = set()
+    for a, b in combinations(may, 2):
+        rest = np.delete(np.arange(len(vertices)), [a, b])
+        gone = (covers.any(axis=1) & ~covers[:, rest].any(axis=1)).any()
+        if gone or seen.error(seen.covariance(vertices[rest])) > 1.1 * before:
+            bad.add((landmarks[a].name, landmarks[b].name))
+    assert set(found.together) == bad
 
 
 def test_a_new_dot_stands_clear_of_the_old_place(found):

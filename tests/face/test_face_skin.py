@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from capture_plan.audit.audit import audit_rig
-from capture_plan.face.anchors import face_anchors
+from capture_plan.face.anchors import face_anchors, unlike_eyes
 from capture_plan.face.profile import chin_agrees, find_chin
 from capture_plan.mesh import vertex_normals
 from capture_plan.reader.read import rig_from_raw
@@ -191,3 +191,11 @@ def test_a_chin_that_stays_when_the_jaw_opens_is_not_sure():
 @pytest.mark.parametrize(("kind", "said"), [(bust, True), (clothed, False), (whole, False)])
 def test_skin_that_is_left_to_the_body_is_told(kind, said):
     assert ("below the upper neck" in as_rig(kind(sample_head())).note) == said
+
+
+def test_eyes_that_are_no_mirror_images_of_each_other_speak_against_themselves():
+    eyes = np.array([[32.0, 10, 40], [-32.0, 10, 40]])
+    assert unlike_eyes(eyes, 0.0) == ()
+    (sign,) = unlike_eyes(eyes + [[0, 5, 0], [0, 0, 0]], 0.0)
+    assert sign.weight < 0
+    assert "5 mm" in sign.says
