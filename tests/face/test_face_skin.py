@@ -196,6 +196,6 @@ def test_skin_that_is_left_to_the_body_is_told(kind, said):
 def test_eyes_that_are_no_mirror_images_of_each_other_speak_against_themselves():
     eyes = np.array([[32.0, 10, 40], [-32.0, 10, 40]])
     assert unlike_eyes(eyes, 0.0) == ()
-    (sign,) = unlike_eyes(eyes + [[0, 5, 0], [0, 0, 0]], 0.0)
+    (sign,) = unlike_eyes(eyes + np.array([[0, 5, 0], [0, 0, 0]]), 0.0)
     assert sign.weight < 0
     assert "5 mm" in sign.says
