@@ -2,7 +2,8 @@
 
 Timecodes    h:m:s:f, h:m:s;f or h;m;s;f: x = n (3600 h + 60 m + s) + f, without the numbers that drop-frame codes pass
              over; the clock's n from the highest f and the usual step
-Others       seconds, or numbers in a unit that their name or their step tells
+Others       seconds, or numbers in a unit that their name or their step tells; of [h:]m:s.ff, where no whole second has
+             more than its first 24 to 60 hundredths, these are frames of such a clock
 """
 
 import re
@@ -18,6 +19,8 @@ NTSC = 1000 / 1001
 DIGITS, FRACTION = r"\d{1,9}", r"\d{1,30}"  # longer ones are no time
 CODE = re.compile(rf"({DIGITS})[:;]({DIGITS})[:;]({DIGITS})([:;.])({DIGITS}(?:\.{FRACTION})?)")
 STOPWATCH = re.compile(rf"(?:({DIGITS}):)?({DIGITS}):({DIGITS}(?:[.,]{FRACTION})?)")  # [h:]m:s.fraction
+FRAMES = re.compile(r"[.,]\d\d$")
+MOST_FRAMES = 60  # a whole second of hundredths has later ones
 DAY_S = 86_400
 
 
@@ -58,8 +61,12 @@ def plain_numbers(texts: Sequence[str]) -> Clock:
 
 
 def stopwatch(texts: Sequence[str]) -> Clock:
-    """Seconds of h:m:s.fraction or m:s.fraction."""
+    """Seconds of h:m:s.fraction or m:s.fraction, or frames of m:s.frames."""
     parts = [match for text in texts if (match := STOPWATCH.fullmatch(text))]
+    if all(FRAMES.search(m[3]) for m in parts):
+        codes = ticks_of_codes([f"{m[1] or 0}:{m[2]}:{m[3].replace(',', '.')}" for m in parts])
+        if codes.sure and codes.rate is not None and codes.rate <= MOST_FRAMES:
+            return codes
     return Clock(np.array([3600 * int(m[1] or 0) + 60 * int(m[2]) + float(m[3].replace(",", ".")) for m in parts]), 1.0)
 
 

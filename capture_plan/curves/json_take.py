@@ -23,6 +23,7 @@ from capture_plan.curves.json_curves import curve_take
 from capture_plan.curves.json_frames import ASIDE, SHAPE_KEYS, FrameRecording
 from capture_plan.curves.json_long import gathered
 from capture_plan.curves.json_several import is_frame, only_take
+from capture_plan.curves.json_twice import message_of
 from capture_plan.curves.json_weights import is_category, is_number, known
 from capture_plan.curves.stated_rate import possible, rate_in_value
 from capture_plan.curves.text import text_of
@@ -50,7 +51,8 @@ UNREADABLE = (msgspec.DecodeError, ValueError, RecursionError)
 def read_json(path: Path) -> WeightTable:
     """The frames of a JSON file. RigError where it holds no weights that can be told."""
     try:
-        return take_in(*text_of(path))
+        text, notes = text_of(path)
+        return take_in(text, (*notes, *message_of(text)))
     except RecursionError:
         raise RigError("nests deeper than any take: export it again") from None
 

@@ -35,6 +35,7 @@ BELOW = 0.2  # of the furthest a column gets: filters swing less below 0
 NEGATIVE = 0.3  # of the columns
 TINY = 0.05  # no take of a face stays below it
 HALF = 0.6  # of full: blinks and jaws go further in a take that shows a face
+NEARLY = 0.95
 TEN = (6.0, 10.01)  # a take in per cent has columns that get further, one of 0 to 10 has many that end here
 UNITS = re.compile(r"(?:.*[^a-z])?AU[ _]?\d{1,2}(?:[^0-9].*)?", re.IGNORECASE)  # names of action units
 FIVE = (2.0, 5.01)  # how far units get on their scale of five
@@ -188,13 +189,21 @@ def beyond_one(
         and 2 * sum(bool(UNITS.fullmatch(c)) for c in columns) > len(columns)
     ):
         full = 5.0
-    exact = whole and full in SCALES and highest.max() == full
-    sure = exact or (full == 100 and HALF * full <= peak <= 1.1 * full)
+    exact = whole and full in (100, *SCALES) and highest.max() == full
+    enough = NEARLY if whole else HALF  # whole numbers up to 85 may be bytes of a quiet take
+    sure = exact or (full == 100 and enough * full <= peak <= 1.1 * full)
     message = f"{'' if sure else 'it is not certain, but '}weights reach {furthest(columns, highest)}"
     message = f"{message}: they are taken as {unit_words(full)}"
-    doubts = [] if sure else [f"{STATE}{1 if full != 100 else 127 if peak > full else 10 if peak < 30 else 50:g}"]
+    doubts = [] if sure else [f"{STATE}{other_scale(full, peak):g}"]
     doubts += mixed_columns(columns, highest, full) + mixed_frames(size, full)
     return Verdict(full, sure and not doubts, "; ".join([message, *doubts]))
+
+
+def other_scale(full: float, peak: float) -> float:
+    """What else a full weight may be, for a name map that says so."""
+    if full != 100:
+        return 1
+    return 127 if peak > full else 10 if peak < 30 else 50 if peak < 50 else 255
 
 
 def mixed_columns(columns: Sequence[str], highest: Float[np.ndarray, " c"], full: float) -> list[str]:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from capture_plan.curves.frames import evenly
 from capture_plan.curves.json_weights import known
-from capture_plan.curves.text import COMMA, Lines, split
+from capture_plan.curves.text import COMMA, Lines, numbers_in, split
 
 DELIMITER = "\t"
 OTHERS = re.compile(r"[;|\t]")
@@ -31,7 +31,7 @@ def without_spaces(lines: Lines) -> Lines:
 def is_spaced(texts: Sequence[str]) -> bool:
     """Whether most rows are cut by spaces into equally many cells, at least half of them numbers."""
     rows = [texts[t] for t in evenly(len(texts), SAMPLE)]
-    cut = [between_spaces(text) for text in rows if not OTHERS.search(text.strip())]
+    cut = [between_spaces(text) for text in rows if not OTHERS.search(text.strip()) and not between_commas(text)]
     good = Counter(
         len(cells)
         for cells in cut
@@ -40,6 +40,11 @@ def is_spaced(texts: Sequence[str]) -> bool:
     )
     width, often = max(good.items(), key=lambda item: item[1], default=(0, 0))
     return width >= FEWEST and often >= MOST * len(rows)
+
+
+def between_commas(text: str) -> bool:
+    """Whether commas cut a line into more numbers than spaces do: "0,30 fps,0.5,0.1"."""
+    return numbers_in(split(text, ",")) > numbers_in(between_spaces(text))
 
 
 def between_spaces(text: str) -> list[str]:

@@ -326,3 +326,12 @@ def test_a_rate_that_no_take_has_is_not_believed(tmp_path):
     frames = [{"jawOpen": t / 40, "mouthSmileLeft": 0.5} for t in range(40)]
     path.write_text(json.dumps({"sampleRate": 48000, "fps": 60, "frames": frames}))
     assert read_sequence(path, rig=sample_rig()).fps == 60
+
+
+@pytest.mark.parametrize("clock", [24, 25, 30, 60])
+@pytest.mark.parametrize("sign", [".", ","])
+def test_two_digits_behind_minutes_and_seconds_are_frames_where_they_begin_again_each_second(clock, sign):
+    frames = timing_of([f"1:{t // clock:02d}{sign}{t % clock:02d}" for t in range(4 * clock)])
+    assert (frames.fps, frames.notes) == (clock, ())
+    hundredths = timing_of([f"1:{t // clock:02d}{sign}{100 * (t % clock) // clock:02d}" for t in range(4 * clock)])
+    assert (hundredths.fps, hundredths.notes) == (clock, ())

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from capture_plan.curves.json_twice import names_twice
 from capture_plan.curves.json_weights import spelled
 from capture_plan.errors import RigError
 from tests.curves.test_take_dialects import NAMES, T, driven, named, read, weights
@@ -183,3 +184,16 @@ def test_weights_that_stand_beside_the_object_of_weights_are_read(tmp_path):
     ]
     take = read(tmp_path / "take.json", json.dumps(frames))
     assert driven(take) == pytest.approx(weights())
+
+
+def test_a_name_that_stands_twice_in_a_frame_is_said(tmp_path):
+    once = [dict(zip(NAMES, row, strict=True)) for row in weights()]
+    twice = [json.dumps(row)[:-1] + f', "{NAMES[0]}": 0.5}}' for row in once]
+    take = read(tmp_path / "a.json", '{"frames": [' + ", ".join(twice) + "]}")
+    assert [f"'{NAMES[0]}' stands twice" in note for note in take.notes].count(True) == 1
+    assert not any("stands twice" in note for note in read(tmp_path / "b.json", json.dumps({"frames": once})).notes)
+
+
+def test_names_are_twice_in_one_object_alone():
+    assert names_twice('{"a": {"b": 1, "c": "a"}, "d": [{"b": 2}, {"b": 3}], "e": "x\\": {"}') == {}
+    assert names_twice('{"a": 1, "b": {"a": 2, "a": 3}, "a": [{"c": 1, "c": 2, "c": 3}]}') == {"a": 2, "c": 2}

@@ -200,3 +200,12 @@ def test_what_goes_beyond_two_full_weights_again_and_again_is_never_certain(full
     assert not judge(names, x).sure
     x[10:20, 4] = full
     assert judge(names, x).sure
+
+
+@pytest.mark.parametrize(("most", "sure"), [(65, False), (85, False), (97, True), (100, True), (105, True)])
+def test_whole_numbers_that_stop_below_a_hundred_may_be_bytes_of_a_quiet_take(most, sure):
+    x = np.round(most * weights() / weights().max(axis=0))
+    verdict = judge(NAMES, x)
+    assert (verdict.full, verdict.sure) == (100, sure)
+    assert ("full = 255" in verdict.note) == (not sure)
+    assert judge(NAMES, 0.999 * x).sure
