@@ -25,7 +25,7 @@ from capture_plan.anatomy.meaning import arkit_by_motion
 from capture_plan.anatomy.symmetry import SymmetryReport, symmetry_report
 from capture_plan.audit.apart import apart_findings
 from capture_plan.audit.bare import bare
-from capture_plan.audit.exported import inverted, slipped, unread, wrongly_exported
+from capture_plan.audit.exported import inverted, mirrored, slipped, unread, wrongly_exported
 from capture_plan.audit.mesh import fine, flown, holes, open_lips, shut_lids, sizes, untidy, weak, windings
 from capture_plan.audit.occluders import covers
 from capture_plan.audit.sides import crooked, misnamed, overlaps, partners, two_sides
@@ -119,7 +119,7 @@ def audit_rig(rig: Rig) -> Audit:
     findings += (
         slipped(rig, used)
         + inverted(rig, used, anchors)
-        + (misnamed(rig, symmetry) if whole else [])
+        + (mirrored(rig, used, anchors) or (misnamed(rig, symmetry) if whole else []))
         + misleading(rig)
         + sizes(rig, pupils, used, anchors.pupils)
         + (weak(rig, used, anchors.pupils) if "eyes" in anchors.found else [])

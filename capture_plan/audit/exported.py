@@ -5,13 +5,21 @@ import re
 import numpy as np
 from jaxtyping import Bool
 
+from capture_plan.anatomy.agreement import agreed_meanings
 from capture_plan.anatomy.delta_relations import Finding
+from capture_plan.anatomy.meaning import other_ways
 from capture_plan.anatomy.whole_head import slips
 from capture_plan.face.anchors import Anchors
 from capture_plan.face.misexported import SAYS, misexported
+from capture_plan.face.reading import face_reading
+from capture_plan.names.arkit import side_of
 from capture_plan.rig.record import Rig
 
 LIDS, CHIN, MOVES, UPWARDS = 0.3, 0.35, 0.1, 0.6  # pupil distances around; moved at least; share that goes up
+CORNER = 0.15  # pupil distances around a mouth corner
+LIFTS, ASIDE = 0.5, 0.25  # of the largest lift; sideways, of the lift itself: smiles 0.56 and more
+FEW = 4
+SIDEWAYS = re.compile("eyeLook(In|Out)(Left|Right)|(jaw|mouth)(Left|Right)")
 MISSING = re.compile("left out|not used")
 
 
@@ -59,6 +67,43 @@ def inverted(rig: Rig, used: tuple[str, ...], anchors: Anchors) -> list[Finding]
     message = f"chin and lids go up where they move most ({', '.join(names)}): jaws open and lids close downwards"
     advice = "The offsets look inverted: export them from the neutral to each shape."
     return [Finding("export", names, message, advice, False, "stop")]
+
+
+def mirrored(rig: Rig, used: tuple[str, ...], anchors: Anchors) -> list[Finding]:
+    """Whether what moves is mirrored sideways against the neutral, or the neutral against it: mouth corners that go up
+    go inwards, whatever blendshapes are called, and of their names either the ways or the sides are wrong, not both."""
+    ways, turned = _that_say_a_way(rig, used), set(other_ways(rig))
+    halves = [name for name in used if side_of(name) and name not in ways]
+    wrong_sides = [name for name in halves if name in face_reading(rig).sides.disagree]
+    wrong_ways = [name for name in ways if name in turned]
+    both = 2 * len(wrong_ways) > len(ways), 2 * len(wrong_sides) > len(halves)
+    if not ways or not halves or both[0] == both[1] or not _smiles_inwards(rig, used, anchors):
+        return []
+    names, what = (wrong_ways, "left and right, in and out") if both[0] else (wrong_sides, "sides")
+    message = (
+        f"lifted mouth corners go inwards, as no smile does, and {what} are exchanged in {len(names)} blendshapes "
+        f"({', '.join(names[:FEW])}{', ...' if len(names) > FEW else ''}): what moves is mirrored against the neutral"
+    )
+    advice = "Export neutral and blendshapes with the same axes, x of one of them is turned over; the names are right."
+    return [Finding("export", tuple(names), message, advice, False, "stop")]
+
+
+def _that_say_a_way(rig: Rig, used: tuple[str, ...]) -> list[str]:
+    """Blendshapes whose names say that an eye, a jaw or a mouth goes sideways."""
+    meant = agreed_meanings(rig)
+    return [name for name in used if (meaning := meant[name]) and any(map(SIDEWAYS.fullmatch, meaning.arkit))]
+
+
+def _smiles_inwards(rig: Rig, used: tuple[str, ...], anchors: Anchors) -> bool:
+    """Whether both mouth corners go inwards in the blendshapes that lift them most, and aside as well."""
+    rows = rig.rows(used)
+    for side, corner in ((1, anchors.corner_left), (-1, anchors.corner_right)):
+        at = rig.skin & (np.linalg.norm(rig.neutral - corner, axis=1) < CORNER * anchors.pupils)
+        d = rig.deltas[np.ix_(rows, at)].mean(axis=1) if at.any() else np.zeros((len(rows), 3))
+        lifts = (d[:, 1] > LIFTS * d[:, 1].max()) & (np.abs(d[:, 0]) > ASIDE * d[:, 1])
+        if side * d[lifts, 0].sum() >= 0:
+            return False
+    return True
 
 
 def _largest(rig: Rig, used: tuple[str, ...], part: Bool[np.ndarray, " v"]) -> tuple[str, float, float]:

@@ -5,6 +5,7 @@ Names are hints. They say things to people and break ties; which blendshapes are
     arkit_name("L_eyeBlink")                 'eyeBlinkLeft'
     arkit_name("CTRL_expressions_eyeBlinkL") 'eyeBlinkLeft'
     side_of("mouthSmile_L"), side_of("jawLeft"), side_of("eyeLookLeftL")   'left', None, 'left'
+    side_of("mouthSmile_viewerLeft")       'right': who looks at a face has its right side on the left
 """
 
 import re
@@ -37,6 +38,10 @@ UNIT = re.compile(
 INTENSITY = re.compile(r"AU\d\d_[rc]")  # OpenFace: r for regressed, c for classified, neither a side
 SOUND = re.compile("viseme|phoneme|phon|vis|v")  # viseme_R is the sound
 DIRECTIONS = ("jawLeft", "jawRight", "mouthLeft", "mouthRight")  # where something moves, no side of the face
+ONLOOKER = re.compile(
+    r"(viewer|observer|onlooker|audience|screen|image|camera|picture)s?[ _.-]*(left|right|l(?![a-z])|r(?![a-z]))",
+    re.IGNORECASE,
+)
 FACE_WORD = re.compile("brow|eye|lid|cheek|nose|jaw|mouth|lips?|tongue|chin")
 
 
@@ -53,6 +58,11 @@ def side_of(name: str) -> Side | None:
         if words[place] in sides and not _is_direction(words, place):
             return sides[words[place]]
     return None
+
+
+def subjects_own(name: str) -> str:
+    """The name with sides as the subject has them, where it tells those of who looks on: viewerLeft is Right."""
+    return ONLOOKER.sub(lambda match: "_Right" if match[2].lower().startswith("l") else "_Left", name)
 
 
 def base_name(arkit: str) -> str:
@@ -97,7 +107,7 @@ def _spellings() -> dict[str, str]:
 
 def _words(name: str) -> list[str]:
     """Words of a name in small letters, split at separators, capitals and digits."""
-    return [word.lower() for word in WORD.findall(name)]
+    return [word.lower() for word in WORD.findall(subjects_own(name))]
 
 
 def _is_direction(words: list[str], place: int) -> bool:

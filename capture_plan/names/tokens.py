@@ -13,7 +13,7 @@ import unicodedata
 from functools import cache, lru_cache
 from importlib.resources import files
 
-from capture_plan.names.arkit import Side
+from capture_plan.names.arkit import Side, subjects_own
 
 MARKS = "\u0591-\u05c7\u0610-\u061a\u064b-\u065f\u0670\u0900-\u0903\u093a-\u094f\u0e31\u0e34-\u0e3a\u0e47-\u0e4e"
 PIECE = re.compile(
@@ -29,7 +29,7 @@ LEAST = 3  # letters of a known word inside a run of Latin letters
 @lru_cache(maxsize=8192)
 def split_words(name: str) -> tuple[str, ...]:
     """Words of `name` in small letters, numbers among them; half-width, full-width and accented forms are folded."""
-    folded = "".join(_plain(letter) for letter in unicodedata.normalize("NFKC", name))
+    folded = "".join(_plain(letter) for letter in unicodedata.normalize("NFKC", subjects_own(name)))
     return tuple(word for piece in PIECE.findall(folded) for word in _split(piece.lower()))
 
 

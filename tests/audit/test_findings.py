@@ -1,5 +1,6 @@
 """What is found wrong with blendshapes, sides and names: each planted, and quiet where it is not."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,7 @@ from capture_plan.anatomy.delta_relations import motionless
 from capture_plan.anatomy.symmetry import symmetry_report
 from capture_plan.anatomy.zones import DOT_MM, MARGINS_MM, zone_mask
 from capture_plan.audit.audit import audit_rig
-from capture_plan.audit.exported import inverted
+from capture_plan.audit.exported import inverted, mirrored
 from capture_plan.audit.report import audit_text, verdict
 from capture_plan.face.anchors import face_anchors
 from capture_plan.face.flying import flying
@@ -21,6 +22,7 @@ from capture_plan.layout.problem import task_of
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.reader.read import rig_from_raw
 from capture_plan.sample import sample_rig
+from tests.light import light_sample
 
 NAMES = ("browDownLeft", "browDownRight", "jawLeft", "jawOpen", "jawRight", "mouthLowerDownLeft", "mouthLowerDownRight")
 NAMES += ("mouthSmileLeft", "mouthSmileRight")
@@ -348,3 +350,26 @@ def test_movements_that_go_the_other_way_are_seen_whatever_they_are_called(rig, 
     (finding,) = inverted(wrong, names, face_anchors(right))
     assert finding.urgency == "stop"
     assert finding.blendshapes[0] == names[whole.names.index("jawOpen")]
+
+
+@pytest.mark.parametrize("of", ["offsets", "neutral", "names", "nothing"])
+def test_what_is_mirrored_against_the_neutral_is_told_from_exchanged_names(of):
+    rig = light_sample()
+    over = np.array([-1, 1, 1])
+    other = {"Left": "Right", "Right": "Left"}
+    names = tuple(re.sub("Left|Right", lambda match: other[match[0]], name) for name in rig.names)
+    wrong = {
+        "offsets": replace(rig, deltas=rig.deltas * over),
+        "neutral": replace(rig, neutral=rig.neutral * over),
+        "names": replace(rig, names=names),
+        "nothing": rig,
+    }[of]
+    found = mirrored(wrong, wrong.names, face_anchors(wrong))
+    assert [finding.urgency for finding in found] == ["stop"] * (of in ("offsets", "neutral"))
+    if found:
+        assert ("jawLeft" in found[0].blendshapes, "eyeBlinkLeft" in found[0].blendshapes) == (
+            of == "offsets",
+            of == "neutral",
+        )
+        assert of_kind(audit_rig(wrong), "export") == found
+        assert not any("exchange" in one.advice.lower() for one in of_kind(audit_rig(wrong), "name"))

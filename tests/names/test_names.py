@@ -3,6 +3,7 @@
 import pytest
 
 from capture_plan.names.arkit import arkit_name, side_of
+from capture_plan.names.movements import movement_of
 from capture_plan.sample import sample_rig
 
 SPELLINGS = (
@@ -75,3 +76,16 @@ def test_halves_of_undivided_blendshapes_keep_their_side():
 )  # fmt: skip
 def test_sides_are_read_in_the_languages_of_studios(name, arkit, side):
     assert (arkit_name(name), side_of(name)) == (arkit, side)
+
+
+@pytest.mark.parametrize("onlooker", ["viewer", "Screen", "_camera_", "audience"])
+def test_who_looks_at_a_face_has_its_right_side_on_the_left(onlooker):
+    assert side_of(f"mouthSmile_{onlooker}Left") == "right"
+    assert arkit_name(f"eyeBlink_{onlooker}Right") == "eyeBlinkLeft"
+    assert arkit_name(f"jaw{onlooker}Left") == "jawRight"
+    assert movement_of(f"blink_{onlooker}_l").side == "right"
+    assert side_of(f"smile_{onlooker}Lens") is None
+
+
+def test_the_left_of_a_stage_is_the_actors_own():
+    assert side_of("smile_stageLeft") == "left"
