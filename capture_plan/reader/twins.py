@@ -7,8 +7,8 @@ Copy       repeats a main face (`belongs.py`), and it is plain which is the less
            it has fewer blendshapes, or the same blendshapes move both, or its own move it as the main face is moved.
            Two heads that move each its own way are for a person to choose from (`face/shape.py`); plates drawn over a
            still head are no faces
-With it    what stands to a copy beside the face as eyes and teeth do to the face; meshes that are called of the same
-           level as a copy on the face, and lie on another mesh
+With it    what stands to a copy beside the face as eyes and teeth do to the face, also in one mesh with it; meshes that
+           are called of the same level as a copy on the face, and lie on another mesh
 """
 
 import re
@@ -41,6 +41,7 @@ AS_FINE = 0.7  # of the vertices for an area: a level of detail has half of them
 FLAT = 0.15  # of its longest spread; masks of a face have 0.3 or more
 SHARED = 0.5  # of the blendshapes that move a copy move the face too
 SAME_MOVES = 0.02  # of the root mean square displacement
+MOST_PIECES = 200  # of a mesh: hair has thousands
 LEVEL = re.compile(r"lod[ _-]?(\d+)", re.IGNORECASE)
 
 
@@ -103,11 +104,21 @@ def moving_copies(raw: RawRig, moves: Bool[np.ndarray, "k v"]) -> list[Body]:
         if not _overlaps(body, gone):
             mesh = any(body is one for one in moving)
             copies += list(copy_of(body, mains, moves, raw.deltas, mesh=mesh))[:1]
+    every += _inner_pieces(every, copies)
     rest = [body for body in every if not _overlaps(body, [one for copy in copies for one in (copy.body, copy.face)])]
     found = {id(copy.body): copy.body for copy in copies}
     for copy in copies:
         found |= {id(body): body for body in (*goes_with(copy, rest, every), *of_its_level(copy, rest, every))}
     return list(found.values())
+
+
+def _inner_pieces(every: list[Body], copies: list[Copy]) -> list[Body]:
+    """The largest pieces of meshes of which a copy is a piece too: eyes and teeth of two heads in one mesh."""
+    of_mesh = [
+        body for body in every if any(len(one.body.at) < len(body.at) and _overlaps(body, [one.body]) for one in copies)
+    ]
+    found = [piece for body in of_mesh for piece in loose_pieces(body, 0.0)]
+    return sorted(found, key=lambda piece: -piece.area)[:MOST_PIECES]
 
 
 def _overlaps(body: Body, others: Iterable[Body]) -> bool:

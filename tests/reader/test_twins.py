@@ -118,3 +118,16 @@ def test_what_is_worn_and_moves_along_stays(worn, channels):
     deltas = head.deltas.copy()
     deltas[0] += np.where(np.any(deltas, axis=(0, 2))[:, None], 0, 1).astype(np.float32)
     assert one_of_each(raw_of(replace(head, deltas=deltas))).left_out == ()
+
+
+def test_of_two_heads_in_one_mesh_eyes_and_teeth_go_with_theirs():
+    v, b = len(HEAD.neutral), np.array([400.0, 0, 0])
+    two = replace(
+        HEAD,
+        neutral=np.concatenate([HEAD.neutral, HEAD.neutral + b]),
+        triangles=np.concatenate([HEAD.triangles, HEAD.triangles + v]),
+        deltas=np.concatenate([HEAD.deltas, HEAD.deltas], axis=1),
+        parts=np.zeros(2 * v, dtype=np.int32),
+        part_names=("heads",),
+    )
+    assert np.array_equal(one_of_each(raw_of(two)).neutral, HEAD.neutral)
