@@ -1,11 +1,11 @@
-"""Where no dot may go: lash line, wet lip, nostril rim, hair, helmet straps, and what a person painted.
+"""Where no dot may go: lash line, inner eye corner, wet lip, nostril rim, hair, helmet straps, what a person painted.
 
 Data     h[v]     hemisphere visibility in the neutral, 0 to 1, of skin and eyeballs alone: lashes hide no skin
          u        distance between the pupils, the unit of proportions
          margin   how far a zone reaches along the skin beyond what it is named for, millimetres
 Opening  of an eye, the mouth or a nostril: the border of the skin there, and skin with h <= DIM that hangs together
          with it (where the border lies far inside, or there is none); without a border skin with h <= HIDDEN alone
-Zone     lash line, wet lip, nostril rim = opening + margin;  hairline = scalp + margin;
+Zone     lash line, wet lip, nostril rim = opening + margin;  inner eye corner, hairline = corner, scalp + margin;
          helmet strap = skin within the margin of a line over temple, cheek and jaw, seen from the side
 Sides    a zone of one side is a zone of the other
 
@@ -23,6 +23,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import KDTree
 
+from capture_plan.anatomy.eye_corners import eye_corners
 from capture_plan.anatomy.regions import FaceRegions, face_regions
 from capture_plan.errors import RigError
 from capture_plan.face.anchors import eyeballs
@@ -35,13 +36,14 @@ from capture_plan.visibility import hemisphere_visibility
 
 MARGINS_MM = {
     "lash line": 2.0,  # as thick as the edge of a lid: a dot there touches lashes or the eye
+    "inner eye corner": 5.0,  # tears loosen dots, and the skin beside it folds as soon as eyes close or a nose wrinkles
     "wet lip": 2.5,  # paint and glue do not hold where lips are moist
     "nostril rim": 2.0,  # breath and wiping take dots off the edge
     "hairline": 5.0,  # single hairs grow in front of the hairline
     "helmet strap": 10.0,  # half of a strap 20 mm wide
 }
 ZONES = tuple(MARGINS_MM)
-CLEAR_ZONES = ("lash line", "wet lip", "nostril rim")  # where no dot holds on anybody
+CLEAR_ZONES = ("lash line", "inner eye corner", "wet lip", "nostril rim")  # where no dot holds on anybody
 DOT_MM = 3.0  # diameter of a marker, unless a person says otherwise
 CORNER = 0.5  # skin at a right angle to a wall, as the edge of a lid is to the eyeball, sees half of its hemisphere
 DIM, HIDDEN = 0.35, 0.1  # five heads: inside an opening below the first, creases of lids and nose above the second
@@ -167,6 +169,11 @@ class Ground:
             eyes = np.stack([anchors.eye_left, anchors.eye_right])
             near = self._near(np.concatenate([neutral[anchors.lids], eyes]), EYE * u)
             return self._opening("eyes", anchors.lids, near & (self.seen <= CORNER), near & (self.seen <= HIDDEN))
+        if name == "inner eye corner":
+            found = eye_corners(self.rig, anchors)
+            core = np.zeros(len(neutral), dtype=bool)
+            core[[corner for (end, _), corner in found.items() if end == "inner"]] = True
+            return core, "" if found else "no corner of an eye was found: paint this zone by hand"
         if name == "wet lip":
             line = np.linspace(anchors.corner_left, anchors.corner_right, 9)
             near = self._near(np.concatenate([neutral[anchors.lips], line]), LIP * u)

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from capture_plan.anatomy.eye_corners import eye_corners
 from capture_plan.anatomy.regions import FaceRegions
 from capture_plan.layout.record import Landmark
 from capture_plan.rig import Rig
@@ -22,7 +23,6 @@ from capture_plan.rig import Rig
 DULL = 0.02  # of error for a millimetre of tape
 LEAST_MM = 6.0  # what lies nearer is measured by eye
 BESIDE_TIP = 0.2  # pupil distances in height from the tip of the nose: where its wings are
-CORNERS = 6  # vertices of a border of the lids that has corners
 SINGULAR = 1e-3
 
 
@@ -49,13 +49,8 @@ def tape_points(rig: Rig, regions: FaceRegions) -> tuple[TapePoint, ...]:
     """The points that were found on this face, each letter on the left and on the right or once in the middle."""
     anchors, found = regions.anchors, []
     x = rig.neutral.astype(float)
-    if "eyes" in anchors.found:
-        for side, sign in (("left", 1), ("right", -1)):
-            lids = anchors.lids[sign * (x[anchors.lids, 0] - anchors.midline) > 0]
-            if len(lids) >= CORNERS:
-                order = np.argsort(sign * x[lids, 0])
-                found += [("a", "outer corner of the eye", side, x[lids[order[-1]]])]
-                found += [("b", "inner corner of the eye", side, x[lids[order[0]]])]
+    for (end, side), corner in sorted(eye_corners(rig, anchors).items(), key=lambda item: item[0][::-1]):
+        found.append(("b" if end == "inner" else "a", f"{end} corner of the eye", side, x[corner]))
     if "eyes" in anchors.found and "mouth" in anchors.found:
         level = np.abs(x[:, 1] - anchors.nose_tip[1]) < BESIDE_TIP * anchors.pupils
         nose = np.flatnonzero(rig.skin & level & (regions.of_vertex == regions.names.index("nose")))

@@ -35,6 +35,7 @@ def test_every_zone_is_found_on_the_sample_and_lies_on_skin(rig, zones):
     ("name", "inside"),
     [
         ("lash line", {"upper eyelid", "lower eyelid"}),
+        ("inner eye corner", {"upper eyelid", "lower eyelid", "nose", "cheek", "brow"}),
         ("wet lip", {"upper lip", "lower lip", "mouth corner"}),
         ("nostril rim", {"nose", "upper lip"}),
         ("hairline", {"scalp", "forehead", "temple", "ear", "neck"}),
@@ -105,7 +106,7 @@ def ball():
 
 
 def test_what_a_face_does_not_have_is_said_and_left_empty():
-    for zone in find_zones(ball(), {"lash line": 2.0, "wet lip": 2.0, "nostril rim": 2.0}):
+    for zone in find_zones(ball(), {"lash line": 2.0, "inner eye corner": 5.0, "wet lip": 2.0, "nostril rim": 2.0}):
         assert not zone.mask.any()
         assert "was found: paint this zone by hand" in zone.note
 

@@ -301,7 +301,7 @@ def test_what_moves_only_where_no_dot_holds_is_said_and_named_in_the_verdict(wit
     (one,) = of_kind(found, "bare")
     assert one.blendshapes == ("lashLeft", "lashRight")
     assert "lashLeft (9.0 mm, 0.0 mm where dots hold)" in one.message
-    assert one.message.endswith("lies on the lash line")
+    assert one.message.endswith("lash line")
     assert "no marker can stand for lashLeft, lashRight" in verdict(found)
     assert not one.left_out
 
