@@ -1,6 +1,5 @@
 """The corners of the eyes: the ends of the lids' borders, nearest to the midline and furthest from it."""
 
-
 from capture_plan.face.anchors import Anchors
 from capture_plan.rig import Rig
 

@@ -28,6 +28,7 @@ from capture_plan.audit.bare import bare
 from capture_plan.audit.exported import inverted, mirrored, slipped, unread, wrongly_exported
 from capture_plan.audit.mesh import fine, flown, holes, open_lips, shut_lids, sizes, untidy, weak, windings
 from capture_plan.audit.occluders import covers
+from capture_plan.audit.other_order import other_order
 from capture_plan.audit.sides import crooked, misnamed, overlaps, partners, two_sides
 from capture_plan.face.anchors import face_anchors, interpupillary
 from capture_plan.face.facts import ReadingFacts, reading_facts
@@ -118,9 +119,12 @@ def audit_rig(rig: Rig) -> Audit:
         findings += bare(rig, used)
     findings += (
         slipped(rig, used)
-        + inverted(rig, used, anchors)
-        + (mirrored(rig, used, anchors) or (misnamed(rig, symmetry) if whole else []))
-        + misleading(rig)
+        + (
+            inverted(rig, used, anchors)
+            or mirrored(rig, used, anchors)
+            or other_order(rig, used)
+            or [*(misnamed(rig, symmetry) if whole else ()), *misleading(rig)]
+        )
         + sizes(rig, pupils, used, anchors.pupils)
         + (weak(rig, used, anchors.pupils) if "eyes" in anchors.found else [])
         + windings(rig)

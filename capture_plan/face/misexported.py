@@ -3,6 +3,7 @@
 Data           x[v]  neutral, d[k, v]  deltas, y[v] = x + d[k] the blendshape's own vertices, all from the file's origin
                s     <x, y> / <x, x>, cosine <x, y> / (|x| |y|), S the diagonal of the mesh
 Displacements  AT_ORIGIN of the vertices lie at the origin, and |y| is small beside |x|: y is the delta itself
+Positions      d is nearly x itself, of which no movement of a face is near: d is where the vertices lie
 Unit           y = s x with a cosine of ALIKE and s far from 1
 Shifted        d is one and the same shift for half of the vertices: not even a neck stays where it was
 Order          neighbours go each their own way (`face/channels.py`), where other blendshapes move surfaces; or all
@@ -18,11 +19,12 @@ from jaxtyping import Float
 from capture_plan.face.channels import reordered, scrambled
 from capture_plan.face.flying import flying
 from capture_plan.face.moving import NOISE_MM
+from capture_plan.formats.raw import are_positions
 from capture_plan.names.movements import movements_of
 from capture_plan.once import once
 from capture_plan.rig import Rig
 
-Fault = Literal["displacements", "unit", "beside", "order"]
+Fault = Literal["displacements", "positions", "unit", "beside", "order"]
 AT_ORIGIN, ORIGIN = 0.1, 1e-4  # of the vertices; of S: what a blendshape leaves still has no displacement at all
 SMALL = 0.3  # |y| / |x|: displacements of an open jaw on a head around the origin have 0.1
 ALIKE, UNIT = 0.99, 2.0  # cosine; times as large or as small: no character's head grows so much
@@ -46,6 +48,12 @@ SAYS: dict[Fault, Words] = {
         "hold displacements, not positions: their vertices lie around the origin of the file",
         "Add the neutral to its vertices, or export the whole face in this pose.",
         "Add the neutral to their vertices, or export the whole face in each pose.",
+    ),
+    "positions": Words(
+        "holds positions, where offsets from the neutral belong",
+        "hold positions, where offsets from the neutral belong",
+        "Subtract the neutral from it.",
+        "Subtract the neutral from them.",
     ),
     "unit": Words(
         "is in another unit",
@@ -105,6 +113,8 @@ def _placed(x: Float[np.ndarray, "v 3"], d: Float[np.ndarray, "v 3"], S: float) 
     at_origin = (away <= ORIGIN * S).mean() >= AT_ORIGIN and away.max() > ORIGIN * S
     if at_origin and yy < SMALL**2 * xx:
         return "displacements", ""
+    if are_positions(x, d):
+        return "positions", ""
     s = xy / xx if xx > 0 else 1.0
     if xy >= ALIKE * np.sqrt(xx * yy) and not 1 / UNIT < s < UNIT:
         return "unit", f"x{s:.3g}"

@@ -16,6 +16,7 @@ from capture_plan.rig.record import check_blendshapes
 NO_PART = "(no faces)"
 FARTHEST = 1e9  # units of a file, whose squares single precision still holds
 LONGEST = 1000  # times the size of the neutral: no blendshape moves so far
+AS_NEUTRAL = 0.3  # of the spread of the neutral: a jaw that opens leaves 0.05 between positions and neutral
 BROKEN = "NaN or infinite coordinates, or those of another mesh"
 UNITS_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "dm": 100.0, "in": 25.4, "ft": 304.8}  # the usual ones first
 
@@ -69,6 +70,23 @@ def finite(raw: RawRig) -> RawRig:
     message = f"blendshapes that hold {BROKEN} were left out, clean them and export again: {broken}"
     names = tuple(name for name, is_whole in zip(raw.names, whole, strict=True) if is_whole)
     return replace(raw, deltas=raw.deltas[whole], names=names, note=sentences(raw.note, message))
+
+
+def are_positions(neutral: Float[np.ndarray, "v 3"], delta: Float[np.ndarray, "v 3"]) -> bool:
+    """Whether a delta is nearly the neutral itself, which no movement of a face is: it tells where vertices lie."""
+    x, d = neutral - neutral.mean(axis=0), delta - delta.mean(axis=0)
+    return bool(np.linalg.norm(d - x) < AS_NEUTRAL * np.linalg.norm(x))
+
+
+def offsets(raw: RawRig) -> RawRig:
+    """The rig with offsets from the neutral, where all its deltas are positions; its note says so."""
+    if not all(are_positions(raw.neutral, delta) for delta in raw.deltas):
+        return raw
+    message = "all deltas hold positions, not offsets: the neutral was subtracted from each"
+    deltas = (raw.deltas - raw.neutral).astype(np.float32)
+    if not deltas.any():
+        return raw
+    return replace(raw, deltas=deltas, note=sentences(raw.note, message))
 
 
 def legible(raw: RawRig) -> RawRig:

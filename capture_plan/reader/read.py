@@ -27,7 +27,7 @@ from capture_plan.formats.gltf import read_gltf
 from capture_plan.formats.npz import read_npz
 from capture_plan.formats.obj import read_obj_folder
 from capture_plan.formats.ply import read_ply_folder
-from capture_plan.formats.raw import RawRig, finite, legible
+from capture_plan.formats.raw import RawRig, finite, legible, offsets
 from capture_plan.formats.target import holds_targets, read_target_folder
 from capture_plan.formats.usd import SUFFIXES, read_usd
 from capture_plan.input.bounds import check_plain
@@ -102,7 +102,7 @@ def _own_names(path: str, rig: Rig) -> tuple[tuple[str, str], ...]:
 
 def rig_from_raw(raw: RawRig, given: ReadOptions = AS_FOUND) -> Rig:
     """The rig of what a reader gave, in millimetres, +y up, facing +z; what is given here is not searched for."""
-    raw, turned, frame = _framed(one_of_each(what_belongs(finite(legible(raw)))), given)
+    raw, turned, frame = _framed(one_of_each(what_belongs(offsets(finite(legible(raw))))), given)
     facial = frame.channels.facial
     raw = crop_to_head(raw, facial)
     turn = axes_matrix(frame.up, frame.facing)

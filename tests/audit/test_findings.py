@@ -12,6 +12,7 @@ from capture_plan.anatomy.symmetry import symmetry_report
 from capture_plan.anatomy.zones import DOT_MM, MARGINS_MM, zone_mask
 from capture_plan.audit.audit import audit_rig
 from capture_plan.audit.exported import inverted, mirrored
+from capture_plan.audit.other_order import other_order
 from capture_plan.audit.report import audit_text, verdict
 from capture_plan.face.anchors import face_anchors
 from capture_plan.face.flying import flying
@@ -373,3 +374,33 @@ def test_what_is_mirrored_against_the_neutral_is_told_from_exchanged_names(of):
         )
         assert of_kind(audit_rig(wrong), "export") == found
         assert not any("exchange" in one.advice.lower() for one in of_kind(audit_rig(wrong), "name"))
+
+
+@pytest.mark.parametrize(
+    ("by", "says"), [(1, "fits the blendshape behind its own"), (-1, "fits the blendshape before its own"), (7, None)]
+)
+def test_names_of_other_shapes_are_told_and_no_exchange_is_advised(by, says):
+    rig = sample_rig()
+    wrong = replace(rig, names=rig.names[by:] + rig.names[:by])
+    found = audit_rig(wrong)
+    (one,) = of_kind(found, "name")
+    assert one.urgency == "stop"
+    assert "do not belong together" in one.message
+    assert (says or "in the order of the shapes. Until") in one.advice
+    assert other_order(rig, rig.names) == []
+
+
+@pytest.mark.parametrize("some", [2, None])
+def test_positions_are_told_from_offsets(some):
+    """All of them are subtracted from; of single ones the audit says so."""
+    rig = light_sample()
+    deltas = rig.deltas.copy()
+    deltas[:some] += rig.neutral.astype(np.float32)
+    raw = RawRig("r", rig.neutral, rig.triangles, deltas, rig.names, rig.parts, rig.part_names, rig.source_index)
+    given = rig_from_raw(raw)
+    if some is None:
+        assert "all deltas hold positions" in given.note
+        assert np.allclose(given.deltas, rig.deltas, atol=1e-4)
+        return
+    (one,) = [finding for finding in of_kind(audit_rig(given), "export") if "positions" in finding.message]
+    assert (one.blendshapes, one.urgency) == (rig.names[:2], "stop")
