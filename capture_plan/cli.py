@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Annotated, Literal, TextIO
 
 import typer
 
+from capture_plan.exports import KINDS, WRITES
+
 if TYPE_CHECKING:
     from capture_plan.audit.audit import Audit
     from capture_plan.plan.inputs import PlanInputs
@@ -82,14 +84,7 @@ Weights = Literal["lexicographic", "paper", "count"]
 Packer = Literal["early", "minimum", "sequential", "greedy"]
 
 
-class Export(StrEnum):
-    """A kind of file that `export` can write."""
-
-    html = "html"
-    csv = "csv"
-    json = "json"
-    meshes = "meshes"
-    verify = "verify"
+Export = StrEnum("Export", {name: name for name in ("html", *KINDS)})
 
 
 def say_version(wanted: bool | None) -> None:
@@ -411,7 +406,7 @@ def markers(
     written: list[Path] = []
     with together(output, written) as new:
         written.append(write_layout(mine, new / "layout.json"))
-        written.append(write_landmarks(mine, new / "landmarks.csv", moved_by="frames"))
+        written.append(write_landmarks(mine, new / "landmarks.csv", file=take.name, moved_by="frames"))
         written += write_marker_sheets(layout, rig, new / "sheets", paper=paper, dpi=dpi)
     say([f"Next: print {output / 'sheets' / 'sheets.pdf'} at 100 % and hold a ruler to its 50 mm bar."])
 
@@ -570,22 +565,26 @@ def render(
 def export(
     plan: PlanPath,
     output: Folder = Path("export"),
-    only: Annotated[list[Export] | None, typer.Option(help="Write only this; may be given several times.")] = None,
+    only: Annotated[
+        list[Export] | None,  # pyright: ignore[reportInvalidTypeForm]  # its members are the table's
+        typer.Option(help="Write only this; may be given several times.", case_sensitive=False),
+    ] = None,
     rig: OtherRig = None,
     force: Force = False,
 ) -> None:
     """Write PLAN for people and programs: an HTML page that needs no network, tables and slate, the plan with its
-    schema, and a mesh for every expression with keyframes and examples for rigging. Only where asked for with
-    --only verify: plan, rig and a checker of one file that imports nothing of ours."""
+    schema, and a mesh for every expression with keyframes and examples for rigging. Only where asked for with --only:
+    files for other programs, each of which says its unit and axes; verify: plan, rig and a checker of one file that
+    imports nothing of ours."""
     from capture_plan.check.gate import as_far_as_it_goes
-    from capture_plan.exports import WRITES, write_expression_meshes, write_schema, write_slate, write_tables
-    from capture_plan.exports.verify import write_verifier
+    from capture_plan.exports.delivery import Delivery
     from capture_plan.output import refuse_folder, refuse_plan, same
-    from capture_plan.plan.files import write_plan
+    from capture_plan.plan.files import rig_file_of
     from capture_plan.report import write_html
 
-    wanted = only or [kind for kind in Export if kind != Export.verify]
-    if {Export.json, Export.verify} & set(wanted) and not same(plan, output / "plan.json"):
+    usual = ["html", *(name for name, kind in KINDS.items() if kind.usual)]
+    wanted = [kind.value for kind in only] if only else usual
+    if {"json", "verify"} & set(wanted) and not same(plan, output / "plan.json"):
         refuse_plan(output / "plan.json")
     made, given = open_plan(
         plan,
@@ -593,25 +592,27 @@ def export(
         force=force,
         refuse=lambda read: refuse_folder(output, WRITES, inputs=read),
         into=output,
-        takes=Export.verify in wanted,
+        takes="verify" in wanted,
     )
-    draft = "-DRAFT" if made.draft else ""
+    of = Delivery(made, given, rig_file_of(made, plan, rig_path=rig))
     written: list[Path] = []
     with as_far_as_it_goes(made), together(output, written, given.rig.name) as new:
-        if Export.html in wanted:
+        if "html" in wanted:
             written.append(write_html(made, given, new / "plan.html"))
-        if Export.csv in wanted:
-            written += [*write_tables(made, new), write_slate(made.session, new / f"slate{draft}.csv")]
-        if Export.json in wanted:
-            written += [write_plan(made, new / "plan.json"), write_schema(new / "plan.schema.json")]
-        if Export.meshes in wanted:
-            written += write_expression_meshes(given.rig, made.audit.used, made.packing, new / f"expressions{draft}")
-        if Export.verify in wanted:
-            written += write_verifier(made, given, new)
-    if Export.html in wanted:
-        say([f"Next: open {output / 'plan.html'}; it needs no network."])
-    elif Export.verify in wanted:
-        say([f"Next: read {output / 'verify_plan.py'}, then run it there: python verify_plan.py"])
+        for name in wanted:
+            if name in KINDS:
+                written += KINDS[name].write(of, new)
+    if not only:
+        say([f"Next: open {output / 'plan.html'}; it needs no network. For other programs: export --only KIND."])
+    else:
+        say(f"Next: {line}" for line in next_steps(wanted, output, of.suffix))
+
+
+def next_steps(kinds: Iterable[str], folder: Path, draft: str) -> list[str]:
+    """What a person does with each kind of file that was written into a folder, `draft` in the names of drafts."""
+    page = {"html": f"open {folder / 'plan.html'}; it needs no network."}
+    steps = page | {name: kind.next.format(folder=folder, draft=draft) for name, kind in KINDS.items()}
+    return [steps[kind] for kind in dict.fromkeys(kinds) if steps[kind]]
 
 
 @app.command()

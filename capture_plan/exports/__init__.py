@@ -1,13 +1,52 @@
-"""What other programs read."""
+"""What other programs read: files of a plan, by kinds (`kinds.KINDS`), for the command line and for notebooks."""
 
-from capture_plan.exports.expression_meshes import write_expression_meshes
-from capture_plan.exports.slate import write_slate
-from capture_plan.exports.tables import write_schema, write_tables
-from capture_plan.exports.verify import write_verifier
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-__all__ = ["WRITES", "write_expression_meshes", "write_schema", "write_slate", "write_tables", "write_verifier"]
+from capture_plan.exports.kinds import KINDS, WRITES, Kind
 
-WRITES = (
-    *("plan.html", "plan.json", "plan.schema.json", "rig.npz", "verify_plan.py", "expressions", "expressions-DRAFT"),
-    *(f"{name}{draft}.csv" for name in ("landmarks", "expressions", "slate") for draft in ("", "-DRAFT")),
-)  # files and folders, all there can be
+if TYPE_CHECKING:
+    from capture_plan.plan.inputs import PlanInputs
+    from capture_plan.plan.record import Plan
+    from capture_plan.rig import Rig
+
+__all__ = ["KINDS", "WRITES", "Kind", "write_exports"]
+
+
+def write_exports(
+    plan: "Plan",
+    inputs: "Rig | PlanInputs",
+    folder: Path | str,
+    *,
+    only: Iterable[str],
+    rig_file: Path | str | None = None,
+) -> list[Path]:
+    """Write these kinds of files into `folder`, all or none; `rig_file` is the file or folder that the rig was read
+    from, for what is written on the artist's own mesh.
+
+    Raises:
+        PlanError: there is no such kind, the plan or its rig have nothing that it could be made from, a library is
+            missing, or the place cannot be written.
+        RigError: the artist's file cannot be read.
+
+    Example:
+        >>> rig = sample_rig()
+        >>> [path.name for path in write_exports(make_plan(rig), rig, "out", only=["trc"])]
+        ['markers.trc']
+    """
+    from capture_plan.errors import PlanError
+    from capture_plan.exports.delivery import Delivery
+    from capture_plan.output import written_together
+    from capture_plan.plan.inputs import inputs_for
+
+    wanted = tuple(only)
+    for name in wanted:
+        if name not in KINDS:
+            raise PlanError(f"'{name}' is no kind of export: choose among {', '.join(KINDS)}")
+    takes = "verify" in wanted
+    of = Delivery(plan, inputs_for(inputs, plan.settings, takes=takes), Path(rig_file) if rig_file else None)
+    folder = Path(folder)
+    with written_together(folder, plan.rig.name) as new:
+        written = [path for name in wanted for path in KINDS[name].write(of, new)]
+    return [folder / path.relative_to(new) for path in written]

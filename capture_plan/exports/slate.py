@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from capture_plan.exports.tables import write_rows
+from capture_plan.exports.rows import write_rows
 from capture_plan.expressions.session import Item, Session
 
 TAKES = 3

@@ -1,61 +1,61 @@
-"""Tables that a spreadsheet, a slate operator or a script reads: `landmarks.csv`, `expressions.csv`."""
+"""Tables that a spreadsheet, a slate operator or a script reads: `landmarks.csv`, `expressions.csv`, `slate.csv`.
 
-import csv
-import io
-import re
-import unicodedata
-from collections.abc import Iterable
+`landmarks.csv`   millimetres, +y up, facing +z; `vertex_in_file` is the vertex in the file or folder that `file` names,
+                  `vertex_in_plan` the one in plan.json and rig.npz, both counted from 0; for every camera of the
+                  session whether it sees the dot in every expression, and its least width in pixels
+"""
+
 from pathlib import Path
 
-from capture_plan.layout.record import Layout
-from capture_plan.output import write_whole
-from capture_plan.plan.files import plan_schema
-from capture_plan.plan.record import Plan
+from capture_plan.exports.delivery import Delivery
+from capture_plan.exports.rows import write_rows
+from capture_plan.exports.slate import write_slate
+from capture_plan.layout.record import Layout, View
+from capture_plan.plan.record import SAMPLE, Plan
 
-FORMULA = re.compile(r"[\t\r\n]|\s*[=+\-@]")
 
-
-def write_tables(plan: Plan, folder: Path) -> list[Path]:
-    """One row a landmark (millimetres), one row an expression in the order of shooting.
+def write(of: Delivery, folder: Path) -> list[Path]:
+    """One row a marker, one an expression in the order of shooting, one a line of the shot list.
 
     Programs take a first line for the heads of columns: that a plan is a draft stands in the files' names.
     """
-    draft = "-DRAFT" if plan.draft else ""
+    plan = of.plan
+    return [
+        write_landmarks(plan.layout, of.place(folder, "landmarks", ".csv"), file=file_name(plan)),
+        write_expressions(plan, of.place(folder, "expressions", ".csv")),
+        write_slate(plan.session, of.place(folder, "slate", ".csv")),
+    ]
+
+
+def file_name(plan: Plan) -> str:
+    """The artist's file or folder that `vertex_in_file` counts in."""
+    return "MakeHuman's base.obj" if plan.rig.path == SAMPLE else Path(plan.rig.path).name
+
+
+def write_landmarks(layout: Layout, path: Path, *, file: str, moved_by: str = "blendshapes") -> Path:
+    """One row a marker; `file` is the artist's, and one column is headed by what moves the marker."""
+    cameras = [view.camera for view in layout.markers[0].views] if layout.markers else []
+    header = ["name", "place", "side", "role", "x_mm", "y_mm", "z_mm", "vertex_in_file", "file", "vertex_in_plan"]
+    views = [f"{camera} {what}" for camera in cameras for what in ("sees it", "least px")]
+    rows = [
+        [
+            *(m.name, m.label, m.side, m.role, *m.position, m.source_vertex, file, m.vertex, " ".join(m.blendshapes)),
+            *(cell for view in m.views for cell in view_cells(view)),
+        ]
+        for m in layout.markers
+    ]
+    return write_rows(path, [[*header, moved_by, *views], *rows])
+
+
+def view_cells(view: View) -> tuple[str, float]:
+    """Whether a camera sees a marker, and how wide at least, pixels."""
+    return ("always" if view.always else "sometimes" if view.pixels > 0 else "never"), round(view.pixels, 1)
+
+
+def write_expressions(plan: Plan, path: Path) -> Path:
+    """One row an expression, in the order of shooting."""
     expressions = [
         [e.name, e.sentence, " ".join(e.blendshapes), round(100 * e.gain, 2), round(100 * e.covered, 2)]
         for e in plan.packing.expressions
     ]
-    shots = ["slate", "actor", "blendshapes", "gain_percent", "covered_percent"]
-    return [
-        write_landmarks(plan.layout, folder / f"landmarks{draft}.csv"),
-        write_rows(folder / f"expressions{draft}.csv", [shots, *expressions]),
-    ]
-
-
-def write_landmarks(layout: Layout, path: Path, *, moved_by: str = "blendshapes") -> Path:
-    """One row a marker, millimetres; the last column is headed by what moves it."""
-    header = ["name", "place", "side", "role", "x_mm", "y_mm", "z_mm", "vertex", "source_vertex", moved_by]
-    rows = [
-        [m.name, m.label, m.side, m.role, *m.position, m.vertex, m.source_vertex, " ".join(m.blendshapes)]
-        for m in layout.markers
-    ]
-    return write_rows(path, [header, *rows])
-
-
-def write_schema(path: Path) -> Path:
-    """The JSON schema of `plan.json`."""
-    write_whole(path, plan_schema())
-    return path
-
-
-def write_rows(path: Path, rows: Iterable[list]) -> Path:
-    """A CSV file, whole or not at all."""
-    text = io.StringIO(newline="")
-    csv.writer(text).writerows([[_plain(cell) for cell in row] for row in rows])
-    write_whole(path, text.getvalue().encode("utf-8"))
-    return path
-
-
-def _plain(cell: object) -> object:
-    """A name that a spreadsheet would take for a formula, marked as text, also behind blanks or in full width."""
-    return f"'{cell}" if isinstance(cell, str) and FORMULA.match(unicodedata.normalize("NFKC", cell)) else cell
+    return write_rows(path, [["slate", "actor", "blendshapes", "gain_percent", "covered_percent"], *expressions])

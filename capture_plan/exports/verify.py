@@ -16,6 +16,7 @@ import numpy as np
 
 from capture_plan.anatomy.regions import MIDDLE
 from capture_plan.audit.audit_cache import audit_once
+from capture_plan.exports.delivery import Delivery
 from capture_plan.expressions.listing import blendshape_importance
 from capture_plan.expressions.problem import state_problem
 from capture_plan.layout.face import see_face
@@ -31,6 +32,11 @@ from capture_plan.rig import Rig
 from capture_plan.shell.takes import Takes
 
 Arrays = dict[str, Any]
+
+
+def write(of: Delivery, folder: Path) -> list[Path]:
+    """Write plan, rig and checker of a plan that is delivered."""
+    return write_verifier(of.plan, of.inputs, folder)
 
 
 def write_verifier(plan: Plan, inputs: Rig | PlanInputs, folder: Path) -> list[Path]:

@@ -164,6 +164,13 @@ def inputs_of(plan: Plan, plan_path: Path, *, rig_path: str | None = None, takes
     return read_inputs(rig, plan.settings, plan_path.parent, names=plan.rig.names, takes=takes)
 
 
+def rig_file_of(plan: Plan, plan_path: Path, *, rig_path: str | None = None) -> Path | None:
+    """The file or folder of a plan's rig, from where the plan says or `rig_path`; None for the bundled head."""
+    if plan.rig.path == SAMPLE:
+        return None
+    return Path(rig_path or plan_path.parent / plan.rig.path)
+
+
 def rig_of(plan: Plan, plan_path: Path, *, rig_path: str | None = None) -> Rig:
     """Read the rig that a plan belongs to, from where the plan says or from `rig_path`.
 
@@ -174,12 +181,13 @@ def rig_of(plan: Plan, plan_path: Path, *, rig_path: str | None = None) -> Rig:
     reference, folder = plan.rig, plan_path.parent
     skin, names = (found_from(folder, one) for one in (reference.skin, reference.names))
     given = ReadOptions(reference.unit_mm, reference.up, reference.facing, skin, names)
-    if reference.path == SAMPLE:
+    place = rig_file_of(plan, plan_path, rig_path=rig_path)
+    if place is None:
         if given != AS_FOUND:
             raise PlanError(f"{plan_path} corrects the bundled head, which needs none: make the plan again")
         rig = sample_rig()
     else:
-        rig = rig_at(Path(rig_path or folder / reference.path), given)
+        rig = rig_at(place, given)
     if rig.fingerprint != plan.rig.fingerprint:
         raise PlanError(
             f"the rig has changed since {plan_path} was made (fingerprint {rig.fingerprint}, the plan's is "

@@ -1,14 +1,11 @@
 """What the session writes for other programs, read back by other code."""
 
 import csv
-import json
 
-import numpy as np
 import pytest
-import trimesh
 
-from capture_plan.exports import write_expression_meshes, write_slate
-from capture_plan.exports.tables import write_rows
+from capture_plan.exports.rows import write_rows
+from capture_plan.exports.slate import write_slate
 from capture_plan.expressions.pack import pack
 from capture_plan.expressions.session import session
 from capture_plan.expressions.session_settings import SessionSettings
@@ -19,12 +16,6 @@ RIG = sample_rig()
 PACKING = pack(RIG, RIG.names, PackingSettings(method="minimum"))
 
 
-@pytest.fixture(scope="module")
-def meshes(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("examples")
-    return folder, write_expression_meshes(RIG, RIG.names, PACKING, folder)
-
-
 def test_the_slate_has_every_item_once_and_room_for_ticks(tmp_path):
     of = session(RIG, RIG.names, PACKING, SessionSettings(minutes=15))
     rows = list(csv.DictReader(write_slate(of, tmp_path / "slate.csv").open(newline="", encoding="utf-8")))
@@ -33,28 +24,6 @@ def test_the_slate_has_every_item_once_and_room_for_ticks(tmp_path):
     assert float(rows[-1]["covered_percent"]) == pytest.approx(100, abs=0.1)
     assert all(row["take_1"] == row["pass"] == row["retake"] == "" for row in rows)
     assert sum(row["fits_the_time"] != "yes" and row["kind"] == "expression" for row in rows) == 18 - of.fitting
-
-
-def test_each_mesh_is_the_rig_in_that_pose(meshes):
-    folder, written = meshes
-    assert all(path.exists() for path in written)
-    for expression in PACKING.expressions:
-        mesh = trimesh.load(folder / f"{expression.name}.obj", process=False)
-        weights = np.array([expression.pose.get(name, 0.0) for name in RIG.names])
-        assert np.abs(mesh.vertices - RIG.pose(weights)).max() < 1e-4
-        assert np.array_equal(mesh.faces, RIG.triangles)
-
-
-def test_expression_i_is_on_frame_i_and_the_weights_agree_in_both_files(meshes):
-    folder, _ = meshes
-    rows = list(csv.DictReader((folder / "keyframes.csv").open(newline="", encoding="utf-8")))
-    examples = json.loads((folder / "examples.json").read_text())["examples"]
-    assert [row["frame"] for row in rows] == [str(k) for k in range(len(PACKING.expressions) + 1)]
-    assert not any(float(rows[0][name]) for name in RIG.names)
-    for expression, row, example in zip(PACKING.expressions, rows[1:], examples, strict=True):
-        assert {name: float(row[name]) for name in RIG.names if float(row[name])} == expression.pose
-        assert example["weights"] == expression.pose
-        assert example["frame"] == int(row["frame"])
 
 
 def test_no_cell_of_a_table_is_a_formula_and_numbers_stay_numbers(tmp_path):

@@ -81,7 +81,7 @@ def test_a_take_becomes_sheets_a_table_and_a_layout_in_its_own_numbers(run, fold
     assert len(rows) == len(layout["landmarks"]) == NUMBER
     for row, mark in zip(rows, layout["landmarks"], strict=True):
         place = [float(row[axis]) for axis in ("x_mm", "y_mm", "z_mm")]
-        assert frames[0][int(row["vertex"])] == pytest.approx(place, abs=2e-3)
+        assert frames[0][int(row["vertex_in_file"])] == pytest.approx(place, abs=2e-3)
         corners = frames[0][triangles[mark["triangle"]]]
         assert np.array(mark["barycentric"]) @ corners == pytest.approx(place, abs=2e-3)
         assert "frame_" in row["frames"] or not row["frames"]
@@ -91,7 +91,7 @@ def test_a_take_becomes_sheets_a_table_and_a_layout_in_its_own_numbers(run, fold
     assert all(f"{NUMBER} dots of 3 mm" in page for page in pages[:-1])
     for said in (f"{NUMBER} markers for the take", f"{FRAMES} frames", error):
         assert said in pages[-1]
-    assert all(f"{int(row['vertex']):,}" in pages[-1] and row["name"] in pages[-1] for row in rows)
+    assert all(f"{int(row['vertex_in_file']):,}" in pages[-1] and row["name"] in pages[-1] for row in rows)
     assert error in message
     assert "rank" in message
 
@@ -107,7 +107,7 @@ def test_an_archive_and_its_obj_files_get_the_same_markers(run, folder, tmp_path
 def test_markers_keep_to_the_skin_that_was_listed(run, scan, tmp_path):
     asked = ["markers", "scan.npz", "--number", NUMBER, "-o", tmp_path, *AS_IT_IS, "--skin", "face.txt"]
     assert run(*asked)[0] == 0
-    assert all(scan[0][0][int(row["vertex"]), 1] < BROWS for row in written(tmp_path)[1])
+    assert all(scan[0][0][int(row["vertex_in_file"]), 1] < BROWS for row in written(tmp_path)[1])
 
 
 @pytest.mark.parametrize(
