@@ -594,7 +594,7 @@ def export(
         into=output,
         takes="verify" in wanted,
     )
-    of = Delivery(made, given, rig_file_of(made, plan, rig_path=rig))
+    of = Delivery(made, given, rig_file_of(made, plan, rig_path=rig), output)
     written: list[Path] = []
     with as_far_as_it_goes(made), together(output, written, given.rig.name) as new:
         if "html" in wanted:

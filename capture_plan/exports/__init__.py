@@ -45,8 +45,8 @@ def write_exports(
         if name not in KINDS:
             raise PlanError(f"'{name}' is no kind of export: choose among {', '.join(KINDS)}")
     takes = "verify" in wanted
-    of = Delivery(plan, inputs_for(inputs, plan.settings, takes=takes), Path(rig_file) if rig_file else None)
-    folder = Path(folder)
+    given, folder = inputs_for(inputs, plan.settings, takes=takes), Path(folder)
+    of = Delivery(plan, given, Path(rig_file) if rig_file else None, folder)
     with written_together(folder, plan.rig.name) as new:
         written = [path for name in wanted for path in KINDS[name].write(of, new)]
     return [folder / path.relative_to(new) for path in written]

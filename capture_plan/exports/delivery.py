@@ -24,11 +24,12 @@ NEUTRAL = "neutral"
 @dataclass(frozen=True, eq=False)
 class Delivery:
     """A plan and its inputs, and the file or folder that the artist's rig was read from; None for the bundled head and
-    for a rig made in Python."""
+    for a rig made in Python. `stands_in` is where the files will stand, for one that leads to another."""
 
     plan: Plan
     inputs: PlanInputs
     rig_file: Path | None = None
+    stands_in: Path = Path()
 
     @property
     def suffix(self) -> str:

@@ -34,7 +34,9 @@ def write(of: Delivery, folder: Path) -> list[Path]:
     """Write one OBJ per pose, the keyframes and the description of the examples."""
     folder = of.place(folder, "expressions")
     rig = of.inputs.rig
-    mesh = mesh_of(of)
+    mesh, why_not = mesh_of(of)
+    if why_not:
+        tell([f"note: expression meshes are the plan's own mesh in millimetres, not the artist's file: {why_not}"])
     written = []
     for name, vertices in poses_mm(of.plan, of.inputs):
         written.append(folder / f"{name}.obj")
@@ -43,16 +45,14 @@ def write(of: Delivery, folder: Path) -> list[Path]:
     return [*written, write_keyframes(of, folder), write_examples(of, folder, frame, mesh.name if mesh else "")]
 
 
-def mesh_of(of: Delivery) -> ArtistMesh | None:
-    """The artist's own mesh; None where it cannot be had or another head is posed, which is said of a person's rig."""
+def mesh_of(of: Delivery) -> tuple[ArtistMesh | None, str]:
+    """The artist's own mesh; None where it cannot be had, with the reason where a person may change that."""
     if of.rig_file is None or head_of(of.inputs) is not of.inputs.rig:
-        return None
+        return None, ""
     try:
-        return artist_mesh(of.rig_file)
+        return artist_mesh(of.rig_file), ""
     except RigError as error:
-        why = str(error).rpartition(": ")[0]
-        tell([f"note: expression meshes are the plan's own mesh in millimetres, not the artist's file: {why}"])
-        return None
+        return None, str(error).rpartition(": ")[0]
 
 
 def write_keyframes(of: Delivery, folder: Path) -> Path:

@@ -71,6 +71,27 @@ KINDS = {
         either("markers.trc"),
         "open {folder}/markers{draft}.trc: millimetres, y up, the neutral on frame 1 and a frame for each expression.",
     ),
+    "maya": Kind("maya", either("markers.ma"), "import {folder}/markers{draft}.ma in Maya: centimetres, y up."),
+    "blender": Kind(
+        "blender",
+        either("markers_blender.py"),
+        "blender --python {folder}/markers_blender{draft}.py: metres, z up; with --only meshes beside it the head too.",
+    ),
+    "usd": Kind(
+        "usd",
+        either("markers.usda", "markers_on_rig.usda"),
+        "{folder}/markers{draft}.usda holds points in millimetres, y up, the neutral at time code 0.",
+    ),
+    "glb": Kind(
+        "glb",
+        either("head.glb"),
+        "open {folder}/head{draft}.glb: metres, y up, each expression a morph target, each marker a node.",
+    ),
+    "livelink": Kind(
+        "livelink",
+        either("expressions_livelink.csv"),
+        "import {folder}/expressions_livelink{draft}.csv as a Live Link Face take: 60 frames a second.",
+    ),
 }
 """By the name that `--only` takes."""
 

@@ -100,7 +100,7 @@ def test_an_archive_and_its_obj_files_get_the_same_markers(run, folder, tmp_path
     found = []
     for take in ("scan.npz", "objs"):
         run("markers", take, "--number", NUMBER, "-o", tmp_path / take, *AS_IT_IS)
-        found.append([row["vertex"] for row in written(tmp_path / take)[1]])
+        found.append([row["vertex_in_file"] for row in written(tmp_path / take)[1]])
     assert found[0] == found[1]
 
 
