@@ -36,7 +36,7 @@ FLOORS = (  # a room imports only from rooms below it; a room is a folder, or a 
 ONLY_IN = {
     "embreex": {"visibility"},
     "ezc3d": {"exports"},
-    "pxr": {"formats"},
+    "pxr": {"formats", "exports"},
     "DracoPy": {"formats"},
     "alembic3d": {"sequence"},
     "ortools": {"solver", "layout", "expressions", "sheets"},

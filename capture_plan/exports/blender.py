@@ -26,7 +26,7 @@ HOLE = "PLAN_AS_JSON"
 
 
 def write(of: Delivery, folder: Path) -> list[Path]:
-    """Write the script."""
+    """Write the script with all poses of the plan in it."""
     frames = (posed_dots_mm(of.plan, of.inputs) @ Z_UP.T / MM).round(7)
     markers = [
         {"name": name, "label": marker.label, "frames": places}
