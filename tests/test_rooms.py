@@ -35,6 +35,7 @@ FLOORS = (  # a room imports only from rooms below it; a room is a folder, or a 
 )
 ONLY_IN = {
     "embreex": {"visibility"},
+    "bpy": {"exports"},
     "ezc3d": {"exports"},
     "pxr": {"formats", "exports"},
     "DracoPy": {"formats"},

@@ -2,7 +2,8 @@
 
 Script   `blender_scene.py`, with the plan's numbers in it: an empty for each marker, keyed in every pose, and the head
          of the meshes that `--only meshes` writes beside it, in their own unit and axes
-Head     x_blender = M x_mesh, M = R diag(unit) of the mesh's frame
+Head     x_blender = M x_mesh, M = R diag(unit) of the mesh's frame; without faces that are no part of the plan's rig,
+         such as bodies and the fitting shells of MakeHuman
 
 Letters: m markers, e poses.
 """
@@ -41,6 +42,7 @@ def write(of: Delivery, folder: Path) -> list[Path]:
         "poses": list(of.poses),
         "meshes": f"expressions{of.suffix}",
         "mesh_to_blender": mesh_to_blender(of).tolist(),
+        "shown": shown(of),
         "dot_radius": of.plan.settings.landmarks.dot_mm / 2 / MM,
         "markers": markers,
     }
@@ -59,3 +61,11 @@ def mesh_to_blender(of: Delivery) -> Float[np.ndarray, "4 4"]:
     if mesh_of(of)[0]:
         M[:3, :3] = rig.unit_mm * Z_UP @ np.reshape(rig.turn, (3, 3)) / MM
     return M
+
+
+def shown(of: Delivery) -> list[list[int]]:
+    """Ranges of vertices of the meshes that the plan's rig has, first and last, counted from 0."""
+    rig = of.inputs.rig
+    at = np.unique(rig.source_index) if mesh_of(of)[0] else np.arange(len(rig.neutral))
+    breaks = np.flatnonzero(np.diff(at) > 1)
+    return [[int(run[0]), int(run[-1])] for run in np.split(at, breaks + 1)]

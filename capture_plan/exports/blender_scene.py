@@ -15,11 +15,11 @@ PLAN = json.loads(r"""PLAN_AS_JSON""")
 
 def add_head(folder):
     """The head of the meshes beside this file, each expression a shape key."""
-    lines = (folder / f"{PLAN['poses'][0]}.obj").read_text(encoding="utf-8", errors="replace").splitlines()
-    faces = [[int(c.split("/")[0]) for c in line.split()[1:]] for line in lines if line.startswith("f ")]
-    points = places(folder / f"{PLAN['poses'][0]}.obj")
+    neutral = folder / f"{PLAN['poses'][0]}.obj"
+    points = places(neutral)
+    shown = {i for first, last in PLAN["shown"] for i in range(first, last + 1)}
     mesh = bpy.data.meshes.new("capture_plan_head")
-    mesh.from_pydata(points, [], [[i - 1 if i > 0 else len(points) + i for i in face] for face in faces])
+    mesh.from_pydata(points, [], [face for face in faces(neutral, len(points)) if shown.issuperset(face)])
     head = bpy.data.objects.new("capture_plan_head", mesh)
     head.matrix_world = Matrix(PLAN["mesh_to_blender"])
     head.shape_key_add(name="Basis")
@@ -30,6 +30,13 @@ def add_head(folder):
             key.value = float(at == frame)
             key.keyframe_insert("value", frame=at)
     return head
+
+
+def faces(path, count):
+    """The polygons of an OBJ file of so many vertices, counted from 0; -1 is its last vertex."""
+    with open(path, encoding="utf-8", errors="replace") as file:
+        rows = [[int(word.split("/")[0]) for word in line.split()[1:]] for line in file if line.startswith("f ")]
+    return [[i - 1 if i > 0 else count + i for i in row] for row in rows]
 
 
 def places(path):

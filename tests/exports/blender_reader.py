@@ -12,6 +12,7 @@ runpy.run_path(script, run_name="__main__")
 scene = bpy.context.scene
 said = {"end": scene.frame_end, "unit": scene.unit_settings.scale_length, "frames": [], "head": []}
 head = bpy.data.objects["capture_plan_head"]
+said["polygons"] = len(head.data.polygons)
 said["empties"] = [o.name for o in bpy.data.objects if o.type == "EMPTY"]
 for frame in range(scene.frame_end + 1):
     scene.frame_set(frame)

@@ -51,11 +51,12 @@ def numbers_in(script):
 
 
 def test_in_blender_empties_and_head_stand_in_metres_z_up_in_each_pose(tmp_path):
-    of, _ = as_artists_obj(tmp_path / "rig")
+    of, polygons = as_artists_obj(tmp_path / "rig")
     (script,) = write(of, tmp_path)
     expression_meshes.write(of, tmp_path)
     said = scene_of(script)
     assert said["unit"] == 1
+    assert said["polygons"] == len(polygons) - 1  # without the hat
     assert said["empties"] == list(of.names)
     assert np.abs(1000 * np.array(said["frames"]) - posed_dots(of) @ Z_UP.T).max() < 0.01
     for vertices, (_, pose) in zip(said["head"], poses_mm(of.plan, of.inputs), strict=False):
