@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capture_plan.exports import verify_plan, write_verifier
+from capture_plan.exports import verify_plan
+from capture_plan.exports.verify import write_verifier
 from capture_plan.plan.files import inputs_of, read_plan
 from tests.lies import LIES as CONSISTENT
 from tests.lies import source_vertices_zero
