@@ -322,11 +322,11 @@ LIES = [
     ("budget", better_curve, "the curve is the error of the first landmarks"),
     ("default", worse_rival, "68 points (iBUG): rank"),
     ("default", rival_elsewhere, "68 points (iBUG) stand where they belong"),
-    ("budget", higher_error_bound, "proved: no layout of 16 landmarks has an upper estimate below 0.280 mm"),
+    ("budget", higher_error_bound, "proved: no layout of 16 landmarks has an upper estimate below 0.28"),
     (
         "default",
         more_needed_for_the_target,
-        "proved: no layout of fewer than 28 landmarks has an upper estimate of 0.184 mm",
+        "proved: no layout of fewer than 29 landmarks has an upper estimate of 0.184 mm",
     ),
     ("budget", weaker_proof_of_the_target, "proved: no layout of fewer than"),
     ("default", target_out_of_reach, "no number of landmarks here has an upper estimate of 0.184 mm"),
