@@ -1,0 +1,262 @@
+"""A rig's neutral laid onto a scan of the actor's head: any topology, any pose, with picked points or without.
+
+Data       x_v          the rig's neutral;  q, m samples of the scan with their normals; millimetres
+           y_i          points that a person picked on the scan, each at a place w_i of the rig (a row over vertices)
+Pose       similarity from three picks or more, else found (`pose_search.py`); refused where it fits no face
+Start      p0 = the neutral in that pose, bent by a thin spline through the picks where there are four or more
+Repeat     j(i) = nearest sample in (q, FACING m);  c_i = trust in the pair, 0 at the end of the scan and off the skin
+           goal = FOOT of the foot of p on j's plane, the rest of q_j: points slide along the skin, but not freely
+           p    = argmin sum_i c_i |p_i - goal_i|² + PICK sum |w p - y|² + b |L (p - p0)|²    for b falling
+Rest       what hangs together with the skin follows by L; loose pieces (eyes, teeth) by the similarity that fits
+           the spline through the skin best, so that balls stay balls
+
+Error      leaving one out: each pick laid from the others, its distance from where it was picked. Without picks nobody
+           measured anything: SHARE of how far the skin had to be bent, a rule found on heads with known places
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from scipy.sparse import csc_array, csr_array, diags_array
+from scipy.sparse.linalg import splu
+
+from capture_plan.errors import RigError
+from capture_plan.face.anchors import face_anchors, face_surface
+from capture_plan.mesh import pieces, similarity_fit, vertex_normals
+from capture_plan.once import once
+from capture_plan.reader.head_scan import HeadScan
+from capture_plan.registration.correspondence import face_part, surface_part
+from capture_plan.registration.nonrigid_icp import graph_stiffness, spline_start
+from capture_plan.registration.pose_search import Face, Pose, face_points, find_pose, refined
+from capture_plan.registration.surface_samples import FACING_MM, Samples, sampled
+from capture_plan.rig import Rig
+
+STIFFNESS = np.geomspace(5e4, 400, 20)  # b
+FOOT = 0.75
+FAR_MM, DOUBTFUL_MM = 30.0, 8.0  # pairs further apart are dropped, pairs this far apart count half
+PICK = 20.0  # of what a picked point weighs beside a vertex
+SURE_MM = 4.8  # cost of a pose: 22 heads had 3.4 at most, wrong poses, animals and things 7.3 and more
+LEAD = 1.15  # of the cost of the best pose elsewhere over that of the best
+FEWEST, MOST_LEFT_OUT = 3, 12  # picks that give a pose; picks that are left out in turn
+HALF_WIDTH_MM = 25.0  # between picks: nearer together they give no pose
+CONTROLS = 400
+SPLINE_MM = 60.0
+
+
+@dataclass(frozen=True, eq=False)
+class Laid:
+    """A rig's neutral on a head.
+
+    Attributes:
+        neutral: on the head, millimetres, turned as the rig is: +y up, facing +z.
+        rotation, translation: from there to the file's axes, millimetres: R x + t.
+        unit_mm: millimetres in one unit of the file.
+        cost_mm: of the pose; see SURE_MM.
+        left_out_mm: distance of each pick from where the others lay it, by name; empty with fewer than four.
+        bent_mm: how far each vertex of the face had to be bent from the rig's own shape in its best size and pose.
+    """
+
+    neutral: Float[np.ndarray, "v 3"]
+    rotation: Float[np.ndarray, "3 3"]
+    translation: Float[np.ndarray, " 3"]
+    unit_mm: float
+    cost_mm: float
+    left_out_mm: Mapping[str, float]
+    bent_mm: Float[np.ndarray, " n"]
+
+    def in_file(self, x: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
+        """Points in the coordinates and the unit of the head's file."""
+        return (x @ self.rotation.T + self.translation) / self.unit_mm
+
+    @property
+    def error_mm(self) -> tuple[float, float]:
+        """Median and 95th percentile of the error along the skin, millimetres: measured on the picks, else estimated."""
+        if self.left_out_mm:
+            found = np.array(list(self.left_out_mm.values()))
+            return float(np.median(found)), float(np.percentile(found, 95))
+        return estimated_error(self.bent_mm)
+
+
+Picks = Mapping[str, tuple[Float[np.ndarray, " v"], Float[np.ndarray, " 3"]]]  # by name: row over vertices, place
+
+
+def lay_onto_head(rig: Rig, head: HeadScan, picks: Picks | None = None) -> Laid:
+    """The rig's neutral on a head; `picks` are in the head file's own coordinates.
+
+    Raises:
+        RigError: no face is found on the head, or picks contradict the head or each other.
+    """
+    picks = picks or {}
+    if 0 < len(picks) < FEWEST:
+        raise RigError(f"{len(picks)} points picked on {head.name}, expected none, or {FEWEST} or more that lie apart")
+    tried = [_posed(rig, head, unit, picks) for unit in head.units_mm]
+    unit, scan, pose = min(tried, key=lambda one: one[2].cost)
+    if not sure(pose):
+        what = "the picked points fit no face of it" if picks else "not sure where the face is"
+        raise RigError(
+            f"{head.name}: {what} (cost {pose.cost:.1f} mm, a face has {SURE_MM:g} at most, the next best place "
+            f"{pose.runner_up:.1f}): " + ("pick again" if picks else "give points with --points, or --unit-mm")
+        )
+    places = {name: (row, unit * at) for name, (row, at) in picks.items()}
+    laid = fitted(rig, scan, pose, places)
+    left = _left_out(rig, scan, pose, places) if len(picks) > FEWEST else {}
+    R = pose.A / pose.scale
+    here = Scene.of(rig)
+    bent = np.linalg.norm(laid - _best_similarity(rig.neutral, laid, here.face), axis=1)[here.face]
+    return Laid((laid - pose.u) @ R, R, pose.u, unit, pose.cost, left, bent)
+
+
+def sure(pose: Pose) -> bool:
+    """Whether a pose shows a face where no other place shows one."""
+    return pose.cost <= SURE_MM and pose.runner_up >= LEAD * pose.cost
+
+
+def estimated_error(bent_mm: Float[np.ndarray, " n"]) -> tuple[float, float]:
+    """Median and 95th percentile of the error along the skin where nobody picked points, millimetres."""
+    typical = float(np.median(bent_mm))
+    return max(MEDIAN_AT_LEAST_MM, MEDIAN_SHARE * typical), max(TAIL_AT_LEAST_MM, TAIL_SHARE * typical)
+
+
+MEDIAN_SHARE, MEDIAN_AT_LEAST_MM = 0.5, 1.0
+TAIL_SHARE, TAIL_AT_LEAST_MM = 1.3, 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What a fit needs of a rig: the vertices `at` of all that hangs together with its skin, their triangles, LᵀL,
+    which of them are `drawn` to the scan, the vertices of the face, and its points for the pose."""
+
+    at: Int[np.ndarray, " n"]
+    triangles: Int[np.ndarray, "f 3"]
+    stiffness: csc_array
+    drawn: Bool[np.ndarray, " n"]
+    face: Int[np.ndarray, " a"]
+    points: Face
+
+    @staticmethod
+    def of(rig: Rig) -> "Scene":
+        """The scene of a rig, which holds it."""
+        return _scene(rig)
+
+
+@once
+def _scene(rig: Rig) -> Scene:
+    anchors, surface = face_anchors(rig), face_surface(rig)
+    piece = pieces(rig.triangles, len(rig.neutral))
+    with_skin = np.isin(piece, np.unique(piece[surface_part(rig, surface)[0]]))
+    at, triangles = surface_part(rig, with_skin)
+    face, own = face_part(rig, anchors)
+    points = face_points(rig.neutral, face, own, anchors.nose_tip)
+    return Scene(at, triangles, graph_stiffness(triangles, len(at)), surface[at], face, points)
+
+
+def fitted(rig: Rig, scan: Samples, pose: Pose, picks: Picks) -> Float[np.ndarray, "v 3"]:
+    """The whole neutral laid onto the scan, in its axes; `picks` in millimetres."""
+    scene, start = Scene.of(rig), pose.lay(rig.neutral)
+    if len(picks) > FEWEST:
+        rows, to = _stacked(picks)
+        start = spline_start(start, (rows @ start, to), SPLINE_MM, SPLINE_MM, smoothing=0.5)
+    p = _bent(start[scene.at], scene, scan, picks)
+    laid = start.copy()
+    laid[scene.at] = p
+    rest = np.setdiff1d(np.unique(rig.triangles), scene.at)
+    if len(rest):
+        some = np.unique(np.linspace(0, len(scene.face) - 1, CONTROLS).astype(int))
+        a, b = start[scene.face[some]], laid[scene.face[some]]
+        bent = spline_start(start[rest], (a, b), SPLINE_MM, SPLINE_MM, smoothing=0.1)
+        piece = pieces(rig.triangles, len(rig.neutral))[rest]
+        for number in np.unique(piece):
+            on = piece == number
+            sR, u = similarity_fit(start[rest[on]], bent[on])
+            laid[rest[on]] = start[rest[on]] @ sR.T + u
+    return laid
+
+
+def _bent(
+    start: Float[np.ndarray, "n 3"], scene: Scene, scan: Samples, picks: Picks
+) -> Float[np.ndarray, "n 3"]:
+    rows, to = _stacked(picks, scene.at)
+    WW, Wy = PICK * (rows.T @ rows), PICK * (rows.T @ (to - rows @ start))
+    p = start
+    for b in STIFFNESS:
+        n = vertex_normals(p, scene.triangles)
+        j = scan.facing_tree.query(np.hstack([p, FACING_MM * n]))[1]
+        away = scan.q[j] - p
+        gap = np.linalg.norm(away, axis=1)
+        facing = np.einsum("nx,nx->n", n, scan.m[j]) > 0.5
+        c = scene.drawn * facing * scan.inner[j] * (gap < FAR_MM) / (1 + (gap / DOUBTFUL_MM) ** 2)
+        foot = np.einsum("nx,nx->n", away, scan.m[j])[:, None] * scan.m[j]
+        goal = p + FOOT * foot + (1 - FOOT) * away
+        # (C + PICK WᵀW + b LᵀL) (p - start) = C (goal - start) + PICK Wᵀ (y - W start)
+        A = csc_array(diags_array(c + 1e-6) + WW + b * scene.stiffness)
+        solver = splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options={"SymmetricMode": True})
+        p = start + solver.solve(c[:, None] * (goal - start) + Wy)
+    return p
+
+
+def _posed(rig: Rig, head: HeadScan, unit: float, picks: Picks) -> tuple[float, Samples, Pose]:
+    """The scan in millimetres, its skin outside, and the best pose on it."""
+    scan, face = sampled(unit * head.vertices, head.triangles), Scene.of(rig).points
+    if picks:
+        rows, to = _stacked({name: (row, unit * at) for name, (row, at) in picks.items()})
+        _check_apart(head, to)
+        A, u = similarity_fit(rows @ rig.neutral, to)
+        _check_sides(head, rows @ rig.neutral, to)
+        outside = min((scan, scan.inside_out), key=lambda side: refined(face, side, A, u, 0).cost)
+        return unit, outside, refined(face, outside, A, u, 3 if len(picks) == FEWEST else 0)
+    found = find_pose(face, scan)
+    if sure(found):
+        return unit, scan, found
+    other = find_pose(face, scan.inside_out)  # the triangles of some files run the other way round
+    return (unit, scan.inside_out, other) if other.cost < found.cost else (unit, scan, found)
+
+
+def _left_out(rig: Rig, scan: Samples, pose: Pose, picks: Picks) -> dict[str, float]:
+    """How far each pick lies from where the others lay it, millimetres."""
+    names = list(picks)
+    asked = np.unique(np.linspace(0, len(names) - 1, min(len(names), MOST_LEFT_OUT)).astype(int))
+    away = {}
+    for name in (names[i] for i in asked):
+        others = {other: pick for other, pick in picks.items() if other != name}
+        rows, to = _stacked(others)
+        A, u = similarity_fit(rows @ rig.neutral, to)
+        row, place = picks[name]
+        laid = fitted(rig, scan, replace(pose, A=A, u=u), others)
+        away[name] = float(np.linalg.norm(row @ laid - place))
+    return away
+
+
+def _check_apart(head: HeadScan, to: Float[np.ndarray, "m 3"]) -> None:
+    spread = np.linalg.svd(to - to.mean(axis=0), compute_uv=False) / np.sqrt(len(to))
+    if spread[1] < HALF_WIDTH_MM / 4:
+        raise RigError(f"the points picked on {head.name} lie on one line or together: pick eyes, nose and chin")
+
+
+def _check_sides(head: HeadScan, here: Float[np.ndarray, "m 3"], to: Float[np.ndarray, "m 3"]) -> None:
+    """RigError where the picks are the mirror image of the rig's points."""
+    flat = here * [-1, 1, 1]
+    misses = [np.square(x @ A.T + u - to).sum() for x in (here, flat) for A, u in (similarity_fit(x, to),)]
+    if len(to) > FEWEST and 4 * misses[1] < misses[0]:
+        raise RigError(
+            f"left and right of the points picked on {head.name} are exchanged, or the file is a mirror image: sides "
+            "are the actor's own; mirror the file back if its actor is mirrored"
+        )
+
+
+def _best_similarity(
+    neutral: Float[np.ndarray, "v 3"], laid: Float[np.ndarray, "v 3"], face: Int[np.ndarray, " a"]
+) -> Float[np.ndarray, "v 3"]:
+    A, u = similarity_fit(neutral[face], laid[face])
+    return neutral @ A.T + u
+
+
+def _stacked(
+    picks: Picks, at: Int[np.ndarray, " n"] | None = None
+) -> tuple[csr_array, Float[np.ndarray, "m 3"]]:
+    """The rows of the picks, over the vertices `at` alone where these are given, and their places."""
+    if not picks:
+        return csr_array((0, 0 if at is None else len(at))), np.empty((0, 3))
+    rows = csr_array(np.array([row for row, _ in picks.values()]))
+    return rows if at is None else rows[:, at], np.array([place for _, place in picks.values()])
