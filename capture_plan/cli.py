@@ -437,6 +437,62 @@ def check(
 
 
 @app.command()
+def carry(
+    plan: PlanPath,
+    head: Annotated[
+        Path, typer.Argument(metavar="HEAD", help="Scan of the actor's head: .obj, .ply, .stl, .3mf, .glb or .off.")
+    ],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="FILE", help="Plan file to write, and beside it what was laid.")
+    ],
+    points: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Points picked on HEAD, in its own coordinates: .json, .toml or .csv."),
+    ] = None,
+    unit_mm: Annotated[float | None, typer.Option(help="Millimetres in one unit of HEAD, if detection errs.")] = None,
+    rig: OtherRig = None,
+    replace: Replace = False,
+    force: Force = False,
+) -> None:
+    """Put PLAN onto the actor's own head: where its dots go on HEAD, how exact that is, and a picture to judge by. What
+    `render` and `export` make of it shows that head."""
+    from capture_plan.check.gate import as_far_as_it_goes
+    from capture_plan.formats.obj import obj_bytes
+    from capture_plan.output import refuse_place, replace_whole
+    from capture_plan.plan.carry import actor_lines, carried, with_places
+    from capture_plan.plan.files import plan_bytes
+    from capture_plan.plan.places import found_from
+    from capture_plan.plan.replacing import refuse_to_replace
+    from capture_plan.reader.head_scan import read_head
+    from capture_plan.registration.picked_points import read_points
+    from capture_plan.sheets.carried_sheet import carried_picture
+
+    laid, picture = (output.with_suffix(ending) for ending in (".laid.obj", ".png"))
+
+    def refuse(read: list[str | Path]) -> None:
+        for place in (output, laid, picture):
+            refuse_place(place, inputs=[*read, head, points], over_plan=place == output)
+
+    made, given = open_plan(plan, rig, force=force, refuse=refuse)
+    if not replace:
+        refuse_to_replace(output, given.rig, found_from(plan.parent, made.rig.path), made.settings)
+    scan, picked = read_head(head, unit_mm), read_points(points) if points else {}
+    with as_far_as_it_goes(made):
+        found, neutral = carried(made, given.rig, scan, picked)
+        found = with_places(found, plan, output, head, laid)
+        contents = {
+            laid: obj_bytes(neutral, given.rig.triangles),
+            picture: carried_picture(found, given.rig, neutral, scan, picked),
+            output: plan_bytes(found),
+        }
+    said = [line for path, content in contents.items() for line in replace_whole(path, content)]
+    answer(actor_lines(found))
+    say(said)
+    say_written(contents)
+    say([f"Next: look at {picture}; if the dots lie right, capture-plan render {output} for the pages."])
+
+
+@app.command()
 def edit(
     plan: PlanPath,
     output: Annotated[
@@ -557,7 +613,7 @@ def render(
         plan, rig, force=force, refuse=lambda read: refuse_folder(output, WRITES, inputs=read), into=output
     )
     with as_far_as_it_goes(made), listen(say):
-        say_written(write_sheets(made, given.rig, output, paper=paper, dpi=dpi))
+        say_written(write_sheets(made, given, output, paper=paper, dpi=dpi))
     say([f"Next: print {output / 'sheets.pdf'} at 100 % and hold a ruler to its 50 mm bar."])
 
 

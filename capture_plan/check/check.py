@@ -13,6 +13,7 @@ from msgspec.structs import replace
 
 from capture_plan.audit.audit import audit_rig
 from capture_plan.audit.audit_cache import audit_once
+from capture_plan.check.actor_claims import actor_claims
 from capture_plan.check.again import made_again, stated_list
 from capture_plan.check.again_claims import again_claims, audit_claim, draft_claim, seal_claim
 from capture_plan.check.apart_claims import apart_claims
@@ -87,6 +88,7 @@ def claims_of(plan: Plan, inputs: Rig | PlanInputs, *, quick: bool = False) -> I
     yield from reading_claims(plan, rig)
     yield from sentence_claims(plan, rig)
     yield from apart_claims(plan, rig)
+    yield from actor_claims(plan, given)
 
 
 def expression_claims(plan: Plan, inputs: PlanInputs) -> list[Claim]:

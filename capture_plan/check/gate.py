@@ -42,7 +42,7 @@ def lies(plan: Plan, inputs: Rig | PlanInputs) -> tuple[Claim, ...]:
         broken = _failing(plan, inputs, quick=True)
         return broken if len(broken) > 1 else _failing(plan, inputs, quick=False)
     given = inputs_for(inputs, plan.settings, takes=False)
-    if given.target is not None or given.rules is not None or given.zones:
+    if any(one is not None for one in (given.target, given.rules, given.worn)) or given.zones:
         return _failing(plan, given, quick=True)
     cameras = repr(given.cameras).encode()
     name = digest([code_digest(), msgspec.json.encode(plan), cameras, *everything_of(given.rig)])

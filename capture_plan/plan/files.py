@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,8 @@ from capture_plan.plan.record import FORMAT_VERSION, SAMPLE, Plan, RigReference,
 from capture_plan.plan.settings import Settings
 from capture_plan.plan.structure import check_texts
 from capture_plan.plan.wrong_settings import what_is_wrong
+from capture_plan.reader.head_scan import read_head
+from capture_plan.reader.neutral import read_neutral
 from capture_plan.reader.read import rig_at
 from capture_plan.rig import Rig
 from capture_plan.rig.read_options import AS_FOUND, ReadOptions
@@ -154,14 +157,18 @@ def settings_seen_from(folder: Path, settings: Settings) -> Settings:
 
 def inputs_of(plan: Plan, plan_path: Path, *, rig_path: str | None = None, takes: bool = True) -> PlanInputs:
     """Read what a plan was made from: its rig, from where the plan says or from `rig_path`, and what its settings name.
-    Without `takes` these are left out.
+    Without `takes` these are left out, and the scan that a plan was carried onto: pages need only what was laid on it.
 
     Raises:
         RigError: the rig or a file of the settings cannot be read.
         PlanError: it is not the rig the plan was made for, or an input was given in Python.
     """
-    rig = rig_of(plan, plan_path, rig_path=rig_path)
-    return read_inputs(rig, plan.settings, plan_path.parent, names=plan.rig.names, takes=takes)
+    rig, folder = rig_of(plan, plan_path, rig_path=rig_path), plan_path.parent
+    inputs = read_inputs(rig, plan.settings, folder, names=plan.rig.names, takes=takes)
+    if (actor := plan.actor) is None:
+        return inputs
+    head = read_head(found_from(folder, actor.path), actor.unit_mm) if takes else None
+    return replace(inputs, worn=read_neutral(Path(found_from(folder, actor.laid)), rig), head=head)
 
 
 def rig_file_of(plan: Plan, plan_path: Path, *, rig_path: str | None = None) -> Path | None:

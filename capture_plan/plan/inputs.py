@@ -11,6 +11,7 @@ A plan says of what was given in Python that it was, so that who checks it from 
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -24,11 +25,13 @@ from capture_plan.expressions.rules import Rules, read_rules
 from capture_plan.names.name_map import read_name_map
 from capture_plan.plan.places import found_from, named_files
 from capture_plan.plan.settings import Settings
+from capture_plan.reader.head_scan import HeadScan
 from capture_plan.reader.neutral import read_neutral
 from capture_plan.reader.vertex_weights import read_vertex_weights
 from capture_plan.rig import Rig
 from capture_plan.sequence import read_sequence
 from capture_plan.shell.takes import Takes, takes_of
+from capture_plan.transfer.deformation import deformation_transfer
 from capture_plan.visibility import PRESETS, Camera, cameras_for
 
 IN_PYTHON = "given in Python"  # stands in a plan's settings where else a file does
@@ -45,6 +48,8 @@ class PlanInputs:
         target: the actor's neutral on the rig's mesh, millimetres; None where the rig's own is the actor's.
         rules: what an actor can do at once; None where the package's own rules hold.
         zones: skin that a person painted, by the name that `LayoutSettings.keep_out` has for it.
+        worn: the rig's neutral laid on the actor's own head, millimetres, +y up, facing +z; None without one.
+        head: the scan that it was laid on; None where nobody asks for it.
     """
 
     rig: Rig
@@ -53,14 +58,26 @@ class PlanInputs:
     target: Float[np.ndarray, "v 3"] | None = None
     rules: Rules | None = None
     zones: Mapping[str, Bool[np.ndarray, " v"]] = field(default_factory=dict)
+    worn: Float[np.ndarray, "v 3"] | None = None
+    head: HeadScan | None = None
 
     def __post_init__(self) -> None:
         v = len(self.rig.neutral)
         shapes = {f"the zone '{name}'": (mask.shape, (v,)) for name, mask in self.zones.items()}
         shapes |= {} if self.target is None else {"the actor's neutral": (self.target.shape, (v, 3))}
+        shapes |= {} if self.worn is None else {"the neutral on the actor's head": (self.worn.shape, (v, 3))}
         for what, (found, expected) in shapes.items():
             if found != expected:
                 raise PlanError(f"{what} has the shape {found}, expected {expected}: give it on the rig's own vertices")
+
+    @cached_property
+    def worn_rig(self) -> Rig:
+        """The rig on the actor's own head, its blendshapes transferred (Sumner & Popovic 2004); without one the rig."""
+        if self.worn is None:
+            return self.rig
+        rig = self.rig
+        deltas = deformation_transfer(rig.neutral, rig.triangles, rig.deltas, self.worn)
+        return replace(rig, neutral=self.worn, deltas=deltas.astype(np.float32), understood=None)
 
 
 def read_inputs(

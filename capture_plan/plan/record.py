@@ -1,6 +1,7 @@
 """The plan: one record that every sheet, picture, page and export is drawn from."""
 
 import hashlib
+from typing import Literal
 
 import msgspec
 from msgspec import Struct, structs
@@ -13,7 +14,7 @@ from capture_plan.layout.record import Layout
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
 
-FORMAT_VERSION = 5
+FORMAT_VERSION = 6
 SAMPLE = "sample"
 DECIDING = ("capture-plan", "numpy", "scipy", "embreex", "ortools")  # packages that a plan's numbers depend on
 
@@ -36,11 +37,49 @@ class RigReference(Struct, frozen=True, forbid_unknown_fields=True):
     names: str | None = None
 
 
+class ActorDot(Struct, frozen=True, forbid_unknown_fields=True):
+    """Where a marker goes on the actor's head: `position` in millimetres as the rig stands (+y up, facing +z), `in_file`
+    in the coordinates and the unit of the head's file. `gap_mm` is how far the scan's surface lies from where the rig's
+    skin came to lie: the dot is on that surface, or where there is a hole or hair on the laid skin."""
+
+    name: str
+    position: tuple[float, float, float]
+    in_file: tuple[float, float, float]
+    gap_mm: float
+
+
+class ActorHead(Struct, frozen=True, forbid_unknown_fields=True):
+    """The head of the actor that a plan was carried onto. Files are relative to the plan file.
+
+    One unit of the head's file `path` is `unit_mm` long; `rotation` (row by row) and `translation` (millimetres) lead
+    from the rig's pose to the file's axes: R x + t. `laid` is the rig's neutral laid onto it, an OBJ file in millimetres
+    as the rig stands. The fingerprints are of what both files held. `error_mm` and `error_95_mm` are median and 95th
+    percentile of the error of places along the skin; `stated` says where they are from, `points` how many were picked.
+    `cost_mm` is that of the pose (`registration/onto_head.py`).
+    """
+
+    name: str
+    path: str
+    fingerprint: str
+    unit_mm: float
+    rotation: tuple[float, ...]
+    translation: tuple[float, float, float]
+    laid: str
+    laid_fingerprint: str
+    error_mm: float
+    error_95_mm: float
+    stated: Literal["leave-one-out", "estimated"]
+    points: int
+    cost_mm: float
+    dots: tuple[ActorDot, ...]
+
+
 class Plan(Struct, frozen=True, forbid_unknown_fields=True):
     """What `plan.json` holds: the same input, settings and versions give it byte for byte.
 
     `meetings` are dots that come too near to each other in the neutral or in an expression (`layout/dot_contact.py`).
     `draft` says what did not hold of the plan when something was made of it all the same; empty where all holds.
+    `actor` is the head that the plan was carried onto; all else speaks of the rig.
     `seal` is a digest of all else: it tells a plan that was changed by hand, and is no signature.
     """
 
@@ -54,6 +93,7 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True):
     versions: dict[str, str]
     meetings: tuple[Meeting, ...] = ()
     draft: tuple[str, ...] = ()
+    actor: ActorHead | None = None
     seal: str = ""
 
 

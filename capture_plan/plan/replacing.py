@@ -104,4 +104,6 @@ def files_of_plan(plan: Plan, path: Path, rig: str | None = None) -> list[str | 
     """The files that a plan at `path` is made of, itself among them; `rig` where the rig has moved."""
     reference = (rig or plan.rig.path, plan.rig.skin, plan.rig.names)
     named = [str(found_from(path.parent, name)) for name in reference if name and name != SAMPLE]
+    if plan.actor:
+        named += [found_from(path.parent, name) for name in (plan.actor.path, plan.actor.laid)]
     return [path, *named, *files_of(plan.settings, path.parent)]

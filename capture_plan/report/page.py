@@ -21,6 +21,7 @@ from capture_plan.expressions.record import Expression
 from capture_plan.expressions.session import Item
 from capture_plan.layout.record import Landmark
 from capture_plan.output import write_whole
+from capture_plan.plan.carry import actor_words, as_worn
 from capture_plan.plan.files import plan_bytes
 from capture_plan.plan.inputs import PlanInputs
 from capture_plan.plan.record import Plan
@@ -68,9 +69,10 @@ def write_html(plan: Plan, inputs: Rig | PlanInputs, path: Path | str) -> Path:
 def page_html(plan: Plan, inputs: Rig | PlanInputs) -> str:
     """The plan page: pictures, tables, the 3D head, the plan's data and what checks it in one document. It checks
     nothing where the inputs of the plan's settings are missing, and says so."""
-    rig = inputs.rig if isinstance(inputs, PlanInputs) else inputs
-    pictures = expression_pictures(plan, rig, height_px=EXPRESSION_PICTURE_PX)
-    plates = marker_pictures(plan, rig, height_px=MARKER_PICTURE_PX)
+    given = inputs if isinstance(inputs, PlanInputs) else PlanInputs(inputs)
+    shown, worn = as_worn(plan, given)
+    pictures = expression_pictures(shown, worn, height_px=EXPRESSION_PICTURE_PX)
+    plates = marker_pictures(shown, worn, height_px=MARKER_PICTURE_PX)
     line_of = {item.name: item for item in plan.session.items}
     script = scripts("three.min.js", "head.js", "viewer.js", "panel.js", "check.js", "page.js")
     return (
@@ -81,8 +83,9 @@ def page_html(plan: Plan, inputs: Rig | PlanInputs) -> str:
             expressions=[card(e, pictures[e.name], line_of[e.name]) for e in plan.packing.expressions],
             shot_list=shot_rows(plan.session),
             markers=marker_rows(plan.layout.markers),
+            placed=actor_words(plan.actor) if plan.actor else "",
             marker_pictures=[plate(view, picture) for view, picture in plates.items()],
-            head_json=script_json(json.dumps(plan_head(rig, plan))),
+            head_json=script_json(json.dumps(plan_head(worn, shown))),
             plan_json=script_json(plan_bytes(plan).decode()),
             evidence_json=script_json(json.dumps(evidence(plan, inputs))),
             css=asset("style.css"),

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from capture_plan.evaluation.fallen import Fallen, Falling
 from capture_plan.layout.record import Landmark
-from capture_plan.sheets.furniture import head_line
+from capture_plan.sheets.furniture import HeadLine, head_line
 from capture_plan.sheets.marker_table import COLUMNS as TABLE
 from capture_plan.sheets.marker_table import ROW_MM, begin_row
 from capture_plan.sheets.markers import MarkedFace
@@ -32,11 +32,11 @@ def draw_care(
     landmarks: tuple[Landmark, ...],
     found: Falling,
     face: MarkedFace,
-    placing: str,
+    placing: HeadLine,
     says: Mapping[str, str],
 ) -> None:
     """The card of some landmarks on the last page, the pairs below; `says` are movements of blendshapes in words."""
-    head_line(book, "IF A DOT FALLS OFF", (placing,))
+    head_line(book, "IF A DOT FALLS OFF", placing)
     left, right = MARGIN_MM, book.paper.width - MARGIN_MM
     heads = {"number": "dot", "place": "where", "what": "what to do", "why": "why", "instead": "or a new dot"}
     for key, text in heads.items():

@@ -102,13 +102,13 @@ def take_words(fit: MotionFit) -> str:
 
 @dataclass
 class MarkerPages:
-    """Draws the pages into a book; `add_page` begins one. `placing` is the line under the title of every page, and
-    `table` are at most two lines under that of the table. With `fallen` there is a card on what to do when a dot falls
+    """Draws the pages into a book; `add_page` begins one. `placing` are at most two lines under the title of
+    every page, and `table` under that of the table. With `fallen` there is a card on what to do when a dot falls
     off; `says` are the movements of blendshapes in words."""
 
     book: Booklet
     face: MarkedFace
-    placing: str
+    placing: HeadLine
     table: HeadLine
     last: Column
     dpi: int
@@ -161,7 +161,7 @@ class MarkerPages:
     def _page(self, page: Placed, title: str) -> None:
         book, face = self.book, self.face
         draw_markers(book, page, face)
-        head_line(book, title, (self.placing,))
+        head_line(book, title, self.placing)
         if page.view.mirrored:  # nobody takes the one for the other
             book.box(MARGIN_MM, 23.6, book.paper.width - 2 * MARGIN_MM, 1.6, fill=ACCENT, line=None)
             words, middle = "AS THE MIRROR SHOWS IT", book.paper.width / 2

@@ -19,6 +19,8 @@ from capture_plan.evaluation.rings import rings_of
 from capture_plan.layout.dot_contact import meeting_words
 from capture_plan.layout.record import Layout
 from capture_plan.output import write_whole, written_together
+from capture_plan.plan.carry import actor_words, as_worn
+from capture_plan.plan.inputs import PlanInputs
 from capture_plan.plan.predicted import headline_words
 from capture_plan.plan.record import Plan
 from capture_plan.plan.summary import expression_words
@@ -54,8 +56,11 @@ Sheet = Literal["a4", "letter", "a3"]  # the names in `page.PAPERS`
 WRITES = ("sheets.pdf", "pages")  # into a folder
 
 
-def write_sheets(plan: Plan, rig: Rig, folder: Path | str, *, paper: Sheet = "a4", dpi: int = 300) -> tuple[Path, ...]:
-    """Write `sheets.pdf` and `pages/*.png` into `folder`, all or none; returns what was written, the PDF first.
+def write_sheets(
+    plan: Plan, inputs: Rig | PlanInputs, folder: Path | str, *, paper: Sheet = "a4", dpi: int = 300
+) -> tuple[Path, ...]:
+    """Write `sheets.pdf` and `pages/*.png` into `folder`, all or none; returns what was written, the PDF first. A plan
+    that was carried onto the actor's head is drawn on it.
 
     Raises:
         PlanError: the plan belongs to another rig, or the folder cannot be written.
@@ -66,7 +71,8 @@ def write_sheets(plan: Plan, rig: Rig, folder: Path | str, *, paper: Sheet = "a4
         >>> pdf.name, pages[0].name
         ('sheets.pdf', '01-markers-front.png')
     """
-    return write_booklet(draw_sheets(plan, rig, sheet=paper, dpi=dpi), Path(folder), dpi, rig.name)
+    given = inputs if isinstance(inputs, PlanInputs) else PlanInputs(inputs)
+    return write_booklet(draw_sheets(plan, given, sheet=paper, dpi=dpi), Path(folder), dpi, given.rig.name)
 
 
 def write_marker_sheets(
@@ -90,28 +96,31 @@ def write_booklet(book: Booklet, folder: Path, dpi: int, of: str = "") -> tuple[
     return (folder / "sheets.pdf", *(folder / "pages" / name for name in names))
 
 
-def draw_sheets(plan: Plan, rig: Rig, *, sheet: str, dpi: int) -> Booklet:
-    """All pages of a plan, drawn."""
+def draw_sheets(plan: Plan, inputs: PlanInputs, *, sheet: str, dpi: int) -> Booklet:
+    """All pages of a plan, drawn: on the actor's own head where it was carried onto one."""
+    rig = inputs.rig
     if plan.rig.fingerprint != rig.fingerprint:
         raise PlanError(
             f"the plan was made for rig {plan.rig.fingerprint}, this is {rig.fingerprint}: plan again or give that rig"
         )
     book = Booklet(paper(sheet), f"{rig.name}: markers and expressions", rig.names, draft="; ".join(plan.draft))
-    head, dot_mm = make_head(rig), plan.settings.landmarks.dot_mm
-    face = marked_face(
-        rig, head, plan.layout, rings_of(rig, plan.audit.used, plan.settings.landmarks, plan.layout.landmarks), dot_mm
-    )
+    shown, worn = as_worn(plan, inputs)
+    head, dot_mm = make_head(worn), plan.settings.landmarks.dot_mm
+    rings = rings_of(rig, plan.audit.used, plan.settings.landmarks, plan.layout.landmarks)
+    face = marked_face(worn, head, shown.layout, rings, dot_mm)
     placing = placing_words(plan.layout, dot_mm, face.rings)
+    placed: HeadLine = (actor_words(plan.actor), placing) if plan.actor else (placing,)
     chosen = plan.settings.landmarks
     says = {one.name: one.words for one in plan.audit.details}
     cared = falling(rig, plan.audit.used, chosen, plan.layout.landmarks, cameras=plan.settings.cameras is not None)
-    markers = MarkerPages(book, face, placing, (placing,), may_stand(face.rings), dpi, cared, says)
+    markers = MarkerPages(book, face, placed, placed, may_stand(face.rings), dpi, cared, says)
     lists, (rows, columns) = paged(book, plan.session), overview_grid(book, len(plan.packing.expressions))
     overviews = -(-len(plan.packing.expressions) // (rows * columns))
     count = len(plan.packing.expressions)
     maps = -(-count // (map_rows(book) * MAP_COLUMNS))
     pages = markers.count + len(lists) + overviews + count + maps
-    source = SheetSource(rig.name, f"plan {fingerprint(plan)}", pages)
+    whose = f"{rig.name} on {plan.actor.name}'s head" if plan.actor else rig.name
+    source = SheetSource(whose, f"plan {fingerprint(plan)}", pages)
 
     def add_page(title: str) -> None:
         book.add_page(title)
@@ -155,7 +164,7 @@ def draw_marker_sheets(layout: Layout, rig: Rig, *, sheet: str, dpi: int) -> Boo
     fit, count = layout.motion, f"{len(layout.markers)} markers for the take {rig.name}{nearest_words(layout, rig)}"
     words: HeadLine = (count, take_words(fit)) if fit else (count,)
     face = marked_face(rig, make_head(rig), layout)
-    markers = MarkerPages(book, face, placing_words(layout, face.dot_mm), words, VERTEX, dpi)
+    markers = MarkerPages(book, face, (placing_words(layout, face.dot_mm),), words, VERTEX, dpi)
     source = SheetSource(rig.name, f"markers {fingerprint(layout)}", markers.count)
 
     def add_page(title: str) -> None:
