@@ -42,8 +42,15 @@ def laid_claims(plan: Plan, actor: ActorHead, inputs: PlanInputs) -> list[Claim]
     turned = np.abs(there - np.array([dot.in_file for dot in actor.dots])).max(initial=0) * actor.unit_mm
     return [
         *claims,
-        claim("dots lie where the rig's skin came to lie", away < ON_HEAD_MM, f"at most {off.max(initial=0):.2f} mm off", AGAIN),
-        claim("dots have the same places in the head's own file", turned < ON_HEAD_MM, f"within {turned:.4f} mm", AGAIN),
+        claim(
+            "dots lie where the rig's skin came to lie",
+            away < ON_HEAD_MM,
+            f"at most {off.max(initial=0):.2f} mm off",
+            AGAIN,
+        ),
+        claim(
+            "dots have the same places in the head's own file", turned < ON_HEAD_MM, f"within {turned:.4f} mm", AGAIN
+        ),
     ]
 
 

@@ -120,9 +120,7 @@ def as_worn(plan: Plan, inputs: PlanInputs) -> tuple[Plan, Rig]:
     def on_actor(markers: tuple[Landmark, ...]) -> tuple[Landmark, ...]:
         return tuple(structs.replace(marker, position=x[marker.name]) for marker in markers)
 
-    layout = structs.replace(
-        plan.layout, landmarks=on_actor(plan.layout.landmarks), head=on_actor(plan.layout.head)
-    )
+    layout = structs.replace(plan.layout, landmarks=on_actor(plan.layout.landmarks), head=on_actor(plan.layout.head))
     reference = structs.replace(plan.rig, fingerprint=worn.fingerprint)
     return structs.replace(plan, layout=layout, rig=reference), worn
 
@@ -132,9 +130,8 @@ def actor_words(actor: ActorHead) -> str:
     how = f"leaving out each of {actor.points} points" if actor.stated == "leave-one-out" else "an estimate: no points"
     if actor.stated == "estimated" and actor.points:
         how = f"an estimate: {actor.points} points"
-    return (
-        f"placed on {actor.name}'s head, error about {actor.error_mm:.1f} mm, 95 % within {actor.error_95_mm:.1f} mm ({how})"
-    )
+    error = f"error about {actor.error_mm:.1f} mm, 95 % within {actor.error_95_mm:.1f} mm"
+    return f"placed on {actor.name}'s head, {error} ({how})"
 
 
 def actor_lines(plan: Plan) -> list[str]:

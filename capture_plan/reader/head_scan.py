@@ -55,7 +55,7 @@ def read_head(path: Path | str, unit_mm: float | None = None) -> HeadScan:
         vertices, triangles = np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces)
     except MemoryError:
         raise
-    except Exception as error:  # noqa: BLE001 trimesh's readers raise whatever their parsers do
+    except Exception as error:
         reason = " ".join(str(error).split())[:120] or type(error).__name__
         raise RigError(f"{path.name} cannot be read as a mesh ({reason}): export it again as PLY or OBJ") from None
     vertices, triangles = _sound(path.name, vertices, triangles)
@@ -74,7 +74,9 @@ def _sound(
     box = float(np.square(np.ptp(vertices[triangles.ravel()], axis=0)).sum())
     solid = triangles[triangle_areas(vertices, triangles) > FLAT * box]
     if len(solid) < LEAST_TRIANGLES:
-        raise RigError(f"{name} has {len(solid):,} triangles, expected {LEAST_TRIANGLES:,} or more: give the scan itself")
+        raise RigError(
+            f"{name} has {len(solid):,} triangles, expected {LEAST_TRIANGLES:,} or more: give the scan itself"
+        )
     if len(solid) > MOST_TRIANGLES:
         raise RigError(f"{name} has {len(solid):,} triangles, expected at most {MOST_TRIANGLES:,}: make it coarser")
     at, local = np.unique(solid, return_inverse=True)

@@ -5,7 +5,8 @@ Data       x_v          the rig's neutral;  q, m samples of the scan with their 
 Pose       similarity from three picks or more, else found (`pose_search.py`); refused where it fits no face
 Start      p0 = the neutral in that pose, bent by a thin spline through the picks where there are four or more
 Repeat     j(i) = nearest sample in (q, FACING m);  c_i = trust in the pair, 0 at the end of the scan and off the skin
-           goal = FOOT of the foot of p on j's plane, the rest of q_j: points slide along the skin, but not freely
+           goal = FOOT of the foot of p on j's plane, the rest of q_j: points slide along the skin, but not freely;
+           at the end the foot alone, so that the softest rounds lay the skin down and move nothing along it
            p    = argmin sum_i c_i |p_i - goal_i|² + PICK sum |w p - y|² + b |L (p - p0)|²    for b falling
 Rest       what hangs together with the skin follows by L; loose pieces (eyes, teeth) by the similarity that fits
            the spline through the skin best, so that balls stay balls
@@ -33,8 +34,8 @@ from capture_plan.registration.pose_search import Face, Pose, face_points, find_
 from capture_plan.registration.surface_samples import FACING_MM, Samples, sampled
 from capture_plan.rig import Rig
 
-STIFFNESS = np.geomspace(5e4, 400, 10)  # b
 FOOT = 0.75
+ROUNDS = (*((b, FOOT) for b in np.geomspace(5e4, 200, 11)), *((b, 1.0) for b in np.geomspace(200, 5, 4)))
 FAR_MM, DOUBTFUL_MM = 30.0, 8.0  # pairs further apart are dropped, pairs this far apart count half
 PICK = 20.0  # of what a picked point weighs beside a vertex
 SURE_MM = 4.8  # cost of a pose: 22 heads had 3.4 at most, wrong poses, animals and things 7.3 and more
@@ -75,7 +76,7 @@ class Laid:
 
     @property
     def error_mm(self) -> tuple[float, float]:
-        """Median and 95th percentile of the error along the skin, millimetres: measured on the picks, else estimated."""
+        """Median and 95th percentile of the error along the skin, millimetres: measured on picks, else estimated."""
         if self.left_out_mm:
             found = np.array(list(self.left_out_mm.values()))
             return float(np.median(found)), float(np.percentile(found, 95))
@@ -173,13 +174,11 @@ def fitted(rig: Rig, scan: Samples, pose: Pose, picks: Picks) -> Float[np.ndarra
     return laid
 
 
-def _bent(
-    start: Float[np.ndarray, "n 3"], scene: Scene, scan: Samples, picks: Picks
-) -> Float[np.ndarray, "n 3"]:
+def _bent(start: Float[np.ndarray, "n 3"], scene: Scene, scan: Samples, picks: Picks) -> Float[np.ndarray, "n 3"]:
     rows, to = _stacked(picks, scene.at)
     WW, Wy = PICK * (rows.T @ rows), PICK * (rows.T @ (to - rows @ start))
     p = start
-    for b in STIFFNESS:
+    for b, share in ROUNDS:
         n = vertex_normals(p, scene.triangles)
         j = scan.facing_tree.query(np.hstack([p, FACING_MM * n]))[1]
         away = scan.q[j] - p
@@ -187,7 +186,7 @@ def _bent(
         facing = np.einsum("nx,nx->n", n, scan.m[j]) > 0.5
         c = scene.drawn * facing * scan.inner[j] * (gap < FAR_MM) / (1 + (gap / DOUBTFUL_MM) ** 2)
         foot = np.einsum("nx,nx->n", away, scan.m[j])[:, None] * scan.m[j]
-        goal = p + FOOT * foot + (1 - FOOT) * away
+        goal = p + share * foot + (1 - share) * away
         # (C + PICK WᵀW + b LᵀL) (p - start) = C (goal - start) + PICK Wᵀ (y - W start)
         A = csc_array(diags_array(c + 1e-6) + WW + b * scene.stiffness)
         solver = splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options={"SymmetricMode": True})
@@ -250,9 +249,7 @@ def _best_similarity(
     return neutral @ A.T + u
 
 
-def _stacked(
-    picks: Picks, at: Int[np.ndarray, " n"] | None = None
-) -> tuple[csr_array, Float[np.ndarray, "m 3"]]:
+def _stacked(picks: Picks, at: Int[np.ndarray, " n"] | None = None) -> tuple[csr_array, Float[np.ndarray, "m 3"]]:
     """The rows of the picks, over the vertices `at` alone where these are given, and their places."""
     if not picks:
         return csr_array((0, 0 if at is None else len(at))), np.empty((0, 3))

@@ -35,7 +35,7 @@ INEXACT = 0.4  # share by which a sample may lie further than the nearest: three
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """x is laid at A x + u, millimetres, A = s R; `cost` in millimetres, `runner_up` that of the best pose elsewhere."""
+    """x is laid at A x + u, millimetres, A = s R; `cost` in millimetres, `runner_up` that of the best one elsewhere."""
 
     A: Float[np.ndarray, "3 3"]
     u: Float[np.ndarray, " 3"]
@@ -93,7 +93,10 @@ def refined(face: Face, scan: Samples, A: Float[np.ndarray, "3 3"], u: Float[np.
 
 
 def face_points(
-    neutral: Float[np.ndarray, "v 3"], at: Int[np.ndarray, " n"], triangles: Int[np.ndarray, "f 3"], nose: Float[np.ndarray, " 3"]
+    neutral: Float[np.ndarray, "v 3"],
+    at: Int[np.ndarray, " n"],
+    triangles: Int[np.ndarray, "f 3"],
+    nose: Float[np.ndarray, " 3"],
 ) -> Face:
     """The part of a rig that is laid, in the order of a seeded draw; `triangles` are of places in `at`."""
     order = np.random.default_rng(0).permutation(len(at))

@@ -55,8 +55,8 @@ def sampled(vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"
     """Samples of a surface, the same for the same surface."""
     mesh = trimesh.Trimesh(vertices, triangles, process=False)
     count = int(np.clip(triangle_areas(vertices, triangles).sum() / STEP_MM**2, 100, MOST))
-    q, on = trimesh.sample.sample_surface(mesh, count, seed=0)
-    q, corners = np.asarray(q), triangles[on]
+    found = trimesh.sample.sample_surface(mesh, count, seed=0)
+    q, corners = np.asarray(found[0]), triangles[np.asarray(found[1])]
     share = trimesh.triangles.points_to_barycentric(vertices[corners], q)
     m = np.einsum("sc,scx->sx", share, vertex_normals(vertices, triangles)[corners])
     length = np.linalg.norm(m, axis=1)

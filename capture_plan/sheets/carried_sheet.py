@@ -4,11 +4,13 @@ both sides, with the laid neutral as a net, its dots with their names, and the p
 Lengths are page millimetres from the top left corner, y down; heads are drawn in the rig's pose.
 """
 
+import io
 from collections.abc import Mapping
 
 import numpy as np
 import pypdfium2
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
+from PIL import Image
 
 from capture_plan.face.anchors import face_anchors, face_surface
 from capture_plan.mesh import edges, vertex_normals
@@ -20,7 +22,16 @@ from capture_plan.sheets.head import SKIN, Posed, Shown
 from capture_plan.sheets.markers import unhidden
 from capture_plan.sheets.page import MARGIN_MM, Booklet, PaperSize
 from capture_plan.sheets.style import ACCENT, INK, SOFT, region_looks
-from capture_plan.sheets.view import FRONT, LEFT_PROFILE, RIGHT_PROFILE, Picture, PictureFrame, Viewpoint, picture, pixels
+from capture_plan.sheets.view import (
+    FRONT,
+    LEFT_PROFILE,
+    RIGHT_PROFILE,
+    Picture,
+    PictureFrame,
+    Viewpoint,
+    picture,
+    pixels,
+)
 from capture_plan.visibility import hemisphere_visibility
 
 VIEWS = (RIGHT_PROFILE, FRONT, LEFT_PROFILE)  # as one walks round the head, from its right to its left
@@ -28,7 +39,6 @@ HEAD_MM = (92.0, 118.0)  # of paper for each view
 HEADER_MM, FOOTER_MM = 26.0, 12.0
 DPI = 200
 AROUND = 0.12  # of the box around the laid face, on each side
-NET = 0.5  # share of the net's lines that are drawn: every second vertex would be too dense on a fine rig
 MOST_LINES = 6000
 SHADE_RAYS = 48
 MOST_SHADED = 60_000  # vertices; a finer scan is shaded by its normals alone
@@ -57,7 +67,7 @@ def carried_picture(
     book.text(MARGIN_MM, 16.6, actor_words(plan.actor), 9, colour=INK)
     book.text(MARGIN_MM, 21.2, UPRIGHT, 7.4, colour=SOFT)
     posed = scan_as_the_rig_stands(head, plan.actor)
-    skin = face_surface(rig)
+    skin = _face(rig)
     picked = _upright(np.array(list(points.values())).reshape(-1, 3), plan.actor)
     for i, view in enumerate(VIEWS):
         frame = _framed(neutral[_face(rig)], view)
@@ -71,11 +81,14 @@ def carried_picture(
             book.line((at[0], at[1] - 1.4), (at[0], at[1] + 1.4), width=0.35, colour=ACCENT)
         book.text(corner[0] + HEAD_MM[0] / 2, HEADER_MM + HEAD_MM[1] + 5, view.name, 9, bold=True, align="centre")
     if len(picked):
-        book.text(MARGIN_MM, HEADER_MM + HEAD_MM[1] + 9.5, f"crosses: the {len(picked)} points picked", 7.4, colour=SOFT)
+        words = f"crosses: the {len(picked)} points picked"
+        book.text(MARGIN_MM, HEADER_MM + HEAD_MM[1] + 9.5, words, 7.4, colour=SOFT)
     document = pypdfium2.PdfDocument(book.bytes())
-    image = document[0].render(scale=DPI / 72).to_pil()  # pyright: ignore[reportArgumentType]
+    image: Image.Image = document[0].render(scale=DPI / 72).to_pil()  # pyright: ignore[reportArgumentType]
     document.close()
-    return _png(image)
+    made = io.BytesIO()
+    image.save(made, "PNG", compress_level=6, dpi=(DPI, DPI))
+    return made.getvalue()
 
 
 def scan_as_the_rig_stands(head: HeadScan, actor: ActorHead) -> Posed:
@@ -137,7 +150,7 @@ def _net(
     some = some[free[some].all(axis=1)]
     some = some[:: max(1, len(some) // MOST_LINES)]
     at = _on_paper(neutral, view, shown.frame, corner)
-    inside = ((at >= corner) & (at <= np.add(corner, HEAD_MM))).all(axis=1)
+    inside = np.all((at >= corner) & (at <= np.add(corner, HEAD_MM)), axis=1)
     for a, b in some[inside[some].all(axis=1)].tolist():
         book.line(tuple(at[a]), tuple(at[b]), width=0.07, colour="#2f6f9f")
 
@@ -162,14 +175,3 @@ def _dots(
         if seen:
             book.marker(at[0], at[1], looks[marker.region], radius=DOT_MM)
             book.text(at[0] + DOT_MM + 0.5, at[1] + 0.8, marker.name, NAME_PT, bold=True)
-
-
-def _png(image: object) -> bytes:
-    import io
-
-    from PIL import Image
-
-    assert isinstance(image, Image.Image)
-    made = io.BytesIO()
-    image.save(made, "PNG", compress_level=6, dpi=(DPI, DPI))
-    return made.getvalue()

@@ -48,7 +48,8 @@ SLUGS = {
     CHIN_UP: "markers-chin-up",
 }
 EXACT_MM = 1.0  # what a steady hand places a dot to
-MEASURED = "On the face, with callipers, straight, own side, the model's mm (factor: see the table), from "
+MEASURED = "On the face, with callipers, straight, own side, {mm}, from "
+MODEL, OWN = "the model's mm (factor: see the table)", "the actor's own mm"
 EACH_S = 35.0  # to measure, dot and check a marker: an assumption of ours, as are all times
 ORDER_MM = 24.0  # of height for the order in which dots are placed
 FOOT_MM = 27.0  # above the lower edge of the paper
@@ -201,7 +202,11 @@ class MarkerPages:
         measures = [self.face.measure(m) for m in page.landmarks]
         used = {(p.letter, p.name) for measure in measures if measure for p in measure.points}
         points = [(a, name if (a, name) in drawn else f"{name} (not on this page)") for a, name in sorted(used)]
-        notes = [MEASURED + ", ".join(f"{a} {name}" for a, name in points)] if points else []
+        notes = (
+            [MEASURED.format(mm=OWN if self.face.own else MODEL) + ", ".join(f"{a} {name}" for a, name in points)]
+            if points
+            else []
+        )
         if any(m.name in self.face.rings for m in page.landmarks):
             notes.append("the whole dot stays within its ring")
         notes.append("every dot is round; its sign on paper tells the region, the point in it the middle")

@@ -115,7 +115,7 @@ def _foot(book: Booklet, face: MarkedFace, y: Number) -> None:
         f", from {letters}. 'If 1 mm off': how far the dot goes if each distance is off by 1 mm." if letters else "."
     )
     y = book.paragraph(left, y, note, 7, width=wide, lines=2, colour=SOFT)
-    if not face.tape:
+    if not face.tape or face.own:
         return
     pupils = face.anchors.pupils
     words = f"Actor's pupils, looking far ahead: ________ mm ÷ {pupils:.1f} mm = factor ________"

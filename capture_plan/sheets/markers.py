@@ -54,7 +54,7 @@ class MarkedFace:
     """What every marker sheet draws: the neutral in its pose and its landmarks.
 
     `tape` are the points that places are measured from, `rings` how far a marker may stand from its place, millimetres,
-    by its name, and `dot_mm` the diameter of a marker.
+    by its name, and `dot_mm` the diameter of a marker. `own`: the face is the actor's own, and no model to be scaled.
     """
 
     posed: Posed
@@ -65,6 +65,7 @@ class MarkedFace:
     tape: tuple[TapePoint, ...] = ()
     rings: Mapping[str, float] = field(default_factory=dict)
     dot_mm: float = DOT_MM
+    own: bool = False
 
     @property
     def solid(self) -> Posed:

@@ -6,6 +6,7 @@ The folder gets `sheets.pdf` and `pages/*.png` when all of them are made, and no
 import hashlib
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -107,7 +108,7 @@ def draw_sheets(plan: Plan, inputs: PlanInputs, *, sheet: str, dpi: int) -> Book
     shown, worn = as_worn(plan, inputs)
     head, dot_mm = make_head(worn), plan.settings.landmarks.dot_mm
     rings = rings_of(rig, plan.audit.used, plan.settings.landmarks, plan.layout.landmarks)
-    face = marked_face(worn, head, shown.layout, rings, dot_mm)
+    face = replace(marked_face(worn, head, shown.layout, rings, dot_mm), own=plan.actor is not None)
     placing = placing_words(plan.layout, dot_mm, face.rings)
     placed: HeadLine = (actor_words(plan.actor), placing) if plan.actor else (placing,)
     chosen = plan.settings.landmarks
