@@ -39,8 +39,8 @@ class RigReference(Struct, frozen=True, forbid_unknown_fields=True):
 
 class ActorDot(Struct, frozen=True, forbid_unknown_fields=True):
     """Where a marker goes on the actor's head: `position` in millimetres as the rig stands (+y up, facing +z),
-    `in_file` in the coordinates and the unit of the head's file. `gap_mm` is how far the scan's surface lies from where the rig's
-    skin came to lie: the dot is on that surface, or where there is a hole or hair on the laid skin."""
+    `in_file` in the coordinates and the unit of the head's file. `gap_mm` is how far the scan's surface lies from where
+    the rig's skin came to lie: the dot is on that surface, or where there is a hole or hair on the laid skin."""
 
     name: str
     position: tuple[float, float, float]
@@ -53,9 +53,9 @@ class ActorHead(Struct, frozen=True, forbid_unknown_fields=True):
 
     One unit of the head's file `path` is `unit_mm` long; `rotation` (row by row) and `translation` (millimetres) lead
     from the rig's pose to the file's axes: R x + t. `laid` is the rig's neutral laid onto it, an OBJ file in
-    millimetres as the rig stands. The fingerprints are of what both files held. `error_mm` and `error_95_mm` are median and 95th
-    percentile of the error of places along the skin; `stated` says where they are from, `points` how many were picked.
-    `cost_mm` is that of the pose (`registration/onto_head.py`).
+    millimetres as the rig stands. The fingerprints are of what both files held. `error_mm` and `error_95_mm` are median
+    and 95th percentile of the error of places along the skin; `stated` says where they are from, `points` how many were
+    picked. `cost_mm` is that of the pose (`registration/onto_head.py`).
     """
 
     name: str

@@ -56,6 +56,8 @@ def read_head(path: Path | str, unit_mm: float | None = None) -> HeadScan:
     except MemoryError:
         raise
     except Exception as error:
+        if isinstance(error, ImportError) and path.suffix.lower() == ".3mf":
+            raise RigError(f"{path.name}: pip install 'capture-plan[3mf]' to read 3MF, or export it as PLY") from None
         reason = " ".join(str(error).split())[:120] or type(error).__name__
         raise RigError(f"{path.name} cannot be read as a mesh ({reason}): export it again as PLY or OBJ") from None
     vertices, triangles = _sound(path.name, vertices, triangles)

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from scipy.interpolate import RBFInterpolator
 from scipy.sparse import csc_array, csr_array, diags_array
 from scipy.sparse.linalg import splu
 
@@ -36,6 +37,7 @@ from capture_plan.rig import Rig
 
 FOOT = 0.75
 ROUNDS = (*((b, FOOT) for b in np.geomspace(5e4, 200, 11)), *((b, 1.0) for b in np.geomspace(200, 5, 4)))
+STRETCHES, RIDGE = 10, 1e-2  # rounds of an affine fit before
 FAR_MM, DOUBTFUL_MM = 30.0, 8.0  # pairs further apart are dropped, pairs this far apart count half
 PICK = 20.0  # of what a picked point weighs beside a vertex
 SURE_MM = 4.8  # cost of a pose: 22 heads had 3.4 at most, wrong poses, animals and things 7.3 and more
@@ -126,13 +128,14 @@ def estimated_error(bent_mm: Float[np.ndarray, " n"]) -> tuple[float, float]:
 @dataclass(frozen=True, eq=False)
 class Scene:
     """What a fit needs of a rig: the vertices `at` of all that hangs together with its skin, their triangles, LᵀL,
-    which of them are `drawn` to the scan, the vertices of the face, and its points for the pose."""
+    which of them are `drawn` to the scan, the face as vertices and triangles of these, and its points for the pose."""
 
     at: Int[np.ndarray, " n"]
     triangles: Int[np.ndarray, "f 3"]
     stiffness: csc_array
     drawn: Bool[np.ndarray, " n"]
     face: Int[np.ndarray, " a"]
+    face_triangles: Int[np.ndarray, "g 3"]
     points: Face
 
     @staticmethod
@@ -149,7 +152,7 @@ def _scene(rig: Rig) -> Scene:
     at, triangles = surface_part(rig, with_skin)
     face, own = face_part(rig, anchors)
     points = face_points(rig.neutral, face, own, anchors.nose_tip)
-    return Scene(at, triangles, graph_stiffness(triangles, len(at)), surface[at], face, points)
+    return Scene(at, triangles, graph_stiffness(triangles, len(at)), surface[at], face, own, points)
 
 
 def fitted(rig: Rig, scan: Samples, pose: Pose, picks: Picks) -> Float[np.ndarray, "v 3"]:
@@ -157,7 +160,11 @@ def fitted(rig: Rig, scan: Samples, pose: Pose, picks: Picks) -> Float[np.ndarra
     scene, start = Scene.of(rig), pose.lay(rig.neutral)
     if len(picks) > FEWEST:
         rows, to = _stacked(picks)
-        start = spline_start(start, (rows @ start, to), SPLINE_MM, SPLINE_MM, smoothing=0.5)
+        here = rows @ start  # without a linear part: eyes and mouth lie in one plane, which says nothing of depth
+        bend = RBFInterpolator(here / SPLINE_MM, to - here, kernel="linear", degree=0, smoothing=0.1)
+        start = start + bend(start / SPLINE_MM)
+    else:
+        start = _stretched(start, scene, scan)
     p = _bent(start[scene.at], scene, scan, picks)
     laid = start.copy()
     laid[scene.at] = p
@@ -169,9 +176,38 @@ def fitted(rig: Rig, scan: Samples, pose: Pose, picks: Picks) -> Float[np.ndarra
         piece = pieces(rig.triangles, len(rig.neutral))[rest]
         for number in np.unique(piece):
             on = piece == number
-            sR, u = similarity_fit(start[rest[on]], bent[on])
-            laid[rest[on]] = start[rest[on]] @ sR.T + u
+            x = rig.neutral[rest[on]]
+            sR, u = similarity_fit(x, bent[on])
+            laid[rest[on]] = x @ sR.T + u
     return laid
+
+
+def _stretched(start: Float[np.ndarray, "v 3"], scene: Scene, scan: Samples) -> Float[np.ndarray, "v 3"]:
+    """The start made wider, longer and deeper as the scan is: argmin sum_i c_i |B x_i + t - goal_i|² + ridge |B|²."""
+    x = start[scene.face] - start[scene.face].mean(axis=0)
+    size = np.sqrt(np.square(x).mean())
+    X, moved = np.column_stack([x / size, np.ones(len(x))]), np.zeros((4, 3))
+    triangles = scene.face_triangles
+    for _ in range(STRETCHES):
+        p = start[scene.face] + X @ moved
+        c, away, foot = _pairs(p, vertex_normals(p, triangles), scan)
+        goal = p + FOOT * foot + (1 - FOOT) * away - start[scene.face]
+        ridge = RIDGE * c.sum() * np.diag([1.0, 1, 1, 0])
+        moved = np.linalg.solve((X.T * c) @ X + ridge, (X.T * c) @ goal)
+    every = np.column_stack([(start - start[scene.face].mean(axis=0)) / size, np.ones(len(start))])
+    return start + every @ moved
+
+
+def _pairs(
+    p: Float[np.ndarray, "n 3"], n: Float[np.ndarray, "n 3"], scan: Samples
+) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
+    """Trust in the nearest sample of each point, the way to it, and the way to the foot on its plane."""
+    j = scan.facing_tree.query(np.hstack([p, FACING_MM * n]))[1]
+    away = scan.q[j] - p
+    gap = np.linalg.norm(away, axis=1)
+    facing = np.einsum("nx,nx->n", n, scan.m[j]) > 0.5
+    c = facing * scan.inner[j] * (gap < FAR_MM) / (1 + (gap / DOUBTFUL_MM) ** 2)
+    return c, away, np.einsum("nx,nx->n", away, scan.m[j])[:, None] * scan.m[j]
 
 
 def _bent(start: Float[np.ndarray, "n 3"], scene: Scene, scan: Samples, picks: Picks) -> Float[np.ndarray, "n 3"]:
@@ -179,13 +215,8 @@ def _bent(start: Float[np.ndarray, "n 3"], scene: Scene, scan: Samples, picks: P
     WW, Wy = PICK * (rows.T @ rows), PICK * (rows.T @ (to - rows @ start))
     p = start
     for b, share in ROUNDS:
-        n = vertex_normals(p, scene.triangles)
-        j = scan.facing_tree.query(np.hstack([p, FACING_MM * n]))[1]
-        away = scan.q[j] - p
-        gap = np.linalg.norm(away, axis=1)
-        facing = np.einsum("nx,nx->n", n, scan.m[j]) > 0.5
-        c = scene.drawn * facing * scan.inner[j] * (gap < FAR_MM) / (1 + (gap / DOUBTFUL_MM) ** 2)
-        foot = np.einsum("nx,nx->n", away, scan.m[j])[:, None] * scan.m[j]
+        c, away, foot = _pairs(p, vertex_normals(p, scene.triangles), scan)
+        c = scene.drawn * c
         goal = p + share * foot + (1 - share) * away
         # (C + PICK WᵀW + b LᵀL) (p - start) = C (goal - start) + PICK Wᵀ (y - W start)
         A = csc_array(diags_array(c + 1e-6) + WW + b * scene.stiffness)
