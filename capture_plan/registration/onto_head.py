@@ -40,8 +40,9 @@ ROUNDS = (*((b, FOOT) for b in np.geomspace(5e4, 200, 11)), *((b, 1.0) for b in 
 STRETCHES, RIDGE = 10, 1e-2  # rounds of an affine fit before
 FAR_MM, DOUBTFUL_MM = 30.0, 8.0  # pairs further apart are dropped, pairs this far apart count half
 PICK = 20.0  # of what a picked point weighs beside a vertex
-SURE_MM = 4.8  # cost of a pose: 22 heads had 3.4 at most, wrong poses, animals and things 7.3 and more
+SURE_MM = 4.2  # cost of a pose: 22 heads had 3.3 at most; wrong poses, animals and things 5.5 and more
 LEAD = 1.15  # of the cost of the best pose elsewhere over that of the best
+AROUND_NOSE = 1.45  # pupil distances: what a mask has too tells where the face is
 FEWEST, MOST_LEFT_OUT = 3, 10  # picks that give a pose; picks that are left out in turn
 REFINED = 5  # fits of a pose from picks: those that lie in one plane leave its tilt open
 HALF_WIDTH_MM = 25.0  # between picks: nearer together they give no pose
@@ -151,7 +152,8 @@ def _scene(rig: Rig) -> Scene:
     with_skin = np.isin(piece, np.unique(piece[surface_part(rig, surface)[0]]))
     at, triangles = surface_part(rig, with_skin)
     face, own = face_part(rig, anchors)
-    points = face_points(rig.neutral, face, own, anchors.nose_tip)
+    near = np.linalg.norm(rig.neutral - anchors.nose_tip, axis=1) < AROUND_NOSE * anchors.pupils
+    points = face_points(rig.neutral, *surface_part(rig, surface & near), anchors.nose_tip)
     return Scene(at, triangles, graph_stiffness(triangles, len(at)), surface[at], face, own, points)
 
 

@@ -104,6 +104,14 @@ def test_holes_an_open_back_and_triangles_inside_out_do_not_matter(people):
     assert np.median(away) < 2
 
 
+def test_a_mask_without_ears_is_a_face(people):
+    head, truth = scan_of(people[0], 5)
+    from_nose = np.linalg.norm(head.vertices[head.triangles].mean(axis=1) - truth[DOTS[30]], axis=1)
+    laid = lay_onto_head(sample_rig(), replace(head, triangles=head.triangles[from_nose < 90]))
+    inside = np.linalg.norm(truth[DOTS] - truth[DOTS[30]], axis=1) < 80
+    assert np.median(np.linalg.norm(laid.in_file(laid.neutral) - truth, axis=1)[DOTS][inside]) < 2
+
+
 @pytest.mark.parametrize("shape", ["cube", "egg"])
 def test_what_is_no_face_is_not_guessed_at(shape):
     if shape == "cube":
