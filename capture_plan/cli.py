@@ -457,7 +457,7 @@ def carry(
     """Put PLAN onto the actor's own head: where its dots go on HEAD, how exact that is, and a picture to judge by. What
     `render` and `export` make of it shows that head."""
     from capture_plan.check.gate import as_far_as_it_goes
-    from capture_plan.formats.obj import obj_bytes
+    from capture_plan.exports.expression_meshes import obj_bytes
     from capture_plan.output import refuse_place, replace_whole
     from capture_plan.plan.carry import actor_lines, carried, with_places
     from capture_plan.plan.files import plan_bytes

@@ -52,12 +52,15 @@ class Delivery:
 
 
 def head_of(inputs: PlanInputs) -> Rig:
-    """The head that dots stand on, millimetres, +y up, facing +z."""
-    return inputs.rig
+    """The head that dots stand on, millimetres, +y up, facing +z: the actor's own where one is known."""
+    return inputs.worn_rig
 
 
 def dots_mm(plan: Plan, inputs: PlanInputs) -> Float[np.ndarray, "m 3"]:
-    """Where every marker of the plan stands on the neutral, millimetres, +y up, facing +z."""
+    """Where every marker of the plan stands on the neutral, or on the scan of the actor's head, millimetres, +y up,
+    facing +z."""
+    if plan.actor and inputs.worn is not None:
+        return np.array([dot.position for dot in plan.actor.dots])
     return _dots_on(plan, inputs, head_of(inputs).neutral)
 
 

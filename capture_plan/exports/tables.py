@@ -11,7 +11,7 @@ from capture_plan.exports.delivery import Delivery
 from capture_plan.exports.rows import write_rows
 from capture_plan.exports.slate import write_slate
 from capture_plan.layout.record import Layout, View
-from capture_plan.plan.record import SAMPLE, Plan
+from capture_plan.plan.record import SAMPLE, ActorHead, Plan
 
 
 def write(of: Delivery, folder: Path) -> list[Path]:
@@ -21,7 +21,7 @@ def write(of: Delivery, folder: Path) -> list[Path]:
     """
     plan = of.plan
     return [
-        write_landmarks(plan.layout, of.place(folder, "landmarks", ".csv"), file=file_name(plan)),
+        write_landmarks(plan.layout, of.place(folder, "landmarks", ".csv"), file=file_name(plan), actor=plan.actor),
         write_expressions(plan, of.place(folder, "expressions", ".csv")),
         write_slate(plan.session, of.place(folder, "slate", ".csv")),
     ]
@@ -32,8 +32,11 @@ def file_name(plan: Plan) -> str:
     return "MakeHuman's base.obj" if plan.rig.path == SAMPLE else Path(plan.rig.path).name
 
 
-def write_landmarks(layout: Layout, path: Path, *, file: str, moved_by: str = "blendshapes") -> Path:
-    """One row a marker; `file` is the artist's, and one column is headed by what moves the marker."""
+def write_landmarks(
+    layout: Layout, path: Path, *, file: str, moved_by: str = "blendshapes", actor: ActorHead | None = None
+) -> Path:
+    """One row a marker; `file` is the artist's, and one column is headed by what moves the marker. On an actor's head
+    places are those there, and stand in the head file's own coordinates besides."""
     cameras = [view.camera for view in layout.markers[0].views] if layout.markers else []
     header = ["name", "place", "side", "role", "x_mm", "y_mm", "z_mm", "vertex_in_file", "file", "vertex_in_plan"]
     views = [f"{camera} {what}" for camera in cameras for what in ("sees it", "least px")]
@@ -44,7 +47,12 @@ def write_landmarks(layout: Layout, path: Path, *, file: str, moved_by: str = "b
         ]
         for m in layout.markers
     ]
-    return write_rows(path, [[*header, moved_by, *views], *rows])
+    header = [*header, moved_by, *views]
+    if actor:
+        header += ["x_in_head_file", "y_in_head_file", "z_in_head_file", "gap_mm"]
+        pairs = zip(rows, actor.dots, strict=True)
+        rows = [[*row[:4], *dot.position, *row[7:], *dot.in_file, dot.gap_mm] for row, dot in pairs]
+    return write_rows(path, [header, *rows])
 
 
 def view_cells(view: View) -> tuple[str, float]:

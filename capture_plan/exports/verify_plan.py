@@ -14,7 +14,7 @@ Not looked at: sentences, session times, regions and words of labels but for the
   overlap warnings, the order of expressions and whether that of landmarks is the best, the error predicted for weights
   between 0 and 1, dots that meet when the face moves, blendshapes that a take does not show and notes on it, which
   blendshapes a later program is about, whether a program's choice is the cheapest, settings that show nowhere else,
-  versions and the seal. `capture-plan check` looks at these too.
+  the actor's head, versions and the seal. `capture-plan check` looks at these too.
 
 Letters  v vertices, k blendshapes, s sites (one vertex, or a vertex and its mirror image), m markers
 """

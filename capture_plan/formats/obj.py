@@ -10,7 +10,7 @@ Letters: v vertices, p polygons, c corners of polygons, all in a row.
 import re
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from capture_plan.errors import RigError
 from capture_plan.formats.neutral_file import find_neutral
@@ -206,10 +206,3 @@ def cycles(faces: Faces) -> list[list[int]]:
     polygons = [c.tolist() for c in np.split(faces.corners, np.cumsum(faces.sizes)[:-1])]
     starts = [polygon.index(min(polygon)) for polygon in polygons]
     return sorted(polygon[start:] + polygon[:start] for polygon, start in zip(polygons, starts, strict=True))
-
-
-def obj_bytes(vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]) -> bytes:
-    """A mesh as Wavefront OBJ, to a ten-thousandth of a millimetre; vertices are numbered from 1."""
-    lines = [f"v {x:.4f} {y:.4f} {z:.4f}" for x, y, z in vertices.tolist()]
-    lines += [f"f {a} {b} {c}" for a, b, c in (triangles + 1).tolist()]
-    return ("\n".join(lines) + "\n").encode()

@@ -28,7 +28,7 @@ LEFT = (
     r"packing\.(method|overlaps.*|hard.*|kept|order_proven|edits.*)",
     r"layout\.(landmarks|head)\.#\.(region|label|views.*)",
     r"layout\.(references\.[^.]*\.)?predictions(\..*)?",
-    r"meetings(\..*)?",
+    r"(meetings|actor)(\..*)?",
     r"layout\.programs\.#\.blendshapes.*",
     r"layout\.motion\.(missing|notes|rank|tail_mm|curve_mm)(\..*)?",
 )

@@ -11,7 +11,7 @@ import pytest
 from capture_plan.cli import main
 from capture_plan.curves.frames import PosedFrames
 from capture_plan.errors import RigError
-from capture_plan.formats.obj import obj_bytes
+from capture_plan.exports.expression_meshes import obj_bytes
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.take_without_rig import layout_from_take, on_scan
 from capture_plan.sample import sample_rig

@@ -12,7 +12,8 @@ from PIL import Image
 
 from capture_plan.check.actor_claims import actor_claims
 from capture_plan.errors import PlanError
-from capture_plan.exports.tables import write_tables
+from capture_plan.exports.delivery import Delivery, dots_mm
+from capture_plan.exports.tables import write
 from capture_plan.plan.carry import actor_words, as_worn, off_surface
 from capture_plan.plan.files import inputs_of, read_plan, write_plan
 from capture_plan.plan.inputs import PlanInputs
@@ -113,7 +114,8 @@ def test_pages_and_tables_speak_of_the_head(carried, tmp_path):
     plan, inputs = carried
     with pytest.raises(PlanError, match="stands on anna's head, which was not given"):
         as_worn(plan, PlanInputs(inputs.rig))
-    rows = list(csv.DictReader(write_tables(plan, tmp_path)[0].open()))
+    rows = list(csv.DictReader(write(Delivery(plan, inputs), tmp_path)[0].open()))
+    assert dots_mm(plan, inputs)[0].tolist() == list(plan.actor.dots[0].position)
     assert [float(rows[0][key]) for key in ("x_mm", "y_mm", "z_mm")] == list(plan.actor.dots[0].position)
     assert float(rows[0]["x_in_head_file"]) == plan.actor.dots[0].in_file[0]
     assert "an estimate: no points" in actor_words(plan.actor)
