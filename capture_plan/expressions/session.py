@@ -3,6 +3,8 @@
 Data     packing, settings with the seconds that each thing takes
 Order    calibration; neutral, teeth, neutral turned left and right; expressions with a pause every few; a neutral in
          the middle and at the end, since faces tire and markers shift
+Warm     of the expressions the first few in the order of gain that are easy come before all others: a face that is warm
+         and an actor who knows the game do the hard ones better; the names stay those of the order of gain
 Time     of an expression   (hold + slate)(1 + retakes) + explain + harder (level - 1)
 Budget   as many expressions as end, with the last neutral, within the minutes there are; the others follow it as spare
 Stop     the first expression after which ENOUGH of the importance is covered, else the last that fits; the last
@@ -23,6 +25,7 @@ from capture_plan.expressions.settings import MEASURED_BY, Importance
 from capture_plan.rig import Rig
 
 ENOUGH = 0.8  # share of the importance after which a session may stop: four fifths, the usual knee of these curves
+EASY = 2  # of five levels
 TURN_DEGREES = 30  # as far as both eyes are still seen
 CALIBRATION = "Colour chart, then the calibration board, at the height of the face: the actor can rest."
 TEETH = "Bite lightly on your back teeth and draw your lips apart until the front teeth show."
@@ -81,9 +84,10 @@ def session(
     """
     shown = [_expression(rig, used, expression, settings) for expression in packing.expressions]
     fitting = _most_that_fit(shown, settings)
-    planned = _clocked(_framed(shown[:fitting], settings))
+    in_order = easy_first(shown[:fitting], settings.easy_first)
+    planned = _clocked(_framed(in_order, settings))
     items = (*planned, *_clocked(_spare(shown[fitting:], settings), after=planned[-1]))
-    stop = _stop(shown[:fitting], cut=fitting < len(shown))
+    stop = _stop(in_order, cut=fitting < len(shown))
     at = next((item.minutes for item in planned if stop and item.name == stop.name), 0.0)
     share = f"{stop.covered:.0%} of the {MEASURED_BY[importance]}" if stop else ""
     return Session(
@@ -97,6 +101,24 @@ def session(
         if stop
         else "",
     )
+
+
+def easy_first(expressions: list[Item], count: int) -> list[Item]:
+    """The expressions with the first `count` easy ones ahead, and what is covered after each in this order.
+
+    Expressions of a packing show each their own blendshapes, so that what each gains is the same wherever it stands.
+    """
+    easy = [item for item in expressions if item.difficulty and item.difficulty.level <= EASY][:count]
+    if not easy:
+        return expressions
+    before = [0.0, *(item.covered for item in expressions)]
+    gain = {item.name: after - so_far for item, so_far, after in zip(expressions, before, before[1:], strict=False)}
+    ahead = {item.name for item in easy}
+    ordered, covered = [], 0.0
+    for item in [*easy, *(item for item in expressions if item.name not in ahead)]:
+        covered += gain[item.name]
+        ordered.append(structs.replace(item, covered=round(covered, 9)))
+    return ordered
 
 
 def stop_below(of: Session) -> str:

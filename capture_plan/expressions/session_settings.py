@@ -16,7 +16,8 @@ class SessionSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     and trying once; `harder_s` is added for every level of difficulty above 1. `slate_s`: slate, countdown and check of
     the take. `retakes`: takes beside the first, as a share of all expressions. `relax_every`: expressions between two
     pauses of `relax_s`. `neutral_s`: each neutral, teeth and turned view. `calibration_s`: colour chart and calibration
-    board. `minutes`: the time there is; what does not fit is marked.
+    board. `easy_first`: easy expressions that are shot before all others, so that nobody begins with what is hard; 0
+    shoots in the order of gain alone. `minutes`: the time there is; what does not fit is marked.
     """
 
     hold_s: Seconds = 3.0
@@ -28,4 +29,5 @@ class SessionSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     relax_s: Seconds = 45.0
     neutral_s: Seconds = 30.0
     calibration_s: Seconds = 120.0
+    easy_first: Annotated[int, Meta(ge=0, le=MOST_COUNTED)] = 2
     minutes: Annotated[float, Meta(gt=0, le=MOST_COUNTED)] | None = None

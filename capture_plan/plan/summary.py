@@ -309,8 +309,8 @@ def first_words(plan: Plan) -> str:
 
 
 def first_share(plan: Plan, count: int) -> float:
-    """Share of the importance (`MEASURED_BY`) that the first `count` expressions cover, 0 to 1."""
-    shots = plan.packing.expressions[:count]
+    """Share of the importance (`MEASURED_BY`) that the first `count` expressions that are shot cover, 0 to 1."""
+    shots = [item for item in plan.session.items if item.kind == "expression"][:count]
     return shots[-1].covered if shots else 0.0
 
 

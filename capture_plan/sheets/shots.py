@@ -27,11 +27,6 @@ LEAST_ARROW_MM, HEAD_MM = 9.0, 3.6  # on the page
 MAP_COLUMNS, MAP_MM = 3, (31.0, 40.0)
 
 
-def shot_number(index: int) -> str:
-    """E01, E02, ...: the name on the slate, from 0."""
-    return f"E{index + 1:02}"
-
-
 class Plates(NamedTuple):
     """Where the pictures stand: top, width and height of the large and of the small ones."""
 
@@ -56,8 +51,8 @@ def draw_expression(book: Booklet, shot: Shot, relaxed: Picture, item: Item, ind
     """The page of one expression, but for its foot; `item` is its line of the shot list, `relaxed` the neutral."""
     e = shot.expression
     left, right = MARGIN_MM, book.paper.width - MARGIN_MM
-    book.text(left, 19, shot_number(index), 34, bold=True)
-    wide = book.width(shot_number(index), 34, bold=True)
+    book.text(left, 19, e.name, 34, bold=True)
+    wide = book.width(e.name, 34, bold=True)
     book.text(left + wide + 2.5, 19, f"expression {index + 1} of {total}", 12, colour=SOFT)
     book.text(left + wide + 2.5, 13.2, f"slate {item.slate}", 8, colour=SOFT)
     _fields(book, right)
@@ -164,7 +159,7 @@ def draw_maps(book: Booklet, shots: list[Shot], first: int) -> int:
         row, column = divmod(index - first, MAP_COLUMNS)
         x, y, shot = left + column * cell_w, 27 + row * cell_h, shots[index]
         e, narrow, short = shot.expression, MAP_MM[0], MAP_MM[1]
-        book.text(x, y + 4, shot_number(index), 11, bold=True)
+        book.text(x, y + 4, e.name, 11, bold=True)
         share = f"takes {e.gain:.1%} of the squared error, {covered_words(e.covered)} so far"
         book.text(x + 11, y + 4, share, 7, colour=SOFT, fit=cell_w - 12)
         book.image(shot.heat.rgb, x, y + 5.5, narrow, short)
@@ -243,7 +238,7 @@ def _instead(book: Booklet, item: Item, x: Number, y: Number, width: Number) -> 
     if not item.fallback:
         book.text(x, y, "One movement: nothing simpler to fall back to", 8.6, colour=SOFT, fit=width)
         return
-    book.text(x, y, "If it does not work, shoot instead", 9.5, bold=True)
+    book.text(x, y, f"If it does not work, shoot instead: + {len(item.fallback)} shots", 9.5, bold=True)
     y += 1.4
     for part in item.fallback:
         book.box(x, y + 1.0, 3.2, 3.2, fill="#ffffff", width=0.3)
@@ -261,7 +256,7 @@ def _thumbnail(book: Booklet, shot: Shot, index: int, x: Number, y: Number, w: N
     size = (THUMBNAIL_PX, round(THUMBNAIL_PX * rows / columns))
     small = np.asarray(Image.fromarray(shot.front.rgb).resize(size, Image.Resampling.BOX))
     book.image(small, x + (w - picture_w) / 2, y + 0.5, picture_w, picture_w * rows / columns)
-    book.text(x + 1.5, y + 5, shot_number(index), 13, bold=True)
+    book.text(x + 1.5, y + 5, e.name, 13, bold=True)
     book.box(x + w - 6, y + 1.6, 4.2, 4.2, fill="#ffffff", width=0.3)
     book.text(x + w - 1.5, y + h - text_h + 0.5, covered_words(e.covered), 7.5, bold=True, align="right", colour=ACCENT)
     if shot.side:

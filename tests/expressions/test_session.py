@@ -10,7 +10,7 @@ from msgspec import structs
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.expressions.pack import pack
-from capture_plan.expressions.session import ENOUGH, LAST, Session, session, spare_words, stop_below
+from capture_plan.expressions.session import EASY, ENOUGH, LAST, Session, session, spare_words, stop_below
 from capture_plan.expressions.session_settings import SessionSettings
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.sample import sample_rig
@@ -28,7 +28,25 @@ def shown(of, *, fitting=False):
 
 
 def test_every_expression_is_shot_once_in_the_order_of_the_packing():
-    assert [item.name for item in shown(made())] == [e.name for e in PACKING.expressions]
+    assert [item.name for item in shown(made(easy_first=0))] == [e.name for e in PACKING.expressions]
+
+
+@pytest.mark.parametrize("count", [1, 2, 4])
+def test_easy_expressions_come_first_and_what_is_covered_adds_up_in_that_order(count):
+    pure, warm = shown(made(easy_first=0)), shown(made(easy_first=count))
+    easy = [item.name for item in pure if item.difficulty.level <= EASY][:count]
+    assert [item.name for item in warm] == easy + [item.name for item in pure if item.name not in easy]
+    gains = {e.name: e.gain for e in PACKING.expressions}
+    for n, item in enumerate(warm):
+        assert item.covered == pytest.approx(sum(gains[each.name] for each in warm[: n + 1]), abs=1e-5)
+    assert warm[-1].covered == pytest.approx(pure[-1].covered)
+
+
+def test_where_time_is_short_the_expressions_that_gain_most_are_shot_whatever_their_order():
+    pure, warm = made(easy_first=0, minutes=15), made(minutes=15)
+    assert {item.name for item in shown(pure, fitting=True)} == {item.name for item in shown(warm, fitting=True)}
+    stop = next(item for item in warm.items if item.name == warm.stop_after)
+    assert f"{stop.covered:.0%} of the" in warm.stop
 
 
 def test_it_begins_and_ends_with_a_neutral_and_has_one_in_the_middle():
