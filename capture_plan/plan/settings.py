@@ -22,6 +22,7 @@ from capture_plan.expressions.session_settings import SessionSettings
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.input.documents import MOST_COUNTED
 from capture_plan.layout.settings import LayoutSettings
+from capture_plan.plan.consent import Consent
 
 
 class Settings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -29,12 +30,14 @@ class Settings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
     `cameras`: a preset or a camera file, nothing where they are unknown; `target`: a file of the actor's neutral;
     `sequences`: recorded takes of the rig, or of other people on its mesh; `sequence_weights`: how much each of them
-    counts, the same where none are given; `vertex_weights`: a file of how much an error counts at each vertex.
+    counts, the same where none are given; `vertex_weights`: a file of how much an error counts at each vertex;
+    `consent`: what was agreed about the actor's likeness, for page one.
     """
 
     landmarks: LayoutSettings = field(default_factory=LayoutSettings)
     expressions: PackingSettings = field(default_factory=PackingSettings)
     session: SessionSettings = field(default_factory=SessionSettings)
+    consent: Consent = field(default_factory=Consent)
     cameras: str | None = None
     target: str | None = None
     sequences: tuple[str, ...] = ()

@@ -11,6 +11,7 @@ from capture_plan.expressions.session import ENOUGH, Session
 from capture_plan.expressions.settings import MEASURED_BY
 from capture_plan.glossary import explained
 from capture_plan.layout.record import Information, Landmark, MotionFit, Prediction, View
+from capture_plan.plan.consent import consent_lines
 from capture_plan.plan.predicted import (
     ANY_WEIGHTS,
     FRAMES_WITHIN,
@@ -59,6 +60,7 @@ def contents(plan: Plan, shot_list: Session) -> dict[str, Any]:
     return {
         "title": plan.rig.name,
         "draft": plan.draft,
+        "agreed": consent_lines(plan.settings.consent),
         "lead": f"{count(len(layout.landmarks), 'marker')} and {count(len(packing.expressions), 'expression')} "
         f"for {count(len(audit.used), 'blendshape')}.",
         "tiles": tiles(plan),

@@ -52,6 +52,7 @@ MEASURED = "On the face, with callipers, straight, own side, {mm}, from "
 MODEL, OWN = "the model's mm (factor: see the table)", "the actor's own mm"
 EACH_S = 35.0  # to measure, dot and check a marker: an assumption of ours, as are all times
 ORDER_MM = 24.0  # of height for the order in which dots are placed
+SIDE_WORDS_MM = 52.0  # as wide as ACTOR'S RIGHT with its arrow
 FOOT_MM = 27.0  # above the lower edge of the paper
 
 
@@ -105,7 +106,7 @@ def take_words(fit: MotionFit) -> str:
 class MarkerPages:
     """Draws the pages into a book; `add_page` begins one. `placing` are at most two lines under the title of
     every page, and `table` under that of the table. With `fallen` there is a card on what to do when a dot falls
-    off; `says` are the movements of blendshapes in words."""
+    off; `says` are the movements of blendshapes in words, `agreed` lines for the first page."""
 
     book: Booklet
     face: MarkedFace
@@ -115,6 +116,7 @@ class MarkerPages:
     dpi: int
     fallen: Falling | None = None
     says: Mapping[str, str] = field(default_factory=dict)
+    agreed: tuple[str, ...] = ()
     shown: set[str] = field(default_factory=set)
 
     @cached_property
@@ -168,6 +170,8 @@ class MarkerPages:
             words, middle = "AS THE MIRROR SHOWS IT", book.paper.width / 2
             book.text(middle, HEADER_MM - 0.5, words, 10, bold=True, align="centre", colour=ACCENT)
         sides(book, HEADER_MM - 0.5, left_on_right=not page.view.mirrored)
+        if len(book.titles) == 1:
+            self._agreed()
         self._order(page)
         y = book.paper.height - FOOT_MM
         check_bar(book, MARGIN_MM, y)
@@ -178,6 +182,14 @@ class MarkerPages:
         counts = Counter(m.region for m in page.landmarks)
         legend(book, x, y + 1.2, wide, {name: look for name, look in face.looks.items() if counts[name]}, counts)
         book.paragraph(x, y + 6.9, self._notes(page), 7.2, width=wide, lines=3, colour=SOFT)
+
+    def _agreed(self) -> None:
+        """What was agreed with the actor, between the words that tell the sides."""
+        book, y = self.book, 23.6
+        room = book.paper.width - 2 * (MARGIN_MM + SIDE_WORDS_MM)
+        for words in self.agreed:
+            y += 3.1
+            book.text(book.paper.width / 2, y, words, 7, colour=SOFT, align="centre", fit=room)
 
     def _order(self, page: Placed) -> None:
         """In which order the dots of a page are placed, where there is room below the face."""

@@ -23,6 +23,7 @@ from capture_plan.layout.dot_contact import meeting_words
 from capture_plan.layout.record import Layout
 from capture_plan.output import write_whole, written_together
 from capture_plan.plan.carry import actor_words, as_worn
+from capture_plan.plan.consent import consent_lines
 from capture_plan.plan.inputs import PlanInputs
 from capture_plan.plan.predicted import headline_words
 from capture_plan.plan.record import Plan
@@ -115,7 +116,9 @@ def draw_sheets(plan: Plan, inputs: PlanInputs, *, sheet: str, dpi: int) -> Book
     chosen = plan.settings.landmarks
     says = {one.name: one.words for one in plan.audit.details}
     cared = falling(rig, plan.audit.used, chosen, plan.layout.landmarks, cameras=plan.settings.cameras is not None)
-    markers = MarkerPages(book, face, placed, placed, may_stand(face.rings), dpi, cared, says)
+    markers = MarkerPages(
+        book, face, placed, placed, may_stand(face.rings), dpi, cared, says, agreed=consent_lines(plan.settings.consent)
+    )
     lists, (rows, columns) = paged(book, plan.session), overview_grid(book, len(plan.packing.expressions))
     overviews = -(-len(plan.packing.expressions) // (rows * columns))
     count = len(plan.packing.expressions)

@@ -17,6 +17,7 @@ from capture_plan.expressions.record import Expression, Packing
 from capture_plan.expressions.session import session
 from capture_plan.expressions.session_settings import SessionSettings
 from capture_plan.layout.record import Information, Landmark, Layout
+from capture_plan.plan.consent import Consent
 from capture_plan.plan.record import FORMAT_VERSION, Plan, RigReference
 from capture_plan.plan.settings import Settings
 from capture_plan.sheets import expression_pictures, marker_pictures, region_looks, write_sheets
@@ -253,6 +254,15 @@ def test_pages_say_whose_left_and_name_every_marker(written, plan):
     assert all(mark.name in table for mark in plan.layout.landmarks)
     assert "Open your jaw wide." in page
     assert "of 2" in page
+
+
+def test_what_was_agreed_stands_on_page_one_alone(rig, plan, written, tmp_path):
+    agreed = replace(plan.settings, consent=Consent(purpose="a game", holder="Studio", keep_until="2027"))
+    pdf = write_sheets(replace(plan, settings=agreed), rig, tmp_path, paper="a4", dpi=DPI)[0]
+    of = [page.get_textpage().get_text_range() for page in pypdfium2.PdfDocument(pdf)]
+    lines = ("Purpose: a game", "Held by: Studio", "Keep until: 2027")
+    assert [[line in text for line in lines] for text in of] == [[n == 0] * 3 for n in range(len(of))]
+    assert "Purpose" not in pypdfium2.PdfDocument(written[0])[0].get_textpage().get_text_range()
 
 
 def test_the_same_plan_gives_the_same_bytes(rig, plan, written, tmp_path):
