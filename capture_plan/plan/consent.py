@@ -20,9 +20,7 @@ class Consent(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     def __post_init__(self) -> None:
         for name in self.__struct_fields__:
             if any(unicodedata.category(letter).startswith("C") for letter in getattr(self, name)):
-                raise SettingsError(
-                    f"consent: '{name}' holds a line break or a sign that cannot be printed: give one line"
-                )
+                raise SettingsError(f"consent: '{name}' cannot be printed in one line: write it without breaks")
 
 
 def consent_lines(consent: Consent) -> tuple[str, ...]:
