@@ -42,7 +42,6 @@ from capture_plan.curves.long_table import across_names
 from capture_plan.curves.messages import message_values
 from capture_plan.curves.presence import answer, face_of, other_faces, refuse_takes, without_face
 from capture_plan.curves.rows import Rows, table_of
-from capture_plan.curves.scale import stated_in
 from capture_plan.curves.spaced import with_names, without_spaces
 from capture_plan.curves.sparse import fill_cells
 from capture_plan.curves.text import (
@@ -56,6 +55,7 @@ from capture_plan.curves.text import (
     text_of,
 )
 from capture_plan.curves.turned import upright_table
+from capture_plan.curves.units_in_names import stated_in
 from capture_plan.curves.weights import WeightTable
 from capture_plan.errors import RigError
 from capture_plan.input.bounds import MOST_ROWS, check_cells, check_line_sizes, check_names

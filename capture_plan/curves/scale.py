@@ -23,6 +23,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from capture_plan.curves.frames import evenly
+from capture_plan.curves.units_in_names import stated_in
 from capture_plan.errors import RigError
 
 OVERDRIVEN = 1.5  # weights above it are rare in any take; per cent are beyond it even in a quiet one
@@ -43,8 +44,6 @@ PER_CENT_MOST = 150.0
 SCALES = (255.0, 1000.0, 1023.0, 4095.0, 10_000.0, 32_767.0, 65_535.0)  # bytes, per mille, sliders, words
 SAMPLE = 10_000  # frames, evenly over the take
 BLOCKS = 24  # parts of a take, each asked for its scale
-RANGE = re.compile(r"[\[(]\s*[+-]?0(?:\.0*)?\s*(?:-|\u2013|\.\.+|…|to|:|,|;)\s*(\d+(?:\.\d+)?)\s*%?\s*[\])]")
-PER_CENT = re.compile(r"%|per ?cent|(?<![a-z])pct(?![a-z])", re.IGNORECASE)
 STATE = "if that is wrong, say what a full weight is at the top of a name map, such as full = "
 FEW = 4  # names in a sentence
 
@@ -56,15 +55,6 @@ class Verdict:
     full: float
     sure: bool
     note: str = ""
-
-
-def stated_in(texts: Sequence[str]) -> float | None:
-    """The full weight that most of these names or units state, 100 of a %; None where they do not."""
-    messages = [
-        float(match[1]) if (match := RANGE.search(text)) else 100.0 if PER_CENT.search(text) else 0.0 for text in texts
-    ]
-    usual = max(set(messages), key=messages.count, default=0.0)
-    return usual if usual > 0 and 2 * messages.count(usual) > len(messages) else None
 
 
 def judge(

@@ -22,6 +22,7 @@ from capture_plan.curves.openness import as_blinks
 from capture_plan.curves.outliers import without_wild
 from capture_plan.curves.scale import Verdict, judge
 from capture_plan.curves.unfiltered import without_raw
+from capture_plan.curves.units_in_names import without_units
 from capture_plan.curves.weights import WeightTable
 from capture_plan.errors import RigError
 from capture_plan.formats.usd import SUFFIXES as USD
@@ -134,7 +135,8 @@ def drive_rig(path: Path, take: WeightTable, rig: Rig | None, fps: float | None,
     """A rig driven by recorded weights."""
     if rig is None:
         raise RigError(f"{path.name} holds weights, not meshes: give the rig that they drive")
-    take = without_raw(take, [*mine.weights, *mine.names] if mine else [])
+    spelled = [*mine.weights, *mine.names] if mine else []
+    take = without_units(without_raw(take, spelled), spelled)
     still = still_columns(take)
     mapping = map_weights(take.columns, rig.names, mine=mine, skipped=take.skipped, still=still)
     take = without_wild(take, mapping.columns)
