@@ -18,10 +18,11 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Int
 
 from capture_plan.curves.clock import Timing, agreed, by_numbers, timing_by, timing_of
 from capture_plan.curves.columns import CLOCK_KINDS, MANY, kind_of, plain, unit_of, why_not
+from capture_plan.curves.empty_frames import EMPTY, NAMELESS, fill_frames
 from capture_plan.curves.json_weights import (
     SIDES,
     has_numbers,
@@ -34,7 +35,6 @@ from capture_plan.curves.json_weights import (
 )
 from capture_plan.curves.presence import other_faces, refuse_takes, without_face
 from capture_plan.curves.rows import Rows, table_of
-from capture_plan.curves.sparse import fill
 from capture_plan.curves.text import NOTHING
 from capture_plan.curves.weights import WeightTable
 from capture_plan.input.bounds import check_cells, check_names
@@ -85,6 +85,7 @@ class FrameRecording:
     times: Sequence[str] = ()
     unit_s: float | None = None
     lost: list[bool] = field(default_factory=list)
+    empty: list[int] = field(default_factory=list)
     faults: dict[int, str] = field(default_factory=dict)
     crowded: int = 0
     written: bool = False
@@ -101,6 +102,7 @@ class FrameRecording:
         """One face of one frame."""
         t = len(self.lost)
         self.lost.append(False)
+        self.empty.append(0)
         try:
             named = self.weights_in(frame)
             values = None if named is None else self.numbers(named)
@@ -147,7 +149,10 @@ class FrameRecording:
 
     def weights_in(self, value: Any) -> Mapping[str, Any] | None:
         """The weights by name in a part of a frame; None where it holds no face."""
-        if value is None or value in ({}, []):
+        if value is None:
+            return None
+        if value in ({}, []):
+            self.empty[-1] = NAMELESS if isinstance(value, list) else EMPTY
             return None
         reader = next((read for fits, read in self.dialects if fits(value)), None)
         if reader is None:
@@ -161,11 +166,15 @@ class FrameRecording:
             (lambda value: has_key(value, SHAPE_KEYS), self.shapes_and_more),
             (has_numbers, self.numbers_in),
             (lambda value: has_key(value, NEST_KEYS), lambda value: self.weights_in(by_key(value, NEST_KEYS))),
-            (lambda value: isinstance(value, dict), lambda _: None),
+            (lambda value: isinstance(value, dict), self.nothing_in),
             (named_weights, named_weights),
             (lambda value: isinstance(value, list) and isinstance(value[0], dict | list), self.first_face),
             (lambda value: isinstance(value, list), self.bare_numbers),
         )
+
+    def nothing_in(self, value: Mapping[str, Any]) -> None:
+        """An object that names no weight, as an empty one where it does not say that one is null."""
+        self.empty[-1] = 0 if None in value.values() else NAMELESS
 
     def shapes_and_more(self, value: Mapping[str, Any]) -> Mapping[str, Any] | None:
         """The weights of an object that holds one of weights, with what it names of a face beside that."""
@@ -221,8 +230,9 @@ class FrameRecording:
             self.faults |= {t: f"frame {t:,} has '{word}' for '{name}'" for t, word in self.wordy[name].items()}
         faults = {t: self.faults[row] for t, row in enumerate(retained.tolist()) if row in self.faults}
         x, sound = x[retained], ~np.isin(np.arange(len(retained)), list(faults))
-        x[sound], left_out = fill(x[sound], given[retained][sound], names)
-        gone, messages = self.gone()
+        empty = np.array(self.empty, dtype=int)[retained][sound]
+        x[sound], left_out, there = fill_frames(x[sound], given[retained][sound], empty, names)
+        gone, messages = self.gone(retained[sound][there])
         rows = Rows(names, x, gone[retained], faults)
         return table_of(
             rows,
@@ -247,9 +257,13 @@ class FrameRecording:
             notes += [message] if message else []
         return mine, tuple(notes)
 
-    def gone(self) -> tuple[Bool[np.ndarray, " t"], tuple[str, ...]]:
-        """Rows without a face, by their weights or by what they say, and what has to be said of that."""
+    def gone(self, there: Int[np.ndarray, " n"]) -> tuple[Bool[np.ndarray, " t"], tuple[str, ...]]:
+        """Rows without a face, by their weights or by what they say, and what has to be said of that.
+
+        `there` are rows that have a face though they name no weight.
+        """
         lost, notes = np.array(self.lost, dtype=bool), []
+        lost[there] = False
         for order in self.orders.keys() - self.face_orders.keys():
             lost[self.orders[order][0]] = True
         for kind in ("tracked", "lost", "confidence"):

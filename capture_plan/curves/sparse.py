@@ -28,18 +28,22 @@ STEADY = 0.9  # of the distances between rows with numbers are the same
 
 
 def fill(
-    x: Float[np.ndarray, "t c"], given: Bool[np.ndarray, "t c"], names: Sequence[str]
+    x: Float[np.ndarray, "t c"],
+    given: Bool[np.ndarray, "t c"],
+    names: Sequence[str],
+    also: Bool[np.ndarray, " t"] | None = None,
 ) -> tuple[Float[np.ndarray, "t c"], tuple[str, ...]]:
     """The weights with what frames leave out, and a sentence about it; frames that name nothing stay without.
 
-    Columns without gaps tell nothing: they move alike whatever stands in the gaps.
+    Columns without gaps tell nothing: they move alike whatever stands in the gaps. `also` are frames that name nothing
+    and are gaps all the same.
     """
-    named = np.flatnonzero(given.any(axis=1))
+    named = np.flatnonzero(given.any(axis=1) if also is None else given.any(axis=1) | also)
     seldom = ~np.asarray(given[named].all(axis=0))
     if not seldom.any():
         return x, ()
     y, here = x[named], given[named]
-    rank, zero, held = last_rank(y, here), np.where(here, y, 0.0), _hold(y, here)
+    rank, zero, held = last_rank(y, here), np.where(here, y, 0.0), hold(y, here)
     calm = _moved(held[:, seldom]) < CALMER * _moved(zero[:, seldom])
     as_before = (rank > LIKE_ANY and calm) or resting(held, y, here)
     filled = x.copy()
@@ -53,7 +57,7 @@ def fill(
     return filled, (f"{message}count as 0 there{which}{doubt}",)
 
 
-def _hold(x: Float[np.ndarray, "t c"], given: Bool[np.ndarray, "t c"]) -> Float[np.ndarray, "t c"]:
+def hold(x: Float[np.ndarray, "t c"], given: Bool[np.ndarray, "t c"]) -> Float[np.ndarray, "t c"]:
     """What was last given of each column; 0 before the first."""
     last = np.maximum.accumulate(np.where(given, np.arange(len(x))[:, None], -1), axis=0)
     return np.where(last >= 0, np.take_along_axis(x, np.maximum(last, 0), axis=0), 0.0)
@@ -108,7 +112,7 @@ def fill_cells(
     partly = ~blank & ~given[:, given.any(axis=0)].all(axis=1)
     many, filled = partly.mean() > MANY and gaps(given) >= ENOUGH, x.copy()
     if not many and partly.mean() <= MANY and (every := steady_rows(np.asarray(~blank))):
-        filled[where] = from_first(_hold(x[where], given), given)
+        filled[where] = from_first(hold(x[where], given), given)
         return filled, f"numbers stand in 1 of every {every} rows: the rows between keep the last ones"
     if not many:
         return x, ""
@@ -128,10 +132,10 @@ def fill_many(
     blank = ~given.any(axis=1)
     if not held_in(y, x, given):
         return y, message
-    if leaps(_hold(x, given), given):
+    if leaps(hold(x, given), given):
         return x, ""
     more = f"; so do {blank.sum():,} rows without any number" if blank.any() else ""
-    return from_first(_hold(x, given), given), f"{message}{more}"
+    return from_first(hold(x, given), given), f"{message}{more}"
 
 
 def from_first(x: Float[np.ndarray, "t c"], given: Bool[np.ndarray, "t c"]) -> Float[np.ndarray, "t c"]:
@@ -150,7 +154,7 @@ def leaps(x: Float[np.ndarray, "t c"], given: Bool[np.ndarray, "t c"]) -> bool:
 
 def held_in(y: Float[np.ndarray, "t c"], x: Float[np.ndarray, "t c"], given: Bool[np.ndarray, "t c"]) -> bool:
     """Whether `fill` took what x leaves out as it was."""
-    return np.array_equal(y[given.any(axis=1)], _hold(x, given)[given.any(axis=1)])
+    return np.array_equal(y[given.any(axis=1)], hold(x, given)[given.any(axis=1)])
 
 
 def gaps(given: Bool[np.ndarray, "t c"]) -> int:
