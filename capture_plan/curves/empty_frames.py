@@ -34,7 +34,8 @@ def fill_frames(
         there = (empty > 0) & (np.arange(len(x)) >= int(given.any(axis=1).argmax()))
         filled[there] = before[there]
         return filled, (*notes, *_message(there & ~few, "keep the last ones too")), there
-    there = (empty == EMPTY) & (bool(notes) or rests_around(empty == EMPTY, x, given))
+    there = empty == EMPTY
+    there &= bool(notes) or rests_around(there, x, given)
     filled[there] = 0.0
     return filled, (*notes, *_message(there & ~few, "are taken as zeros too")), there
 
@@ -43,8 +44,9 @@ def rests_around(empty: Bool[np.ndarray, " t"], x: Float[np.ndarray, "t c"], giv
     """Whether the face is near rest beside most runs of empty frames."""
     named = given.any(axis=1)
     level = np.abs(np.where(given, x, 0.0)).sum(axis=1)
+    low = np.asarray(level <= LOW * np.median(level[named]))
     beside = [t for start, stop in runs(empty) for t in (start - 1, stop) if 0 <= t < len(x) and named[t]]
-    return bool(beside) and float(np.mean(level[beside] <= LOW * np.median(level[named]))) > HALF
+    return bool(beside) and float(low[beside].mean()) > HALF
 
 
 def _message(some: Bool[np.ndarray, " t"], what: str) -> tuple[str, ...]:

@@ -18,8 +18,10 @@ from capture_plan.curves.silence import frozen, marks_no_face, zeroed
 from capture_plan.curves.weights import WeightTable
 from capture_plan.curves.wide import other_columns
 from capture_plan.errors import RigError
+from capture_plan.names.recognise import recognise
 
 MOST_DAMAGED = 0.2  # of all rows
+MOUTH = ("jaw", "mouth", "tongue", "cheekPuff")
 ENOUGH = 0.5  # of the rows, for a column
 MUCH_LOST = 0.2  # of the frames: as many damaged ones refuse a take; without a face they are no fault of the file
 
@@ -63,7 +65,7 @@ def table_of(
         raise RigError(f"has {message} ({fault(rows, damaged, full)}): export it again")
     marked = ~lost & ~damaged & marks_no_face(rows.x[:, full & names_of_face(rows)])
     lost |= marked
-    zeros = silent_rows(rows, ~lost & ~damaged, full)
+    zeros, doubts = silent_rows(rows, ~lost & ~damaged, full)
     keep = ~lost & ~damaged & ~zeros
     if not keep.any():
         raise RigError("has no frame in which the face was tracked: record it again")
@@ -81,6 +83,7 @@ def table_of(
     if zeros.any():
         message = f"in {some_of(zeros, 'frames')} every weight is exactly 0 from one frame to the next"
         left_out.append(f"{message}: the face was lost there, and they were left out{much(zeros)}")
+    left_out += doubts
     if marked.any():
         number = f"{rows.x[marked.argmax(), int((full & names_of_face(rows)).argmax())]:g}"
         left_out.append(f"in {some_of(marked, 'frames')} every weight is {number}, which stands for no face")
@@ -101,14 +104,31 @@ def _one_face(rows: Rows) -> tuple[Rows, list[tuple[str, str]], list[str]]:
     return retained, [(rows.columns[c], "it is of another face or version") for c in other], [message]
 
 
-def silent_rows(rows: Rows, keep: Bool[np.ndarray, " t"], full: Bool[np.ndarray, " c"]) -> Bool[np.ndarray, " t"]:
-    """Rows of zeros that stand for a lost face, by the columns whose names say something of a face."""
+def silent_rows(
+    rows: Rows, keep: Bool[np.ndarray, " t"], full: Bool[np.ndarray, " c"]
+) -> tuple[Bool[np.ndarray, " t"], list[str]]:
+    """Rows of zeros that stand for a lost face, by the columns whose names say something of a face, and a doubt.
+
+    A mouth alone pauses so: where no column tells of more, its zeros are only said.
+    """
     faces = full & names_of_face(rows)
-    found = np.zeros(len(rows.x), dtype=bool)
+    found, doubt = np.zeros(len(rows.x), dtype=bool), np.zeros(len(rows.x), dtype=bool)
     at = np.flatnonzero(keep & (rows.x[:, int(faces.argmax())] == 0))
-    if faces.any() and (rows.x[np.ix_(at, faces)] == 0).all(axis=1).any():
-        found[keep] = zeroed(rows.x[np.ix_(keep, faces)])
-    return found
+    if not faces.any() or not (rows.x[np.ix_(at, faces)] == 0).all(axis=1).any():
+        return found, []
+    found[keep], doubt[keep] = zeroed(rows.x[np.ix_(keep, faces)])
+    if mouth_alone([name for name, here in zip(rows.columns, faces, strict=True) if here]):
+        found, doubt = np.zeros_like(found), found | doubt
+    if not doubt.any():
+        return found, []
+    return found, [f"it is not certain whether the face rests or was lost in {some_of(doubt, 'frames')} where every "
+                   "weight is exactly 0: they stay in; cut them out where it was lost"]  # fmt: skip
+
+
+def mouth_alone(names: Sequence[str]) -> bool:
+    """Whether all of these names move nothing but a mouth, as far as it is known what they move."""
+    meant = [known for name in names if (known := recognise(name)) and known.arkit]
+    return all(one.startswith(MOUTH) for known in meant for one in known.arkit)
 
 
 def names_of_face(rows: Rows) -> Bool[np.ndarray, " c"]:

@@ -1,7 +1,9 @@
 """Lost faces that no column tells of: trackers write zeros, or the last frame again and again.
 
-Zeros     frames in which every weight is exactly 0, though hardly a weight of other frames is, and which the face
-          enters or leaves by a jump: no face goes to rest like that. They are left out and counted
+Zeros     frames in which every weight is exactly 0, though in nearly all others `FEWEST` or more are not and change
+          from frame to frame, and which a face far from rest enters and leaves by a jump: no face rests like that. They are
+          left out and counted; where it only enters or only leaves so, that is said and they stay in
+          Half of ARKit's weights are 0 in any frame; a pause of speech is zeros in all columns of a mouth alone
 Marked    frames in which every weight is one and the same number below 0, such as -1 or -999. They are left out too
 Frozen    many frames in a row that are exactly alike, in a take whose frames else differ: said, and left in
 """
@@ -9,29 +11,41 @@ Frozen    many frames in a row that are exactly alike, in a take whose frames el
 import numpy as np
 from jaxtyping import Bool, Float
 
-LIVELY = 0.5  # of the columns are not 0 in a usual frame
+FEWEST, TAIL = 3, 0.02  # columns that are not 0, in all frames but the lowest of these
+OFTEN = 0.25  # of the frames change; animated by hand they stand for long
+LEVEL = 0.3  # of the usual sum of weights
+LIVELY = 0.5  # of the frames are like the one before: then many takes of it are still
 JUMP = 5.0  # usual steps from one frame to the next
 FROZEN = 10  # frames in a row
 SEVERAL = 3  # columns
 SELDOM = 0.2  # share of frames that are like the one before, in a take whose frames else differ
 
 
-def zeroed(x: Float[np.ndarray, "t c"]) -> Bool[np.ndarray, " t"]:
-    """Frames of zeros that stand for a lost face."""
+def zeroed(x: Float[np.ndarray, "t c"]) -> tuple[Bool[np.ndarray, " t"], Bool[np.ndarray, " t"]]:
+    """Frames of zeros that stand for a lost face, and those that may: the face only enters or only leaves by a jump."""
     still = np.asarray(x[:, 0] == 0)
     still[still] = ~x[still].any(axis=1)
-    none = np.zeros(len(x), dtype=bool)
-    if not still.any() or still.all() or np.median((x[~still] != 0).mean(axis=1)) < LIVELY:
-        return none
-    step = np.abs(np.diff(x, axis=0)).max(axis=1)
+    lost, may = np.zeros(len(x), dtype=bool), np.zeros(len(x), dtype=bool)
+    if x.shape[1] <= FEWEST or not still.any() or still.all() or not is_alive(x, still):
+        return lost, may
+    step, level = np.abs(np.diff(x, axis=0)).max(axis=1), np.abs(x).sum(axis=1)
     inside = step[~still[1:] & ~still[:-1]]
-    if len(inside) == 0:
-        return none
-    jumps = step > JUMP * np.median(inside)
-    for start, stop in runs(np.asarray(still)):
-        edges = [jumps[t] for t in (start - 1, stop - 1) if 0 <= t < len(jumps)]
-        none[start:stop] = all(edges)
-    return none
+    jumps = step > JUMP * np.median(inside[inside > 0])
+    low = LEVEL * np.median(level[~still])
+    for start, stop in runs(still):
+        beside = [(start - 1, start - 1), (stop - 1, stop)]  # the step, and the frame of the face
+        edges = [bool(jumps[t] and level[face] > low) for t, face in beside if 0 <= t < len(jumps)]
+        lost[start:stop], may[start:stop] = all(edges), any(edges) and not all(edges)
+    return lost, may
+
+
+def is_alive(x: Float[np.ndarray, "t c"], still: Bool[np.ndarray, " t"]) -> bool:
+    """Whether all frames but those of zeros show a face as a camera does: no few columns, and none that stand."""
+    moving = (x[~still] != 0).sum(axis=1)
+    both = ~still[1:] & ~still[:-1]
+    changed = ((x[1:] != x[:-1]) & (x[1:] != 0))[both].sum(axis=1)
+    alive = 2 * changed >= (x[1:] != 0)[both].sum(axis=1)
+    return float(np.quantile(moving, TAIL)) >= FEWEST and bool(both.any()) and float(alive.mean()) >= OFTEN
 
 
 def marks_no_face(x: Float[np.ndarray, "t c"]) -> Bool[np.ndarray, " t"]:
