@@ -42,9 +42,9 @@ def fill_frames(
 
 def rests_around(empty: Bool[np.ndarray, " t"], x: Float[np.ndarray, "t c"], given: Bool[np.ndarray, "t c"]) -> bool:
     """Whether the face is near rest beside most runs of empty frames."""
-    named = given.any(axis=1)
+    named = np.asarray(given.any(axis=1))
     level = np.abs(np.where(given, x, 0.0)).sum(axis=1)
-    low = np.asarray(level <= LOW * np.median(level[named]))
+    low = np.array(level <= LOW * np.median(level[named]), dtype=bool)
     beside = [t for start, stop in runs(empty) for t in (start - 1, stop) if 0 <= t < len(x) and named[t]]
     return bool(beside) and float(low[beside].mean()) > HALF
 

@@ -23,6 +23,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from capture_plan.curves.frames import evenly
+from capture_plan.curves.joined_scales import mixed_frames
 from capture_plan.curves.units_in_names import stated_in
 from capture_plan.errors import RigError
 
@@ -43,7 +44,6 @@ FIVE = (2.0, 5.01)  # how far units get on their scale of five
 PER_CENT_MOST = 150.0
 SCALES = (255.0, 1000.0, 1023.0, 4095.0, 10_000.0, 32_767.0, 65_535.0)  # bytes, per mille, sliders, words
 SAMPLE = 10_000  # frames, evenly over the take
-BLOCKS = 24  # parts of a take, each asked for its scale
 STATE = "if that is wrong, say what a full weight is at the top of a name map, such as full = "
 FEW = 4  # names in a sentence
 
@@ -207,20 +207,6 @@ def mixed_columns(columns: Sequence[str], highest: Float[np.ndarray, " c"], full
     return [
         f"it is not certain that {', '.join(names[:FEW])}{more}, which stay below {ONE:g}, have the same scale: "
         f"if not, give them shares of {full:g} in a name map"
-    ]
-
-
-def mixed_frames(size: Float[np.ndarray, "t c"], full: float) -> list[str]:
-    """A sentence where some parts of the take end as weights of 0 to 1 do and the others far beyond."""
-    if len(size) < 2 * BLOCKS:
-        return []
-    tops = np.array([block.max() for block in np.array_split(size, BLOCKS)])
-    low, between = (tops > 0.3) & (tops <= ONE), (tops > ONE) & (tops < 0.1 * full)
-    if not low.any() or between.any() or full < 20:
-        return []
-    return [
-        f"it is not certain that all frames have this scale: in {low.sum()} of {BLOCKS} parts of the take nothing gets "
-        f"beyond {ONE:g}, so look whether two takes were joined"
     ]
 
 

@@ -1,8 +1,8 @@
 """Lost faces that no column tells of: trackers write zeros, or the last frame again and again.
 
 Zeros     frames in which every weight is exactly 0, though in nearly all others `FEWEST` or more are not and change
-          from frame to frame, and which a face far from rest enters and leaves by a jump: no face rests like that. They are
-          left out and counted; where it only enters or only leaves so, that is said and they stay in
+          from frame to frame, and which a face far from rest enters and leaves by a jump: no face rests like that. They
+          are left out and counted; where it only enters or only leaves so, that is said and they stay in
           Half of ARKit's weights are 0 in any frame; a pause of speech is zeros in all columns of a mouth alone
 Marked    frames in which every weight is one and the same number below 0, such as -1 or -999. They are left out too
 Frozen    many frames in a row that are exactly alike, in a take whose frames else differ: said, and left in
