@@ -3,14 +3,12 @@
 Data    c[i] = h:m:s:f     timecodes of a clock of n frames in a second, or times x[i] in seconds or parts of one
         a[i]               numbers of the frames that have a time: not all need one
 Ticks   x[i] = n (3600 h + 60 m + s) + f, without the numbers that drop-frame codes (h:m:s;f) pass over
-Coarse  ticks of a round length (0.01 s) that frames do not wait for: their steps are one or two of it, and their mean
-        counts; where the ticks are whole seconds, the frames of each are counted
-Change  the first third and the last have steady steps of another length: no one rate is told
 Wraps   a clock that begins again after an hour, half a day or a day goes on
 Order   frames whose times make a steady clock only when they are sorted are sorted; without times by their numbers
-Step    s = median of (x[i + 1] - x[i]) / (a[i + 1] - a[i]) > 0: a clock of 60 whose frames are 0, 2, 4, ... stamps 30
-Rate    n / s, or 1 / mean of the steps near s, so that whole milliseconds (33, 33, 34) do not round it; none where
-        few steps are near s, or many run backwards: seconds and milliseconds in one column tell no rate
+Step    s, the usual (x[i + 1] - x[i]) / (a[i + 1] - a[i]) (`clock_steps.py`): a clock of 60 whose frames are 0, 2, 4,
+        ... stamps 30
+Rate    n / s, or 1 / s
+Clocks  that disagree are said; the first is taken, or one that is much steadier
 A rate within 2 % of a usual one is that one. Gaps, doubled and backward times are counted over all rows of the file.
 """
 
@@ -18,25 +16,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 
 from capture_plan.curves.clock_cells import CLOCKS, DAY_S, NTSC, READERS, Clock, is_clock_number, plain_numbers
+from capture_plan.curves.clock_steps import near, roughness, steps
 from capture_plan.curves.stated_rate import possible, rate_in_words
 
 RATES = (10.0, 12.0, 12.5, 15.0, *map(float, CLOCKS))
 NEAR, SAME_NTSC = 0.02, 2e-4  # of the rate
-GAP = 1.6  # steps of this many usual ones are a gap: a lost frame makes 2, uneven cameras reach 1.5
-OFTEN = 0.4  # share of doubled times from which they are the clock's and not the take's
 UNITS_S = (1.0, 1e-3, 1e-6, 1e-7, 1e-9)
 WRAPS_S = (3600, DAY_S // 2, DAY_S)
-NEAR_STEP = (0.49, 1.55)  # of the usual step: frames of 24 in a clock of 60 are 2 and 3 apart
-COARSE_SHARE = 0.08  # of the steps are not the usual one, as 90 frames in a second have them in hundredths
-CHANGED = (1.15, 10.0)  # times as long are the steps of the last third; beyond it the unit changed, not the rate
 LIKELY_FPS = (10.0, 250.0)  # of a take, where the unit of its times is guessed
-STEADY_STEP = 0.05  # of a steady step
-STEADY, ORDERED = 0.6, 0.95  # share of steps near the usual one
-WIDE = 6.0  # usual steps that the longest of uneven ones may take
-BACKWARD = 0.1  # share of steps
+ORDERED = 0.95  # share of steps near the usual one
+STEADIER, ROUGH = 0.5, 0.1  # of the roughness of another clock; frames, less is steady
 UNTIMED = 0.2  # share of frames without a time, from which it is said
 
 
@@ -44,12 +36,14 @@ UNTIMED = 0.2  # share of frames without a time, from which it is said
 class Timing:
     """Frames in a second, None where the times do not tell it; sentences about gaps and doubled frames.
 
-    `order` are the frames by their times, where the file has them in another order.
+    `order` are the frames by their times, where the file has them in another order; `rough` is how far the times lie
+    off an even clock, in frames.
     """
 
     fps: float | None
     notes: tuple[str, ...] = ()
     order: Int[np.ndarray, " t"] | None = None
+    rough: float = float("inf")
 
 
 def timing_by(kind: str, cells: Sequence[str], unit_s: float | None = None) -> Timing:
@@ -96,19 +90,23 @@ def timing_of(cells: Sequence[str], unit_s: float | None = None) -> Timing:
 
 
 def agreed(timings: Sequence[tuple[str, Timing]]) -> Timing:
-    """The first of named timings that tells a rate, and a sentence where another one tells another; else the first."""
+    """The first of named timings that tells a rate, or a much steadier one that tells another, with a sentence where
+    they disagree; else the first."""
     telling = [(name, timing) for name, timing in timings if timing.fps is not None]
     if not telling:
         return timings[0][1] if timings else Timing(None)
-    (first, found), *others = telling
+    first, found = telling[0]
     fps = found.fps or 1.0
-    against = [f"'{name}' {timing.fps:g}" for name, timing in others if abs((timing.fps or 0) - fps) > NEAR * fps]
+    against = [(name, timing) for name, timing in telling if abs((timing.fps or 0) - fps) > NEAR * fps]
     if not against:
         return found
-    message = (
-        f"its clocks disagree: '{first}' makes {fps:g} frames in a second, {', '.join(against)}: the first is taken"
-    )
-    return replace(found, notes=(*found.notes, message))
+    steadiest, best = min(against, key=lambda one: one[1].rough)
+    others = ", ".join(f"'{name}' {timing.fps:g}" for name, timing in against)
+    message = f"its clocks disagree: '{first}' makes {fps:g} frames in a second, {others}"
+    if best.rough < STEADIER * found.rough and found.rough > ROUGH:
+        message = f"{message}: '{steadiest}' is steadier and is taken"
+        return replace(best, notes=(*best.notes, message))
+    return replace(found, notes=(*found.notes, f"{message}: the first is taken"))
 
 
 def untimed(timing: Timing, good: int, count: int) -> Timing:
@@ -123,16 +121,18 @@ def _measure(clock: Clock, at: Int[np.ndarray, " t"], count: int) -> Timing:
     """Timing of ticks of frames `at`, of `count` in all; only where all have a time, they can be sorted by it."""
     ticks = unwrapped(clock)
     order = _order_of(ticks) if len(at) == count else None
-    step, notes = steps(ticks if order is None else ticks[order], at)
+    ticks = ticks if order is None else ticks[order]
+    step, notes = steps(ticks, at)
+    rough = roughness(ticks)
     if order is not None:
         notes = ("frames do not stand in the order of their times: they are sorted by these", *notes)
     if step == 0:
         return Timing(None, notes, order)
     if clock.rate is None:
-        return replace(from_step(clock, step, notes), order=order)
+        return replace(from_step(clock, step, notes), order=order, rough=rough)
     fps = usual(clock.rate / step)  # fractions of a frame drift: 0, 2.014, 4.028, ...
     fps = fps if clock.factor == 1 else round(fps * clock.factor, 3)
-    return Timing(fps if clock.sure else None, notes, order)
+    return Timing(fps if clock.sure else None, notes, order, rough)
 
 
 def _order_of(ticks: Float[np.ndarray, " t"]) -> Int[np.ndarray, " t"] | None:
@@ -141,7 +141,7 @@ def _order_of(ticks: Float[np.ndarray, " t"]) -> Int[np.ndarray, " t"] | None:
         return None
     order = np.argsort(ticks, kind="stable")
     d = np.diff(ticks[order])
-    return order if (d > 0).all() and np.mean(_near(d, float(np.median(d)))) >= ORDERED else None
+    return order if (d > 0).all() and np.mean(near(d, float(np.median(d)))) >= ORDERED else None
 
 
 def by_numbers(name: str, cells: Sequence[str]) -> Timing:
@@ -187,91 +187,6 @@ def unit_by(clock: Clock, step: float) -> float:
     known = (unit for unit, fps in rates.items() if LIKELY_FPS[0] <= fps <= LIKELY_FPS[1])
     likely = next(known, next((unit for unit in UNITS_S if step * unit < 1 or unit == UNITS_S[-1]), 1.0))
     return clock.stated_s if clock.stated_s is not None and 1e-3 <= step * clock.stated_s <= 1 else likely
-
-
-def _near(d: Float[np.ndarray, " t"], step: float) -> Bool[np.ndarray, " t"]:
-    """Which steps are near this one."""
-    return (d > NEAR_STEP[0] * step) & (d < NEAR_STEP[1] * step)
-
-
-def usual_step(ticks: Float[np.ndarray, " t"]) -> float:
-    """The mean of the steps near their median; 0 where none goes forward."""
-    d = np.diff(ticks)
-    if not (d > 0).any():
-        return 0.0
-    median = float(np.median(d[d > 0]))
-    return float(d[_near(d, median)].mean())
-
-
-def steps(
-    ticks: Float[np.ndarray, " t"] | Int[np.ndarray, " t"], at: Int[np.ndarray, " t"] | None = None
-) -> tuple[float, tuple[str, ...]]:
-    """The usual step between frames, 0 where there is none, and sentences about the unusual ones.
-
-    `at` are the numbers of the frames, where not all have a time.
-    """
-    d, n = np.diff(ticks), np.ones(max(0, len(ticks) - 1)) if at is None else np.diff(at)
-    forward = d > 0
-    if not forward.any():
-        return 0.0, (f"the time runs backwards at {(d < 0).sum():,} of {len(ticks):,} frames",) if (d < 0).any() else ()
-    each = d / n
-    if changed := _change(each):
-        return 0.0, (f"its frames come {changed} at its end as at its start: export it at one rate",)
-    if (coarse := _coarse(each)) is not None:
-        return coarse, ()
-    median = float(np.median(each[forward]))
-    usual_ones = _near(each, median)
-    step = float(d[usual_ones].sum() / n[usual_ones].sum()) if usual_ones.any() else median
-    doubled, back = int((d == 0).sum()), int((d < 0).sum())
-    notes = [f"the time runs backwards at {back:,} of {len(ticks):,} frames"] if back else []
-    if back > max(1, BACKWARD * len(d)) or (usual_ones.sum() < STEADY * forward.sum() and each.max() > WIDE * median):
-        span = f"{each[forward].min():.3g} to {each.max():.3g}"
-        return 0.0, (*notes, f"its times do not grow steadily (by {span} a frame): they tell no frame rate")
-    if usual_ones.sum() < STEADY * forward.sum():
-        step = float(d[forward].sum() / n[forward].sum())
-        notes.append(f"its times are uneven (by {each[forward].min():.3g} to {each.max():.3g}): their mean is taken")
-    if doubled > OFTEN * len(d):
-        runs = np.diff(np.flatnonzero(np.r_[True, d != 0, True]))  # frames of one time, but for the first and the last
-        times = round(float(np.median(runs[1:-1]))) if len(runs) > 2 else round(len(d) / (len(d) - doubled))
-        step /= times
-        notes.append(f"each time stands {times} times in a row: that many frames are read within it")
-    elif doubled:
-        notes.append(f"{doubled:,} of {len(ticks):,} frames have the time of the frame before (doubled frames)")
-    gap = each > (GAP + n - 1) / n * median
-    if gap.any():
-        lost = int(np.round(d[gap] / median - n[gap]).sum())
-        message = "1 gap in its times," if gap.sum() == 1 else f"{gap.sum():,} gaps in its times,"
-        notes.append(f"{message} {lost:,} frames long in all: frames are missing there")
-    return step, tuple(notes)
-
-
-def _change(each: Float[np.ndarray, " d"]) -> str:
-    """'2 times as slowly': the last third beside the first, where the steps of both are steady; else ''."""
-    third = len(each) // 3
-    first, last = each[:third], each[len(each) - third :]
-    if third < 10 or min(np.median(first), np.median(last)) <= 0:
-        return ""
-    share = float(np.median(last) / np.median(first))
-    steady = all((np.abs(x - np.median(x)) <= STEADY_STEP * np.median(x)).mean() >= ORDERED for x in (first, last))
-    times = max(share, 1 / share)
-    if not steady or not CHANGED[0] <= times < CHANGED[1]:
-        return ""
-    return f"{times:.3g} times as {'slowly' if share > 1 else 'fast'}"
-
-
-def _coarse(each: Float[np.ndarray, " d"]) -> float | None:
-    """The mean of steps that are a few round ticks of a clock coarser than the frames; None where they are not."""
-    if not (each > 0).any() or (each < 0).any():
-        return None
-    tick = float(each[each > 0].min())
-    digit = tick / 10 ** np.floor(np.log10(tick) + 1e-9)
-    numbers = each / tick
-    whole = np.abs(numbers - np.round(numbers)).max() <= 0.01
-    if min(abs(digit - one) for one in (1.0, 2.0, 5.0)) > 1e-3 or not whole:
-        return None
-    odd = (np.round(numbers) != np.median(np.round(numbers))).mean()
-    few = np.median(numbers) <= 2.01 and numbers.max() <= 3.01 and (numbers < 0.5).mean() <= OFTEN
-    return float(each.mean()) if few and odd >= COARSE_SHARE else None
 
 
 def usual(fps: float) -> float:

@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from capture_plan.curves.clock import usual, usual_step
+from capture_plan.curves.clock import usual
+from capture_plan.curves.clock_steps import usual_step
 from capture_plan.curves.weights import WeightTable
 from capture_plan.errors import RigError
 from capture_plan.formats import vrm
