@@ -18,15 +18,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float, Int
 
-from capture_plan.curves.clock_cells import CLOCKS, DAY_S, NTSC, READERS, Clock, is_clock_number, plain_numbers
+from capture_plan.curves.clock_cells import DAY_S, NTSC, READERS, Clock, is_clock_number, plain_numbers
 from capture_plan.curves.clock_steps import near, roughness, steps
+from capture_plan.curves.clock_units import LIKELY_FPS, RATES, unit_by
 from capture_plan.curves.stated_rate import possible, rate_in_words
 
-RATES = (10.0, 12.0, 12.5, 15.0, *map(float, CLOCKS))
 NEAR, SAME_NTSC = 0.02, 2e-4  # of the rate
-UNITS_S = (1.0, 1e-3, 1e-6, 1e-7, 1e-9)
 WRAPS_S = (3600, DAY_S // 2, DAY_S)
-LIKELY_FPS = (10.0, 250.0)  # of a take, where the unit of its times is guessed
 ORDERED = 0.95  # share of steps near the usual one
 STEADIER, ROUGH = 0.5, 0.1  # of the roughness of another clock; frames, less is steady
 UNTIMED = 0.2  # share of frames without a time, from which it is said
@@ -120,9 +118,12 @@ def untimed(timing: Timing, good: int, count: int) -> Timing:
 def _measure(clock: Clock, at: Int[np.ndarray, " t"], count: int) -> Timing:
     """Timing of ticks of frames `at`, of `count` in all; only where all have a time, they can be sorted by it."""
     ticks = unwrapped(clock)
+    if clock.rate is None and clock.unit_s is None and not np.array_equal(ticks, clock.ticks):
+        clock = replace(clock, unit_s=second_of(clock))  # what begins again after a day of ms counts ms
     order = _order_of(ticks) if len(at) == count else None
     ticks = ticks if order is None else ticks[order]
     step, notes = steps(ticks, at)
+    notes = (clock.doubt, *notes) if clock.doubt else notes
     rough = roughness(ticks)
     if order is not None:
         notes = ("frames do not stand in the order of their times: they are sorted by these", *notes)
@@ -158,7 +159,7 @@ def unwrapped(clock: Clock) -> Float[np.ndarray, " t"]:
     if np.sum(d > 0) <= len(d) / 2 or not (d < 0).any():
         return clock.ticks
     step = float(np.median(d[d > 0]))
-    second = clock.rate or 1 / (clock.unit_s or unit_by(clock, step))
+    second = clock.rate or 1 / second_of(clock)
     ticks = clock.ticks
     for wrap in WRAPS_S:
         again = (d < 0) & (d + wrap * second > 0) & (d + wrap * second < 10 * step)
@@ -166,11 +167,17 @@ def unwrapped(clock: Clock) -> Float[np.ndarray, " t"]:
     return ticks
 
 
+def second_of(clock: Clock) -> float:
+    """Seconds in a unit of times by their usual step."""
+    d = np.diff(clock.ticks)
+    return clock.unit_s or unit_by(clock, float(np.median(d[d > 0])))[0]
+
+
 def from_step(clock: Clock, step: float, notes: tuple[str, ...]) -> Timing:
     """Timing of times by their usual step."""
     if clock.unit_s is None and clock.stated_s is None and step == 1 and (clock.ticks == np.round(clock.ticks)).all():
         return Timing(None, notes)  # 0, 1, 2, ... only counts the frames
-    unit = clock.unit_s or unit_by(clock, step)
+    unit, doubt = (clock.unit_s, "") if clock.unit_s else unit_by(clock, step)
     if clock.stated_s is not None and unit != clock.stated_s:
         notes = (*notes, f"its times step by {step:g}, which is taken as {step * unit:.3g} s whatever their name says")
     fps = 1 / (step * unit)
@@ -178,15 +185,7 @@ def from_step(clock: Clock, step: float, notes: tuple[str, ...]) -> Timing:
     if not possible(fps) or (guessed and not LIKELY_FPS[0] / 2 <= fps <= 2 * LIKELY_FPS[1]):
         message = f"its times would make {fps:,.4g} frames in a second: they tell no frame rate, give it if it is known"
         return Timing(None, (*notes, message))
-    return Timing(usual(fps), notes)
-
-
-def unit_by(clock: Clock, step: float) -> float:
-    """Seconds in the unit of times: the one stated where it gives a usual rate, else by the size of their step."""
-    rates = {unit: 1 / (step * unit) for unit in UNITS_S}
-    known = (unit for unit, fps in rates.items() if LIKELY_FPS[0] <= fps <= LIKELY_FPS[1])
-    likely = next(known, next((unit for unit in UNITS_S if step * unit < 1 or unit == UNITS_S[-1]), 1.0))
-    return clock.stated_s if clock.stated_s is not None and 1e-3 <= step * clock.stated_s <= 1 else likely
+    return Timing(usual(fps), (*notes, doubt) if doubt else notes)
 
 
 def usual(fps: float) -> float:

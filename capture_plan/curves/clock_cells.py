@@ -3,12 +3,13 @@
 Timecodes    h:m:s:f, h:m:s;f or h;m;s;f: x = n (3600 h + 60 m + s) + f, without the numbers that drop-frame codes pass
              over; the clock's n from the highest f and the usual step
 Others       seconds, or numbers in a unit that their name or their step tells; of [h:]m:s.ff, where no whole second has
-             more than its first 24 to 60 hundredths, these are frames of such a clock
+             more than its first 24 to 60 hundredths, these are frames of such a clock; so is the last of
+             m:s:f and s:f where it grows from row to row
 """
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 
 import numpy as np
@@ -19,7 +20,9 @@ NTSC = 1000 / 1001
 DIGITS, FRACTION = r"\d{1,9}", r"\d{1,30}"  # longer ones are no time
 CODE = re.compile(rf"({DIGITS})[:;]({DIGITS})[:;]({DIGITS})([:;.])({DIGITS}(?:\.{FRACTION})?)")
 STOPWATCH = re.compile(rf"(?:({DIGITS}):)?({DIGITS}):({DIGITS}(?:[.,]{FRACTION})?)")  # [h:]m:s.fraction
+WHOLE = re.compile(r"[+-]?\d+")
 FRAMES = re.compile(r"[.,]\d\d$")
+FEWEST, HALF = 3, 0.5  # rows; of them
 MOST_FRAMES = 60  # a whole second of hundredths has later ones
 DAY_S = 86_400
 
@@ -28,7 +31,8 @@ DAY_S = 86_400
 class Clock:
     """Ticks of a clock, so many in a second: `rate` of timecodes, `unit_s` seconds each of times where that is known.
 
-    `stated_s` is what their name says; `sure` whether timecodes show their clock; `factor` is 1000/1001 of drop-frame.
+    `stated_s` is what their name says; `sure` whether timecodes show their clock; `factor` is 1000/1001 of drop-frame;
+    `whole` whether all are whole numbers; `doubt` a sentence where their form has two meanings.
     """
 
     ticks: Float[np.ndarray, " t"]
@@ -37,6 +41,8 @@ class Clock:
     rate: int | None = None
     sure: bool = True
     factor: float = 1.0
+    whole: bool = False
+    doubt: str = ""
 
 
 def is_clock_number(text: str) -> bool:
@@ -57,7 +63,7 @@ def is_date(text: str) -> bool:
 
 def plain_numbers(texts: Sequence[str]) -> Clock:
     """Times in a unit that is not known."""
-    return Clock(np.array([float(text.replace(",", ".")) for text in texts]))
+    return Clock(np.array([float(text.replace(",", ".")) for text in texts]), whole=all(map(WHOLE.fullmatch, texts)))
 
 
 def stopwatch(texts: Sequence[str]) -> Clock:
@@ -67,7 +73,27 @@ def stopwatch(texts: Sequence[str]) -> Clock:
         codes = ticks_of_codes([f"{m[1] or 0}:{m[2]}:{m[3].replace(',', '.')}" for m in parts])
         if codes.sure and codes.rate is not None and codes.rate <= MOST_FRAMES:
             return codes
+    if codes := frames_behind_seconds(parts):
+        return codes
     return Clock(np.array([3600 * int(m[1] or 0) + 60 * int(m[2]) + float(m[3].replace(",", ".")) for m in parts]), 1.0)
+
+
+def frames_behind_seconds(parts: Sequence[re.Match[str]]) -> Clock | None:
+    """The codes of m:s:f or s:f; None where the last part is seconds, as several rows in a row have the same."""
+    if not all(m[3].isdigit() for m in parts) or len(parts) < FEWEST:
+        return None
+    last, before = np.array([int(m[3]) for m in parts]), np.array([int(m[2]) for m in parts])
+    if (np.diff(last) == 0).mean() > HALF:
+        return None
+    codes = replace(ticks_of_codes([f"0:{m[1] or 0}:{m[2]}:{m[3]}" for m in parts]), sure=True)
+    shown = f"'{parts[-1][0]}'"
+    if not (np.diff(before) != 0).any():
+        doubt = f"it is not certain whether its times, up to {shown}, end in seconds or frames: they tell no frame rate"
+        return replace(codes, sure=False, doubt=f"{doubt}, give it if it is known")
+    if codes.rate is None or codes.rate > MOST_FRAMES or (codes.rate < MOST_FRAMES and last.max() >= codes.rate):
+        return None
+    doubt = f"it is not certain, but its times, up to {shown}, are taken as seconds and frames of a clock of 60"
+    return replace(codes, doubt=doubt if codes.rate == MOST_FRAMES else "")
 
 
 def dates(texts: Sequence[str]) -> Clock:
