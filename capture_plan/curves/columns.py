@@ -32,6 +32,10 @@ FACE = re.compile(
     r"name|nr|no|uuid|identifier)|id|face|person|subject|actor|performer|character|player"
 )
 TAKE = re.compile(r"(?:take|clip|shot|slate|session|recording|sequence)(?:id|name|number|num|no|nr|index|idx)?")
+SOURCE = re.compile(
+    r"(?:device|camera|cam|phone|source|client|sender|host|stream|sensor|tracker|machine|who|whose|ip|ipaddress|address)"
+    r"(?:id|idx|index|name|number|num|no|nr|uuid|ip|address)?"
+)
 WEIGHTS = re.compile("blendshapecount")
 OTHER = re.compile("version|width|height")
 KINDS = {
@@ -45,6 +49,7 @@ KINDS = {
     "confidence": SURE,
     "face": FACE,
     "take": TAKE,
+    "source": SOURCE,
     "weights": WEIGHTS,
     "other": OTHER,
 }

@@ -44,6 +44,7 @@ from capture_plan.curves.presence import answer, face_of, other_faces, refuse_ta
 from capture_plan.curves.rows import Rows, table_of
 from capture_plan.curves.spaced import with_names, without_spaces
 from capture_plan.curves.sparse import fill_cells
+from capture_plan.curves.streams import in_turn
 from capture_plan.curves.text import (
     COMMA,
     NOTHING,
@@ -214,15 +215,27 @@ def mostly_numbers(fields: Sequence[str]) -> bool:
 
 
 def _one_face(table: TextTable) -> TextTable:
-    """The rows of one face, where columns tell of several. RigError where they tell of several takes."""
+    """The rows of one face, where columns tell of several or of devices in turn. RigError where they tell of several
+    takes."""
     for c, name in enumerate(table.names):
-        if kind_of(name) == "take":
+        kind, what = kind_of(name), "faces"
+        if kind == "take":
             refuse_takes(name, table.column(c))
-        if kind_of(name) == "face" and not is_flag(table, c):
-            other, message = other_faces(name, table.column(c))
-            if message:
-                table = replace(table.at(np.flatnonzero(~other).tolist()), notes=(*table.notes, message))
+        times = times_in(table)
+        if kind == "source" or (kind is None and not known(name) and in_turn(table.column(c), times)):
+            what = "devices"
+        elif kind != "face" or is_flag(table, c):
+            continue
+        other, message = other_faces(name, table.column(c), times, what=what)
+        if message:
+            table = replace(table.at(np.flatnonzero(~other).tolist()), notes=(*table.notes, message))
     return table
+
+
+def times_in(table: TextTable) -> list[str]:
+    """The cells of the first column of timecodes or times; none where there is none."""
+    c = next((c for c, name in enumerate(table.names) if kind_of(name) in ("code", "time")), None)
+    return [] if c is None else table.column(c)
 
 
 def is_flag(table: TextTable, c: int) -> bool:

@@ -27,6 +27,7 @@ from capture_plan.curves.json_weights import (
     SIDES,
     has_numbers,
     is_number,
+    is_weight,
     known,
     named_numbers,
     named_weights,
@@ -35,8 +36,11 @@ from capture_plan.curves.json_weights import (
 )
 from capture_plan.curves.presence import other_faces, refuse_takes, without_face
 from capture_plan.curves.rows import Rows, table_of
+from capture_plan.curves.streams import in_turn
 from capture_plan.curves.text import NOTHING
+from capture_plan.curves.unfiltered import best_version, is_version
 from capture_plan.curves.weights import WeightTable
+from capture_plan.formats.naming import listed
 from capture_plan.input.bounds import check_cells, check_names
 
 SHAPE_KEYS = (
@@ -49,7 +53,8 @@ OWN_KEYS = ("id", "uuid", "index", "name")
 NUMBERED_FACE = re.compile(r"(?:face|person|subject|actor|user|player|performer|head)(?:\d{1,3}|[a-h])")
 SAME_RATE = 0.02
 CONTAINERS = {dict, list, type(None)}
-ASIDE = (*CLOCK_KINDS, "count", "tracked", "lost", "confidence", "face", "take")
+ASIDE = (*CLOCK_KINDS, "count", "tracked", "lost", "confidence", "face", "source", "take")
+LONGEST = 64  # letters of a device's name
 SOME = 6  # names listed in a sentence
 
 
@@ -90,13 +95,25 @@ class FrameRecording:
     crowded: int = 0
     written: bool = False
     mixed: int = 0
+    versions: dict[str, None] = field(default_factory=dict)
     aside: dict[str, None] = field(default_factory=dict)
     wordy: dict[str, dict[int, str]] = field(default_factory=dict)
 
     def add(self, frame: Any) -> None:
         """One frame, a row for each of its faces where these have names."""
-        for one in faces_of(_paired(frame)):
+        for one in faces_of(self.without_versions(_paired(frame))):
             self.add_face(one)
+
+    def without_versions(self, frame: Any) -> Any:
+        """The frame with one of the objects that are versions of one face, raw and smoothed; the others are said."""
+        inner = [name for name, x in frame.items() if type(x) is dict] if type(frame) is dict else []
+        marked = any(map(is_version, inner)) if len(inner) > 1 else False
+        alike = _alike(tuple((name, names_in(frame[name])) for name in inner), parts=True) if marked else ()
+        best = best_version(alike)
+        if best is None:
+            return frame
+        self.versions |= dict.fromkeys((best, *alike))
+        return {name: x for name, x in frame.items() if name not in alike} | {"face": frame[best]}
 
     def add_face(self, frame: Any) -> None:
         """One face of one frame."""
@@ -142,6 +159,8 @@ class FrameRecording:
                 kind = kind_of(key)
                 if kind in ASIDE:
                     self.facts.setdefault((kind, key), {}).setdefault(t, str(value))
+                elif type(value) is str and kind is None and len(value) <= LONGEST:
+                    self.facts.setdefault(("text", key), {}).setdefault(t, value)
             elif type(value) is dict and plain(key) in NEST_KEYS:
                 self.look_around(t, value)
             elif type(value) is dict and plain(key) in SHAPE_KEYS and (own := list_names(tuple(value))):
@@ -251,10 +270,13 @@ class FrameRecording:
     def one_face(self) -> tuple[Bool[np.ndarray, " t"], tuple[str, ...]]:
         """Rows of the one face that is read, and what has to be said of others."""
         mine, notes = np.ones(len(self.lost), dtype=bool), []
-        for key, cells in self.columns("face"):
-            other, message = other_faces(key, cells)
-            mine &= ~other
-            notes += [message] if message else []
+        times = next((cells for kind in ("code", "time") for _, cells in self.columns(kind)), [])
+        for kind, what in (("face", "faces"), ("source", "devices"), ("text", "devices")):
+            for key, cells in self.columns(kind):
+                if kind != "text" or (not is_weight(next(filter(None, cells), "")) and in_turn(cells, times)):
+                    other, message = other_faces(key, cells, times, what=what)
+                    mine &= ~other
+                    notes += [message] if message else []
         return mine, tuple(notes)
 
     def gone(self, there: Int[np.ndarray, " n"]) -> tuple[Bool[np.ndarray, " t"], tuple[str, ...]]:
@@ -287,6 +309,9 @@ class FrameRecording:
             also = f" and {more:,} more" if more > 0 else ""
             one = len(self.aside) == 1
             notes.append(f"{some}{also} {'holds' if one else 'hold'} no number and {'is' if one else 'are'} not read")
+        if self.versions:
+            best, *others = self.versions
+            notes.append(f"of '{best}' and {listed(others)}, versions of one face, '{best}' is read")
         if self.mixed:
             notes.append(f"in {self.mixed:,} frames only some weights carry a %: these are taken as hundredths")
         if self.crowded:
@@ -345,9 +370,12 @@ def is_one_face(name: str) -> bool:
 
 
 @lru_cache(MANY)
-def _alike(objects: tuple[tuple[str, tuple[str, ...]], ...]) -> tuple[str, ...]:
-    """Objects of one frame that name the same movements, as those of several faces do; (name, names in it) each."""
-    some = {name: {inner for inner in names if known(inner)} for name, names in objects if not is_part(name)}
+def _alike(objects: tuple[tuple[str, tuple[str, ...]], ...], *, parts: bool = False) -> tuple[str, ...]:
+    """Objects of one frame that name the same movements, as those of several faces do; (name, names in it) each.
+
+    Those with names of sides or of a frame's parts only where `parts` says so.
+    """
+    some = {name: {inner for inner in names if known(inner)} for name, names in objects if parts or not is_part(name)}
     return tuple(
         name
         for name, mine in some.items()

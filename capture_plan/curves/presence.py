@@ -3,7 +3,8 @@
 Tracked   a cell of a column such as `success` or `trackingState`: a number above 0 or a word such as "normal" says that
           there is a face; 0, -1, "no", "lost", "limited" that there is none. Of `lost` the numbers mean the opposite
 Empty     cells say what the others of the column leave to say: no face beside words that find one
-Face      a column such as `faceId` or `subject`: of several faces the one with the most rows is the take
+Face      a column such as `faceId` or `subject`: of several faces that come in turn the one with the most rows
+          is the take; numbers that follow each other are one face, found again
 A word that is not known leaves its row in, which is said; so does a column that finds no face in any row.
 """
 
@@ -13,6 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Bool
 
+from capture_plan.curves.streams import together
 from capture_plan.errors import RigError
 
 NO = frozenset(("false", "no", "n", "f", "off"))
@@ -75,17 +77,28 @@ def answer(cell: str, opposite: bool = False) -> bool | None:
         return None
 
 
-def other_faces(name: str, cells: Sequence[str]) -> tuple[Bool[np.ndarray, " t"], str]:
-    """Rows of other faces than the one with the most rows, and a sentence that says so; rows without a face stay."""
+def other_faces(
+    name: str, cells: Sequence[str], times: Sequence[str] = (), *, what: str = "faces"
+) -> tuple[Bool[np.ndarray, " t"], str]:
+    """Rows of other faces than the one with the most rows, and a sentence that says so; rows without a face stay.
+
+    Numbers that follow each other are those of one face that is found again. `what` are "faces", or "devices", of which
+    several one after the other are of one face too.
+    """
     faces = [face_of(cell) for cell in cells]
     counts = Counter(face for face in faces if face)
+    none = np.zeros(len(cells), dtype=bool)
     if len(counts) < 2 or len(counts) > max(2, len(cells) // 2):  # one face, or a number of its own for every row
-        return np.zeros(len(cells), dtype=bool), ""
-    mine, most = counts.most_common(1)[0]
+        return none, ""
     listed = ", ".join(f"'{face}' {n:,}" for face, n in counts.most_common(FEW))
     more = f" and {len(counts) - FEW:,} more" if len(counts) > FEW else ""
+    numbered = all(any(map(str.isdigit, face)) for face in counts)
+    if (numbered or what == "devices") and not together(faces, times):
+        message = f"'{name}' changes ({listed}{more}), but never are two there at one time: they are taken as one face"
+        return none, f"{message}, found again; if they are several people, save each as a file of its own"
+    mine, most = counts.most_common(1)[0]
     tie = ", the first of those with the most rows," if list(counts.values()).count(most) > 1 else ""
-    message = f"it holds {len(counts):,} faces by '{name}' (rows: {listed}{more}): only '{mine}'{tie} is read"
+    message = f"it holds {len(counts):,} {what} by '{name}' (rows: {listed}{more}): only '{mine}'{tie} is read"
     return np.array([bool(face) and face != mine for face in faces]), message
 
 

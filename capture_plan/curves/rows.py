@@ -15,6 +15,7 @@ from jaxtyping import Bool, Float
 
 from capture_plan.curves.json_weights import known
 from capture_plan.curves.silence import frozen, marks_no_face, zeroed
+from capture_plan.curves.streams import alternate
 from capture_plan.curves.weights import WeightTable
 from capture_plan.curves.wide import other_columns
 from capture_plan.errors import RigError
@@ -88,8 +89,7 @@ def table_of(
         number = f"{rows.x[marked.argmax(), int((full & names_of_face(rows)).argmax())]:g}"
         left_out.append(f"in {some_of(marked, 'frames')} every weight is {number}, which stands for no face")
     x = rows.x[np.ix_(keep, full)]
-    if message := frozen(x):
-        left_out.append(message)
+    left_out += [message for message in (frozen(x), alternate(x)) if message]
     columns = tuple(name for name, enough in zip(rows.columns, full, strict=True) if enough)
     return WeightTable(columns, x, fps, (*skipped, *doubled, *seldom), (*notes, *whose, *left_out), stated)
 

@@ -5,12 +5,31 @@ JawOpen_raw beside JawOpen_filtered or JawOpen      the words but for these are 
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 from capture_plan.curves.weights import WeightTable
 from capture_plan.names.tokens import split_words
 
 RAW = frozenset(("raw", "unfiltered", "unsmoothed", "noisy", "original", "orig", "uncalibrated"))
+PASSED = frozenset(("previous", "prev", "old", "last", "target", "goal", "neutral", "baseline", "reference"))
 FILTERED = frozenset(("filtered", "filter", "smooth", "smoothed", "clean", "cleaned", "denoised", "calibrated"))
+
+
+@lru_cache(1024)
+def is_version(name: str) -> bool:
+    """Whether a name says that what it names is raw, smoothed or past."""
+    return not (RAW | FILTERED | PASSED).isdisjoint(split_words(name))
+
+
+def best_version(names: Sequence[str]) -> str | None:
+    """Of names that are versions of one thing (raw, smoothed) the filtered one, else the plain one; None of others."""
+    words = {name: frozenset(split_words(name)) for name in names}
+    rest = {some - RAW - FILTERED - PASSED for some in words.values()}
+    marked = [name for name, some in words.items() if some & (RAW | FILTERED | PASSED)]
+    good = [name for name, some in words.items() if not some & (RAW | PASSED)]
+    if len(names) < 2 or not good or len(rest - {frozenset()}) > 1 or len(marked) < len(names) - 1:
+        return None
+    return max(good, key=lambda name: bool(words[name] & FILTERED))
 
 
 def raw_columns(columns: Sequence[str]) -> dict[str, str]:
