@@ -26,7 +26,9 @@ TRACKED = re.compile(
 LOST = re.compile(
     r"(?:is)?(?:face|tracking|track|tracker|head)?(?:is)?(?:lost|failed|missing)|lost(?:face|tracking)|noface"
 )
-SURE = re.compile(r"(?:face|tracking|track|detection)?confidence")
+SURE = re.compile(
+    r"(?:(?:face|head|facial)?(?:tracking|tracker|track|detection|detector|landmarks?)?)(?:confidence|conf|score|certainty|quality)"
+)
 FACE = re.compile(
     r"(?:face|person|track|tracking|subject|actor|user|head|performer|player|people|character)(?:id|index|idx|number|num|"
     r"name|nr|no|uuid|identifier)|id|face|person|subject|actor|performer|character|player"

@@ -39,6 +39,7 @@ from capture_plan.curves.frames import evenly
 from capture_plan.curves.json_take import read_json
 from capture_plan.curves.json_weights import known
 from capture_plan.curves.long_table import across_names
+from capture_plan.curves.lost_signs import told
 from capture_plan.curves.messages import message_values
 from capture_plan.curves.presence import answer, face_of, other_faces, refuse_takes, without_face
 from capture_plan.curves.rows import Rows, table_of
@@ -255,10 +256,11 @@ def lost_rows(table: TextTable, x: Float[np.ndarray, "t c"]) -> tuple[Bool[np.nd
         kind = "tracked" if kind_of(name) == "face" and is_flag(table, c) else kind_of(name)
         if kind in ("tracked", "lost", "confidence", "weights"):
             failed, message = without_face(name, table.column(c), opposite=kind == "lost")
+            failed, message = told(kind, name, table.column(c), failed, message, x)
             if kind == "weights":
                 failed &= ~np.nan_to_num(x).any(axis=1)
             lost |= failed
-            notes += [message] if message and kind in ("tracked", "lost") else []
+            notes += [message] if message and kind != "weights" else []
     return lost, tuple(notes)
 
 

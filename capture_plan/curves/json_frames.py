@@ -18,7 +18,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Bool, Float, Int
 
 from capture_plan.curves.clock import Timing, agreed, by_numbers, timing_by, timing_of
 from capture_plan.curves.columns import CLOCK_KINDS, MANY, kind_of, plain, unit_of, why_not
@@ -34,6 +34,7 @@ from capture_plan.curves.json_weights import (
     number_in,
     unread,
 )
+from capture_plan.curves.lost_signs import told
 from capture_plan.curves.presence import other_faces, refuse_takes, without_face
 from capture_plan.curves.rows import Rows, table_of
 from capture_plan.curves.streams import in_turn
@@ -48,6 +49,11 @@ SHAPE_KEYS = (
     *("weights", "shapes", "values", "coefficients", "arkit", "expressions", "morphs", "morphtargets"),
 )
 NEST_KEYS = ("result", "results", "face", "faces", "frame", "data", "params", "faceanchor", "anchor")
+ABOUT_KEYS = (
+    *("meta", "metadata", "info", "information", "header", "status", "state", "tracking", "tracker", "trackinginfo"),
+    *("faceinfo", "frameinfo", "framemeta", "capture", "device", "camera", "session", "source", "time", "timing"),
+    *("clock", "properties", "attributes", "context", "quality"),
+)
 FACE_KEYS = ("faces", "results", "people", "persons", "subjects", "actors", "anchors", "faceanchors")
 OWN_KEYS = ("id", "uuid", "index", "name")
 NUMBERED_FACE = re.compile(r"(?:face|person|subject|actor|user|player|performer|head)(?:\d{1,3}|[a-h])")
@@ -161,7 +167,7 @@ class FrameRecording:
                     self.facts.setdefault((kind, key), {}).setdefault(t, str(value))
                 elif type(value) is str and kind is None and len(value) <= LONGEST:
                     self.facts.setdefault(("text", key), {}).setdefault(t, value)
-            elif type(value) is dict and plain(key) in NEST_KEYS:
+            elif type(value) is dict and plain(key) in (*NEST_KEYS, *ABOUT_KEYS):
                 self.look_around(t, value)
             elif type(value) is dict and plain(key) in SHAPE_KEYS and (own := list_names(tuple(value))):
                 self.look_around(t, {name: value[name] for name in own})
@@ -251,7 +257,9 @@ class FrameRecording:
         x, sound = x[retained], ~np.isin(np.arange(len(retained)), list(faults))
         empty = np.array(self.empty, dtype=int)[retained][sound]
         x[sound], left_out, there = fill_frames(x[sound], given[retained][sound], empty, names)
-        gone, messages = self.gone(retained[sound][there])
+        everywhere = np.full((len(mine), len(names)), np.nan)
+        everywhere[retained] = x
+        gone, messages = self.gone(retained[sound][there], everywhere)
         rows = Rows(names, x, gone[retained], faults)
         return table_of(
             rows,
@@ -279,10 +287,12 @@ class FrameRecording:
                     notes += [message] if message else []
         return mine, tuple(notes)
 
-    def gone(self, there: Int[np.ndarray, " n"]) -> tuple[Bool[np.ndarray, " t"], tuple[str, ...]]:
+    def gone(
+        self, there: Int[np.ndarray, " n"], x: Float[np.ndarray, "t c"]
+    ) -> tuple[Bool[np.ndarray, " t"], tuple[str, ...]]:
         """Rows without a face, by their weights or by what they say, and what has to be said of that.
 
-        `there` are rows that have a face though they name no weight.
+        `there` are rows that have a face though they name no weight; x are the weights of all rows.
         """
         lost, notes = np.array(self.lost, dtype=bool), []
         lost[there] = False
@@ -290,9 +300,9 @@ class FrameRecording:
             lost[self.orders[order][0]] = True
         for kind in ("tracked", "lost", "confidence"):
             for key, cells in self.columns(kind):
-                failed, message = without_face(key, cells, opposite=kind == "lost")
+                failed, message = told(kind, key, cells, *without_face(key, cells, opposite=kind == "lost"), x)
                 lost |= failed
-                notes += [message] if message and kind != "confidence" else []
+                notes += [message] if message else []
         return lost, tuple(notes)
 
     def columns(self, kind: str) -> Iterator[tuple[str, list[str]]]:
