@@ -18,13 +18,23 @@ from jaxtyping import Float
 
 from capture_plan.curves.columns import plain
 from capture_plan.names.arkit import INTENSITY
+from capture_plan.names.paired_sides import PAIRS
 from capture_plan.names.recognise import SLIDER, recognise
 
 ABOUT = re.compile(
     r"std|sd|stdev|stddev|dev|var|variance|vel|velocity|speed|acc|accel|acceleration|conf|confidence|prob|quality|err|"
     r"error|diff|delta|d|min|max|raw|unfiltered|prev|previous|old"
 )  # what is no weight itself, or not the one that was meant
-OPPOSITE = (("u", "d"), ("up", "down"), ("upper", "lower"), ("in", "out"), ("top", "bottom"), ("x", "y"), ("y", "z"))
+OPPOSITE = (
+    ("u", "d"),
+    ("up", "down"),
+    ("upper", "lower"),
+    ("in", "out"),
+    ("top", "bottom"),
+    ("x", "y"),
+    ("y", "z"),
+    *PAIRS,
+)
 LEAST = 2  # names that two affixes share
 SHARED = 0.5  # of the names of the smaller one
 MOST = 24  # affixes of one stem looked at: more are names with a common ending
@@ -72,7 +82,7 @@ def _sentence(
     retained = f"'{columns[stems[mine][stem]]}'"
     return (
         f"its columns are of {1 + len(others)} faces, or versions of one ({alike}): only those like {retained} are "
-        f"read, {left:,} of the others are left out"
+        f"read, {left:,} of the others are left out; if they are sides of one, name them Left and Right"
     )
 
 

@@ -24,6 +24,9 @@ SIDE_WORDS: dict[str, Side] = {
     "sinistra": "left", "sinistro": "left", "esquerda": "left", "esquerdo": "left", "esq": "left",
     "rechts": "right", "droite": "right", "droit": "right", "derecha": "right", "derecho": "right",
     "destra": "right", "destro": "right", "direita": "right", "direito": "right",
+    "sx": "left", "dx": "right", "izda": "left", "izdo": "left", "dcha": "right", "dcho": "right",
+    "vanster": "left", "hoger": "right", "venstre": "left", "lewe": "left", "lewy": "left", "lewa": "left",
+    "prawe": "right", "prawy": "right", "prawa": "right", "vasen": "left", "oikea": "right",
 }  # fmt: skip
 QUADRANTS: dict[str, Side] = {"ul": "left", "dl": "left", "ur": "right", "dr": "right"}  # of the lips: mouthFunnelUL
 MOVES_SIDEWAYS = re.compile(

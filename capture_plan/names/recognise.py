@@ -27,6 +27,7 @@ from typing import Any
 from capture_plan.names.arkit import INTENSITY, UNIT, WORD, Side, arkit_name, side_of
 from capture_plan.names.movements import SURE, Movement, movement_of, movements_of, nearest_of, said_of
 from capture_plan.names.name_map import NameMap
+from capture_plan.names.paired_sides import with_sides
 from capture_plan.names.tokens import side_words, split_words
 
 OWN, HOUSE, SHARED, SHAPE = 1.0, 0.9, 0.7, 0.6
@@ -67,12 +68,26 @@ def recognise(name: str, *, mine: NameMap | None = None) -> Recognised | None:
 
 
 def recognise_all(names: Collection[str], *, mine: NameMap | None = None) -> dict[str, Recognised | None]:
-    """Every name's meaning, each read beside the others: AU12_r is a right side where there is an AU12_l."""
+    """Every name's meaning, each read beside the others: AU12_r is a right side where there is an AU12_l.
+
+    So is blink_d where there is a blink_g (`paired_sides.py`).
+    """
     found = {name: recognise(name, mine=mine) for name in names}
     for name, movement in zip(names, movements_of(tuple(names)), strict=True):
         meaning = found[name]
         if meaning is None or meaning.standard == IN_WORDS:
             found[name] = _in_words(name, movement)
+    for name, spelled in with_sides(names).items():
+        one, sided = found[name], recognise(spelled)
+        if (
+            one
+            and one.side is None
+            and len(one.arkit) > 1
+            and sided
+            and sided.side
+            and set(sided.arkit) < set(one.arkit)
+        ):
+            found[name] = replace(sided, name=name if sided.standard == IN_WORDS else sided.name)
     for name, meaning in found.items():
         if meaning and INTENSITY.fullmatch(name) and name[:-1] + "l" in found:
             found[name] = _unit(int(name[2:4]), "right", HOUSE)

@@ -23,6 +23,7 @@ from capture_plan.curves.outliers import without_wild
 from capture_plan.curves.scale import Verdict, judge
 from capture_plan.curves.unfiltered import without_raw
 from capture_plan.curves.units_in_names import without_units
+from capture_plan.curves.unsided import unclear_sides
 from capture_plan.curves.weights import WeightTable
 from capture_plan.errors import RigError
 from capture_plan.formats.usd import SUFFIXES as USD
@@ -154,6 +155,7 @@ def drive_rig(path: Path, take: WeightTable, rig: Rig | None, fps: float | None,
         mapping = map_weights(
             take.columns, rig.names, mine=mine, skipped=take.skipped, scale=scale, read_as=read_as, still=still
         )
+    notes += unclear_sides(mapping, take.columns, take.weights, mine)
     with np.errstate(all="ignore"):
         weights = drive(mapping, take.columns, rig.names, take.weights)
     if not (usual := np.abs(weights) < MOST_WEIGHT).all():
