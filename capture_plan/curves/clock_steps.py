@@ -91,7 +91,9 @@ def steps(
     if doubled > OFTEN * len(d):
         times = equal_times(d, len(d), doubled)
         step /= times
-        notes.append(f"each time stands {times:.3g} times in a row: that many frames are read within it")
+        whole = abs(times - round(times)) <= SAME * times
+        shown = f"{round(times) if whole else times:.3g}"
+        notes.append(f"each time stands {shown} times in a row: that many frames are read within it")
     elif uneven or bursts or (not back and abs(mean - step) > SAME * step):
         step = mean
         notes.append(f"its times are uneven (by {span}): their mean is taken")

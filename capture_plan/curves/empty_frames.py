@@ -43,6 +43,8 @@ def fill_frames(
 def rests_around(empty: Bool[np.ndarray, " t"], x: Float[np.ndarray, "t c"], given: Bool[np.ndarray, "t c"]) -> bool:
     """Whether the face is near rest beside most runs of empty frames."""
     named = np.asarray(given.any(axis=1))
+    if not empty.any() or not named.any():
+        return False
     level = np.abs(np.where(given, x, 0.0)).sum(axis=1)
     low = np.array(level <= LOW * np.median(level[named]), dtype=bool)
     beside = [t for start, stop in runs(empty) for t in (start - 1, stop) if 0 <= t < len(x) and named[t]]

@@ -11,7 +11,6 @@ weights are null or empty has lost the face; one in which a weight is no number 
 of their own are distinguished, and one of them is the take (`presence.py`).
 """
 
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -23,8 +22,8 @@ from jaxtyping import Bool, Float, Int
 from capture_plan.curves.clock import Timing, agreed, by_numbers, timing_by, timing_of
 from capture_plan.curves.columns import CLOCK_KINDS, MANY, kind_of, plain, unit_of, why_not
 from capture_plan.curves.empty_frames import EMPTY, NAMELESS, fill_frames
+from capture_plan.curves.json_faces import CONTAINERS, NEST_KEYS, SHAPE_KEYS, by_key, faces_of, has_key, versions_of
 from capture_plan.curves.json_weights import (
-    SIDES,
     has_numbers,
     is_number,
     is_weight,
@@ -39,26 +38,16 @@ from capture_plan.curves.presence import other_faces, refuse_takes, without_face
 from capture_plan.curves.rows import Rows, table_of
 from capture_plan.curves.streams import in_turn
 from capture_plan.curves.text import NOTHING
-from capture_plan.curves.unfiltered import best_version, is_version
 from capture_plan.curves.weights import WeightTable
 from capture_plan.formats.naming import listed
 from capture_plan.input.bounds import check_cells, check_names
 
-SHAPE_KEYS = (
-    *("blendshapes", "faceblendshapes", "blendshapeweights", "animationvalues", "categories"),
-    *("weights", "shapes", "values", "coefficients", "arkit", "expressions", "morphs", "morphtargets"),
-)
-NEST_KEYS = ("result", "results", "face", "faces", "frame", "data", "params", "faceanchor", "anchor")
 ABOUT_KEYS = (
     *("meta", "metadata", "info", "information", "header", "status", "state", "tracking", "tracker", "trackinginfo"),
     *("faceinfo", "frameinfo", "framemeta", "capture", "device", "camera", "session", "source", "time", "timing"),
     *("clock", "properties", "attributes", "context", "quality"),
 )
-FACE_KEYS = ("faces", "results", "people", "persons", "subjects", "actors", "anchors", "faceanchors")
-OWN_KEYS = ("id", "uuid", "index", "name")
-NUMBERED_FACE = re.compile(r"(?:face|person|subject|actor|user|player|performer|head)(?:\d{1,3}|[a-h])")
 SAME_RATE = 0.02
-CONTAINERS = {dict, list, type(None)}
 ASIDE = (*CLOCK_KINDS, "count", "tracked", "lost", "confidence", "face", "source", "take")
 LONGEST = 64  # letters of a device's name
 SOME = 6  # names listed in a sentence
@@ -107,19 +96,10 @@ class FrameRecording:
 
     def add(self, frame: Any) -> None:
         """One frame, a row for each of its faces where these have names."""
-        for one in faces_of(self.without_versions(_paired(frame))):
-            self.add_face(one)
-
-    def without_versions(self, frame: Any) -> Any:
-        """The frame with one of the objects that are versions of one face, raw and smoothed; the others are said."""
-        inner = [name for name, x in frame.items() if type(x) is dict] if type(frame) is dict else []
-        marked = any(map(is_version, inner)) if len(inner) > 1 else False
-        alike = _alike(tuple((name, names_in(frame[name])) for name in inner), parts=True) if marked else ()
-        best = best_version(alike)
-        if best is None:
-            return frame
-        self.versions |= dict.fromkeys((best, *alike))
-        return {name: x for name, x in frame.items() if name not in alike} | {"face": frame[best]}
+        one, versions = versions_of(_paired(frame))
+        self.versions |= dict.fromkeys(versions)
+        for face in faces_of(one):
+            self.add_face(face)
 
     def add_face(self, frame: Any) -> None:
         """One face of one frame."""
@@ -321,7 +301,8 @@ class FrameRecording:
             notes.append(f"{some}{also} {'holds' if one else 'hold'} no number and {'is' if one else 'are'} not read")
         if self.versions:
             best, *others = self.versions
-            notes.append(f"of '{best}' and {listed(others)}, versions of one face, '{best}' is read")
+            quoted = listed(f"'{name}'" for name in others)
+            notes.append(f"of '{best}' and {quoted}, versions of one face, '{best}' is read")
         if self.mixed:
             notes.append(f"in {self.mixed:,} frames only some weights carry a %: these are taken as hundredths")
         if self.crowded:
@@ -355,69 +336,6 @@ class FrameRecording:
         return next(numbers, Timing(None))
 
 
-def faces_of(frame: Any) -> list[Any]:
-    """The faces of a frame that have names or numbers of their own, each with what the frame says; else the frame."""
-    if type(frame) is not dict:
-        return [frame]
-    inner = [name for name, face in frame.items() if type(face) is dict]
-    own = {name: frame[name] for name in inner if is_one_face(name)}
-    if not own and len(inner) > 1:
-        own = {name: frame[name] for name in _alike(tuple((name, names_in(frame[name])) for name in inner))}
-    if own:
-        rest = {name: value for name, value in frame.items() if name not in own}
-        return [{**rest, "face": {"faceId": name, **face}} for name, face in own.items()]
-    for key, inner in frame.items():
-        if plain(key) in FACE_KEYS and type(inner) in (dict, list) and inner and (faces := identified(inner)):
-            rest = {name: value for name, value in frame.items() if name != key}
-            return [{**rest, "face": face} for face in faces]
-    return [frame]
-
-
-@lru_cache(MANY)
-def is_one_face(name: str) -> bool:
-    """Whether a name is one of several faces': face0, personA."""
-    return bool(NUMBERED_FACE.fullmatch(plain(name)))
-
-
-@lru_cache(MANY)
-def _alike(objects: tuple[tuple[str, tuple[str, ...]], ...], *, parts: bool = False) -> tuple[str, ...]:
-    """Objects of one frame that name the same movements, as those of several faces do; (name, names in it) each.
-
-    Those with names of sides or of a frame's parts only where `parts` says so.
-    """
-    some = {name: {inner for inner in names if known(inner)} for name, names in objects if parts or not is_part(name)}
-    return tuple(
-        name
-        for name, mine in some.items()
-        if any(2 * len(mine & other) > min(len(mine), len(other)) for them, other in some.items() if them != name)
-    )
-
-
-def names_in(value: Mapping[str, Any]) -> tuple[str, ...]:
-    """The names in an object, or in the object of weights in it."""
-    return next((tuple(x) for key, x in value.items() if type(x) is dict and plain(key) in SHAPE_KEYS), tuple(value))
-
-
-def is_part(name: str) -> bool:
-    """Whether a name is that of a side, or of the weights of a frame."""
-    return plain(name) in (*SIDES, *SHAPE_KEYS, *NEST_KEYS)
-
-
-def identified(faces: Mapping[str, Any] | Sequence[Any]) -> list[dict[str, Any]]:
-    """Faces with what tells them apart under one name; none where they have nothing of their own."""
-    if isinstance(faces, Mapping):
-        one = has_key(faces, SHAPE_KEYS) or any(type(face) is not dict for face in faces.values())
-        return [] if one else [{"faceId": name, **face} for name, face in faces.items()]
-    found = []
-    for face in faces:
-        own = face if isinstance(face, dict) else {}
-        which = next((x for key, x in own.items() if kind_of(key) == "face" or plain(key) in OWN_KEYS), None)
-        if which is None or type(which) in CONTAINERS:
-            return []
-        found.append({**{key: x for key, x in own.items() if plain(key) not in OWN_KEYS}, "faceId": which})
-    return found
-
-
 @lru_cache(MANY)
 def list_names(names: tuple[str, ...]) -> tuple[str, ...]:
     """Those of an object's names that say something beside its weights; asked once for objects of the same names."""
@@ -428,16 +346,3 @@ def named_lists(value: Mapping[str, Any]) -> dict[str, Any]:
     """Weights of a face that stand beside the object of weights, some in objects of their own."""
     rest = {name: x for name, x in value.items() if plain(name) not in (*SHAPE_KEYS, *NEST_KEYS) and not why_not(name)}
     return {name: x for name, x in named_numbers(rest).items() if x is not None and known(name)} if rest else {}
-
-
-def by_key(value: Mapping[str, Any], keys: Sequence[str]) -> Any:
-    """The object, list or null under the first of these keys, whatever their spelling."""
-    found = {plain(key): inner for key, inner in value.items() if type(inner) in CONTAINERS}
-    return next(found[key] for key in keys if key in found)
-
-
-def has_key(value: Any, keys: Sequence[str]) -> bool:
-    """Whether an object has an object, a list or null under one of these keys."""
-    if not isinstance(value, dict) or not CONTAINERS & set(map(type, value.values())):
-        return False
-    return any(type(inner) in CONTAINERS and plain(key) in keys for key, inner in value.items())

@@ -20,7 +20,8 @@ import msgspec
 
 from capture_plan.curves.columns import kind_of, plain, unit_of, why_not
 from capture_plan.curves.json_curves import curve_take
-from capture_plan.curves.json_frames import ASIDE, SHAPE_KEYS, FrameRecording
+from capture_plan.curves.json_faces import SHAPE_KEYS
+from capture_plan.curves.json_frames import ASIDE, FrameRecording
 from capture_plan.curves.json_long import gathered
 from capture_plan.curves.json_several import is_frame, only_take
 from capture_plan.curves.json_twice import message_of
