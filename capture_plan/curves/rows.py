@@ -111,7 +111,8 @@ def silent_rows(
 
     A mouth alone pauses so: where no column tells of more, its zeros are only said.
     """
-    faces = full & names_of_face(rows)
+    meant = [recognise(name) for name in rows.columns]
+    faces = full & np.array([bool(known and known.arkit) for known in meant])  # a head turns though its face is lost
     found, doubt = np.zeros(len(rows.x), dtype=bool), np.zeros(len(rows.x), dtype=bool)
     at = np.flatnonzero(keep & (rows.x[:, int(faces.argmax())] == 0))
     if not faces.any() or not (rows.x[np.ix_(at, faces)] == 0).all(axis=1).any():

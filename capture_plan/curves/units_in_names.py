@@ -14,7 +14,8 @@ import numpy as np
 from capture_plan.curves.weights import WeightTable
 
 RANGE = re.compile(r"[\[(]\s*[+-]?0(?:\.0*)?\s*(?:-|\u2013|\.\.+|…|to|:|,|;)\s*(\d+(?:\.\d+)?)\s*%?\s*[\])]")
-WORD = r"%|(?<![A-Za-z])[Pp](?:er[ _]?cent(?:age)?|ct)|(?<=[a-z\d])P(?:ercent(?:age)?|ct)|(?<![A-Z])P(?:ERCENT|CT)"
+SPELLED = "er[ _]?cent(?:age)?|erc|ct|ro[zc]ent|ourcent(?:age)?|or[ _]?cento|or[ _]?ciento|orcentaje"  # behind a P
+WORD = rf"%|(?<![A-Za-z])[Pp](?:{SPELLED})|(?<=[a-z\d])P(?:{SPELLED})|(?<![A-Z])P(?:ERCENT|CT)"
 PER_CENT = re.compile(rf"(?:{WORD})(?![A-Za-z])")
 END = re.compile(rf"[\s_.:/-]*(?:{RANGE.pattern}|[\[(]?\s*(?:in[ _])?(?:{WORD})\s*[\])]?)\s*$")
 WITHIN = 1.05  # weights of 0 to 1 end here

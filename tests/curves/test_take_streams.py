@@ -54,6 +54,7 @@ def test_what_comes_in_turn_and_what_does_not():
     assert together(["1", "2"] * 9)
     assert together(["1", "2", "2", "1"] * 9)
     assert together(["1"] * 9 + ["2"] * 9, [str(t % 9) for t in range(18)])
+    assert together((["1"] * 5 + ["2"] * 5) * 3, [f"{t // 10 * 5 + t % 5 + 0.5 * (t // 5 % 2)}" for t in range(30)])
     assert not together(["1"] * 9 + [""] * 3 + ["2"] * 9 + ["1"] * 9)
     assert in_turn(["a", "b"] * 9, [str(t // 2) for t in range(18)])
     assert not in_turn(["a", "b"] * 9, [str(t) for t in range(18)])
@@ -65,7 +66,14 @@ def test_frames_of_one_face_do_not_alternate(repeat):
     noise = np.random.default_rng(0).normal(0, 0.02, (repeat * T, len(NAMES)))
     assert alternate(np.repeat(weights(), repeat, axis=0)) == ""
     assert alternate(np.repeat(weights(), repeat, axis=0) + noise) == ""
-    assert alternate(BOTH)
+
+
+@pytest.mark.parametrize("order", ["AB", "ABC", "AAB", "ABCD"])
+def test_frames_of_several_faces_in_turn_are_seen(order):
+    faces = {name: weights(seed) for seed, name in enumerate("ABCD")}
+    assert f"{len(order)} frames before" in alternate(
+        np.array([faces[order[t % len(order)]][t // 3] for t in range(T)])
+    )
 
 
 VERSIONS = [

@@ -51,8 +51,10 @@ def test_a_mouth_pauses_and_is_never_lost_for_it(tmp_path, count):
     assert any("not certain whether the face rests or was lost" in note for note in take.notes) == (count > 3)
 
 
-def test_zeros_of_a_whole_face_are_left_out_and_counted(tmp_path):
+@pytest.mark.parametrize("head", [0, 1])
+def test_zeros_of_a_whole_face_are_left_out_and_counted_whatever_its_head_does(tmp_path, head):
     w = weights()
     w[LOST] = 0
-    take = read(tmp_path / "a.csv", table(w))
+    w = np.hstack([w, np.linspace(1, 9, T)[:, None]])[:, : len(NAMES) + head]
+    take = read(tmp_path / "a.csv", table(w, names=(*NAMES, "headYaw")[: len(NAMES) + head]))
     assert driven(take, NAMES) == pytest.approx(np.delete(weights(), LOST, axis=0))
