@@ -3,9 +3,8 @@
 Data    x[i] ticks of frame a[i], d[i] = x[i + 1] - x[i], each[i] = d[i] / (a[i + 1] - a[i])
 Step    the mean of `each` near its median
 Count   the time from the first frame to the last, divided by the frames and those lost in gaps, says the same; where
-        it does not, frames come in bursts (20, 20, 20, 3), and this mean counts; so too where gaps are many and x stays
-        near a line. A late frame has an early one
-        beside it and is no gap
+        it does not, frames come in bursts (20, 20, 20, 3), and this mean counts; so too where gaps are many and regular
+        and x stays near a line. A late frame has an early one beside it and is no gap
 Coarse  steps are one or two ticks of a clock coarser than the frames, so evenly spread that x stays near a line: their
         mean counts. Ticks that frames wait for are uneven, which is said; lost frames leave the line
 Runs    a clock of 24 that stamps 60 frames has runs of 2 and 3 equal times: their mean counts, not their median
@@ -21,6 +20,7 @@ EARLY = 0.85  # of the usual step
 NEAR_STEP = (0.49, 1.55)  # of the usual step: frames of 24 in a clock of 60 are 2 and 3 apart
 COARSE_SHARE = 0.08  # of the steps are not the usual one, as 90 frames in a second have them in hundredths
 MANY, LINE_FRAMES = 0.1, 0.7  # of the steps; standard deviation from a line, from which lost frames lead away
+REGULARLY = 0.3  # standard deviation of the distances between gaps, of their mean
 TIGHT = 0.1  # of the usual step: the standard deviation of steps near it, where single late frames are seen
 WHOLE = 0.02  # of a tick
 LINE, REGULAR = 1.8, 1.3  # ticks that times of a coarse clock lie off a line; of one that frames wait for
@@ -83,9 +83,7 @@ def steps(
     if back > max(1, BACKWARD * len(d)) or (uneven and each.max() > WIDE * median):
         return 0.0, (*notes, f"its times do not grow steadily (by {span} a frame): they tell no frame rate")
     lost, gaps = lost_frames(each, n, median)
-    loose = usual_ones.any() and each[usual_ones].std() > TIGHT * step
-    many = lost > SAME * len(d) if loose else gaps > MANY * len(d)
-    bursts = bool(many) and roughness(np.asarray(ticks, dtype=float)) < LINE_FRAMES
+    bursts = in_bursts(ticks, each, each[usual_ones].std() > TIGHT * step if usual_ones.any() else False, (lost, gaps))
     lost, gaps = (0, 0) if bursts else (lost, gaps)
     mean = float(d[forward].sum() / (n.sum() + lost)) if not uneven else float(d[forward].sum() / n[forward].sum())
     if doubled > OFTEN * len(d):
@@ -117,6 +115,23 @@ def lost_frames(each: Ticks, n: Ticks | Int[np.ndarray, " t"], median: float) ->
         missing = round(float((each[start:stop] * n[start:stop]).sum() / median - n[start:stop].sum()))
         lost, gaps, used = lost + max(0, missing), gaps + (missing > 0), stop
     return lost, gaps
+
+
+def in_bursts(ticks: Ticks | Int[np.ndarray, " t"], each: Ticks, loose: np.bool | bool, found: tuple[int, int]) -> bool:
+    """Whether what look like (lost frames, gaps) are frames that come late: the times stay near a line all the same.
+
+    `loose`: the usual steps differ so much that single late frames are seen among them.
+    """
+    lost, gaps = found
+    step = float(np.median(each[each > 0]))
+    many = lost > SAME * len(each) if loose else gaps > MANY * len(each) and comes_regularly(each > GAP * step)
+    return bool(many) and roughness(np.asarray(ticks, dtype=float)) < LINE_FRAMES
+
+
+def comes_regularly(some: Bool[np.ndarray, " d"]) -> bool:
+    """Whether what is meant comes after equally many frames each time; losses come by chance."""
+    apart = np.diff(np.flatnonzero(some))
+    return len(apart) > 1 and bool(apart.std() < REGULARLY * apart.mean())
 
 
 def equal_times(d: Ticks, count: int, doubled: int) -> float:
