@@ -39,9 +39,9 @@ from capture_plan.curves.frames import evenly
 from capture_plan.curves.json_take import read_json
 from capture_plan.curves.json_weights import known
 from capture_plan.curves.long_table import across_names
-from capture_plan.curves.lost_signs import told
+from capture_plan.curves.lost_signs import rows_without_face
 from capture_plan.curves.messages import message_values
-from capture_plan.curves.presence import answer, face_of, other_faces, refuse_takes, without_face
+from capture_plan.curves.presence import answer, face_of, other_faces, refuse_takes
 from capture_plan.curves.rows import Rows, table_of
 from capture_plan.curves.spaced import with_names, without_spaces
 from capture_plan.curves.sparse import fill_cells
@@ -218,18 +218,20 @@ def mostly_numbers(fields: Sequence[str]) -> bool:
 def _one_face(table: TextTable) -> TextTable:
     """The rows of one face, where columns tell of several or of devices in turn. RigError where they tell of several
     takes."""
+    times = times_in(table)
+    doubled = 2 * len(set(times)) <= len(times) + 1
     for c, name in enumerate(table.names):
         kind, what = kind_of(name), "faces"
         if kind == "take":
             refuse_takes(name, table.column(c))
-        times = times_in(table)
-        if kind == "source" or (kind is None and not known(name) and in_turn(table.column(c), times)):
+        if kind == "source" or (doubled and kind is None and not known(name) and in_turn(table.column(c), times)):
             what = "devices"
         elif kind != "face" or is_flag(table, c):
             continue
         other, message = other_faces(name, table.column(c), times, what=what)
         if message:
             table = replace(table.at(np.flatnonzero(~other).tolist()), notes=(*table.notes, message))
+            times = times_in(table)
     return table
 
 
@@ -255,8 +257,7 @@ def lost_rows(table: TextTable, x: Float[np.ndarray, "t c"]) -> tuple[Bool[np.nd
     for c, name in enumerate(table.names):
         kind = "tracked" if kind_of(name) == "face" and is_flag(table, c) else kind_of(name)
         if kind in ("tracked", "lost", "confidence", "weights"):
-            failed, message = without_face(name, table.column(c), opposite=kind == "lost")
-            failed, message = told(kind, name, table.column(c), failed, message, x)
+            failed, message = rows_without_face(name, table.column(c), x, kind)
             if kind == "weights":
                 failed &= ~np.nan_to_num(x).any(axis=1)
             lost |= failed

@@ -33,8 +33,8 @@ from capture_plan.curves.json_weights import (
     number_in,
     unread,
 )
-from capture_plan.curves.lost_signs import told
-from capture_plan.curves.presence import other_faces, refuse_takes, without_face
+from capture_plan.curves.lost_signs import rows_without_face
+from capture_plan.curves.presence import other_faces, refuse_takes
 from capture_plan.curves.rows import Rows, table_of
 from capture_plan.curves.streams import in_turn
 from capture_plan.curves.text import NOTHING
@@ -280,7 +280,7 @@ class FrameRecording:
             lost[self.orders[order][0]] = True
         for kind in ("tracked", "lost", "confidence"):
             for key, cells in self.columns(kind):
-                failed, message = told(kind, key, cells, *without_face(key, cells, opposite=kind == "lost"), x)
+                failed, message = rows_without_face(key, cells, x, kind)
                 lost |= failed
                 notes += [message] if message else []
         return lost, tuple(notes)

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from capture_plan.curves.columns import plain
+from capture_plan.curves.presence import without_face
 from capture_plan.curves.text import to_number
 
 FAR, BELOW = 0.25, 0.6  # of the usual confidence: lost, and not certain
@@ -22,25 +23,19 @@ STATES = ("state", "status", "trackingstate", "trackingstatus", "trackerstate", 
 CODES = 9  # the highest number of a state
 
 
-def told(
-    kind: str,
-    name: str,
-    cells: Sequence[str],
-    lost: Bool[np.ndarray, " t"],
-    message: str,
-    x: Float[np.ndarray, "t c"],
+def rows_without_face(
+    name: str, cells: Sequence[str], x: Float[np.ndarray, "t c"], kind: str | None
 ) -> tuple[Bool[np.ndarray, " t"], str]:
-    """Rows that a column of some kind loses and what has to be said, beyond what yes and no of it told."""
-    if kind == "confidence":
-        message = ""
+    """Rows of which a column of a kind says that they have no face, and what has to be said; x are the weights."""
+    lost, message = without_face(name, cells, opposite=kind == "lost")
+    messages = [] if kind == "confidence" else [message]
     if kind in ("confidence", "tracked"):
         less, doubt = little_sure(name, cells)
-        lost = lost | less
-        message = "; ".join(filter(None, (message, doubt)))
+        lost, messages = lost | less, [*messages, doubt]
     if kind == "tracked":
         lost, doubt = state_codes(name, cells, lost, x)
-        message = "; ".join(filter(None, (message, doubt)))
-    return lost, message
+        messages.append(doubt)
+    return lost, "; ".join(filter(None, messages))
 
 
 def little_sure(name: str, cells: Sequence[str]) -> tuple[Bool[np.ndarray, " t"], str]:

@@ -13,7 +13,7 @@ from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Bool, Float, Int
 
 from capture_plan.curves.around import in_time
 from capture_plan.curves.axes_of import as_frames
@@ -21,7 +21,7 @@ from capture_plan.curves.clock import Timing, agreed, timing_by
 from capture_plan.curves.columns import CLOCK_KINDS, kind_of, unit_of
 from capture_plan.curves.frames import StoredFrames
 from capture_plan.curves.json_weights import known
-from capture_plan.curves.presence import without_face
+from capture_plan.curves.lost_signs import rows_without_face
 from capture_plan.curves.rows import Rows, table_of
 from capture_plan.curves.weights import WeightTable, rate_of
 from capture_plan.errors import RigError
@@ -174,7 +174,7 @@ def from_arrays(arrays: Mapping[str, np.ndarray]) -> WeightTable:
     x[~np.isfinite(x)] = np.nan
     timing = in_time(_timing_in(arrays, len(x)), rate_of(arrays))
     order = np.arange(len(x)) if timing.order is None else timing.order
-    lost, messages = lost_in(arrays, len(x))
+    lost, messages = lost_in(arrays, x)
     rows = Rows(tuple(str(name) for name in names), x[order], lost[order], {})
     return table_of(rows, timing.fps, (), (*messages, *timing.notes))
 
@@ -189,13 +189,15 @@ def _timing_in(arrays: Mapping[str, np.ndarray], frames: int) -> Timing:
     return agreed(clocks)
 
 
-def lost_in(arrays: Mapping[str, np.ndarray], frames: int) -> tuple[Bool[np.ndarray, " t"], tuple[str, ...]]:
-    """Frames of which arrays beside the weights say that no face was tracked, and what has to be said of these."""
-    lost, notes = np.zeros(frames, dtype=bool), []
-    for name, cells in frame_arrays(arrays, frames, "tracked", "lost", "confidence"):
-        failed, message = without_face(name, cells, opposite=kind_of(name) == "lost")
+def lost_in(
+    arrays: Mapping[str, np.ndarray], x: Float[np.ndarray, "t c"]
+) -> tuple[Bool[np.ndarray, " t"], tuple[str, ...]]:
+    """Frames of which arrays beside the weights x say that no face was tracked, and what has to be said of these."""
+    lost, notes = np.zeros(len(x), dtype=bool), []
+    for name, cells in frame_arrays(arrays, len(x), "tracked", "lost", "confidence"):
+        failed, message = rows_without_face(name, cells, x, kind_of(name))
         lost |= failed
-        notes += [message] if message and kind_of(name) != "confidence" else []
+        notes += [message] if message else []
     return lost, tuple(notes)
 
 

@@ -5,7 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from tests.curves.test_take_dialects import T, driven, named, read, weights
+from capture_plan.sample import sample_rig
+from capture_plan.sequence import read_sequence
+from tests.curves.test_take_dialects import NAMES, T, driven, named, read, weights
 from tests.curves.test_take_presence import LOST, table
 
 
@@ -27,6 +29,12 @@ def test_rows_of_far_less_confidence_have_lost_the_face(tmp_path, suffix, write,
     take = read(tmp_path / f"a.{suffix}", write(lead, [f"{x:.3f}" for x in sure]))
     assert driven(take) == pytest.approx(weights()[~LOST])
     assert "9 of 90 frames have no face and were left out" in take.notes
+
+
+def test_an_archive_says_so_too(tmp_path):
+    np.savez(tmp_path / "a.npz", weights=weights(), names=NAMES, fps=60, confidence=np.where(LOST, 0.05, 0.97))
+    take = read_sequence(tmp_path / "a.npz", rig=sample_rig())
+    assert driven(take) == pytest.approx(weights()[~LOST])
 
 
 @pytest.mark.parametrize(("suffix", "write"), WRITE)
