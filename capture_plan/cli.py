@@ -600,19 +600,30 @@ def render(
     rig: OtherRig = None,
     paper: Paper = "a4",
     dpi: Dpi = 300,
+    cards: Annotated[bool, typer.Option("--cards", help="Draw cue cards instead: cards.pdf.")] = False,
+    as_mirror: Annotated[bool, typer.Option("--as-mirror", help="Cue cards as in a mirror.")] = False,
     force: Force = False,
 ) -> None:
     """Draw the marker sheets and reference expressions of PLAN for print: one PDF at true scale, and PNG pages."""
     from capture_plan.check.gate import as_far_as_it_goes
+    from capture_plan.errors import PlanError
     from capture_plan.output import refuse_folder
     from capture_plan.progress import listen
-    from capture_plan.sheets import write_sheets
+    from capture_plan.sheets import write_on_set, write_sheets
+    from capture_plan.sheets.on_set import file_of
     from capture_plan.sheets.write import WRITES
 
+    kinds = tuple(kind for kind, wanted in {"cards": cards}.items() if wanted)
+    if as_mirror and not kinds:
+        raise PlanError("--as-mirror is for cue cards: give --cards too")
+    writes = tuple(file_of(kind, as_mirror=as_mirror) for kind in kinds) or WRITES
     made, given = open_plan(
-        plan, rig, force=force, refuse=lambda read: refuse_folder(output, WRITES, inputs=read), into=output
+        plan, rig, force=force, refuse=lambda read: refuse_folder(output, writes, inputs=read), into=output
     )
     with as_far_as_it_goes(made), listen(say):
+        if kinds:
+            say_written(write_on_set(made, given, output, kinds=kinds, paper=paper, dpi=dpi, as_mirror=as_mirror))
+            return
         say_written(write_sheets(made, given, output, paper=paper, dpi=dpi))
     say([f"Next: print {output / 'sheets.pdf'} at 100 % and hold a ruler to its 50 mm bar."])
 

@@ -44,6 +44,11 @@ PAPERS = {
 }
 
 
+def landscape(sheet: PaperSize) -> PaperSize:
+    """The same sheet, turned to lie on its long side."""
+    return PaperSize(sheet.name, max(sheet.width, sheet.height), min(sheet.width, sheet.height))
+
+
 def paper(name: str) -> PaperSize:
     """The paper of this name, 'a4', 'letter' or 'a3', in capitals or not."""
     if name.lower() not in PAPERS:

@@ -122,10 +122,10 @@ def _pictures(book: Booklet, shot: Shot, relaxed: Picture) -> None:
     book.image(relaxed.rgb, x, below, small, short)
     book.text(x, below + short + 2.2, "relaxed, to compare", 7.4, colour=SOFT)
     for start, end in shot.arrows:
-        _arrow(book, *_on_page(shot.front, np.stack([start, end]), left, top, large))
+        draw_arrow(book, *on_page(shot.front, np.stack([start, end]), left, top, large))
 
 
-def _on_page(
+def on_page(
     shown: Picture, points: Float[np.ndarray, "n 2"], x: Number, y: Number, width: Number
 ) -> Float[np.ndarray, "n 2"]:
     """Places on the page of points of view space on a picture that stands at (x, y) with this width."""
@@ -133,16 +133,17 @@ def _on_page(
     return (points - [frame.left, frame.top]) * [1, -1] * (width / frame.width) + [x, y]
 
 
-def _arrow(book: Booklet, start: Float[np.ndarray, " 2"], end: Float[np.ndarray, " 2"]) -> None:
-    """An arrow that ends where the skin goes, long enough to be seen."""
-    away = end - start
+def draw_arrow(book: Booklet, start: Float[np.ndarray, " 2"], end: Float[np.ndarray, " 2"], scale: Number = 1) -> None:
+    """An arrow that ends where the skin goes, long enough to be seen, `scale` times as heavy as on an actor's page."""
+    away, head_mm = end - start, scale * HEAD_MM
     along = away / max(float(np.hypot(*away)), 1e-9)
-    start, across = end - along * max(float(np.hypot(*away)), LEAST_ARROW_MM), np.array([-along[1], along[0]])
-    head = np.array([end, end - HEAD_MM * along + HEAD_MM / 2 * across, end - HEAD_MM * along - HEAD_MM / 2 * across])
-    book.polygon(head, fill="#ffffff", line="#ffffff", width=1.4)
-    book.line(start, end - HEAD_MM * along, width=2.4, colour="#ffffff")
-    book.line(start, end - HEAD_MM / 2 * along, width=1.1, colour=ACCENT)
-    book.polygon(head, fill=ACCENT, line=ACCENT, width=0.2)
+    long = max(float(np.hypot(*away)), scale * LEAST_ARROW_MM)
+    start, across = end - along * long, np.array([-along[1], along[0]])
+    head = np.array([end, end - head_mm * along + head_mm / 2 * across, end - head_mm * along - head_mm / 2 * across])
+    book.polygon(head, fill="#ffffff", line="#ffffff", width=1.4 * scale)
+    book.line(start, end - head_mm * along, width=2.4 * scale, colour="#ffffff")
+    book.line(start, end - head_mm / 2 * along, width=1.1 * scale, colour=ACCENT)
+    book.polygon(head, fill=ACCENT, line=ACCENT, width=0.2 * scale)
 
 
 def draw_maps(book: Booklet, shots: list[Shot], first: int) -> int:

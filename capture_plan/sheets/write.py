@@ -102,10 +102,7 @@ def write_booklet(book: Booklet, folder: Path, dpi: int, of: str = "") -> tuple[
 def draw_sheets(plan: Plan, inputs: PlanInputs, *, sheet: str, dpi: int) -> Booklet:
     """All pages of a plan, drawn: on the actor's own head where it was carried onto one."""
     rig = inputs.rig
-    if plan.rig.fingerprint != rig.fingerprint:
-        raise PlanError(
-            f"the plan was made for rig {plan.rig.fingerprint}, this is {rig.fingerprint}: plan again or give that rig"
-        )
+    refuse_other_rig(plan, rig)
     book = Booklet(paper(sheet), f"{rig.name}: markers and expressions", rig.names, draft="; ".join(plan.draft))
     shown, worn = as_worn(plan, inputs)
     head, dot_mm = make_head(worn), plan.settings.landmarks.dot_mm
@@ -138,6 +135,14 @@ def draw_sheets(plan: Plan, inputs: PlanInputs, *, sheet: str, dpi: int) -> Book
         draw_shot_list(book, plan.session, items, apart_lines(plan.audit.apart), near)
     draw_expressions(plan, head, markers, overviews, add_page)
     return book
+
+
+def refuse_other_rig(plan: Plan, rig: Rig) -> None:
+    """Raises PlanError where the plan was made for another rig."""
+    if plan.rig.fingerprint != rig.fingerprint:
+        raise PlanError(
+            f"the plan was made for rig {plan.rig.fingerprint}, this is {rig.fingerprint}: plan again or give that rig"
+        )
 
 
 def draw_expressions(

@@ -1,0 +1,201 @@
+"""What stands before people on set: every item in its order, letters that are read from afar, a mirror that is one."""
+
+import ctypes
+
+import numpy as np
+import pypdfium2
+import pytest
+from msgspec.structs import fields, replace
+
+from capture_plan.audit.audit import Audit
+from capture_plan.errors import PlanError
+from capture_plan.expressions.record import Expression, Packing
+from capture_plan.expressions.sentences import sentence
+from capture_plan.expressions.session import session
+from capture_plan.expressions.session_settings import SessionSettings
+from capture_plan.layout.record import Layout
+from capture_plan.plan.inputs import PlanInputs
+from capture_plan.plan.record import FORMAT_VERSION, Plan, RigReference
+from capture_plan.plan.settings import Settings
+from capture_plan.progress import listen
+from capture_plan.sheets import write_on_set
+from capture_plan.sheets.cue_cards import READ_FROM_MM, draw_cue_cards
+from capture_plan.sheets.cues import AS_IN_A_MIRROR, CAP, READ_AT, Portrait, cues, fitted
+from capture_plan.sheets.page import PAPERS, POINT_MM, Booklet
+from tests.light import light_sample
+
+RIG = light_sample()
+DPI = 30
+SHOWN = (
+    ("jawOpen",),
+    ("mouthSmileLeft", "eyeBlinkRight"),
+    ("mouthLeft", "browInnerUp"),
+    ("noseSneerLeft",),
+    ("jawLeft",),
+)
+
+
+def partly(kind, **known):
+    """A record with nothing in the fields that no page reads."""
+    return kind(**{field.name: known.get(field.name, ()) for field in fields(kind)})
+
+
+def planned(*shown):
+    """A plan of these expressions, with a pause and easy ones first."""
+    expressions = tuple(
+        Expression(
+            f"E{k + 1:02}", names, (1.0,) * len(names), 1 / len(shown), (k + 1) / len(shown), sentence(RIG, names)
+        )
+        for k, names in enumerate(shown)
+    )
+    packing = partly(Packing, expressions=expressions)
+    return Plan(
+        format=FORMAT_VERSION,
+        rig=RigReference(RIG.name, "sample", RIG.fingerprint, len(RIG.neutral)),
+        settings=Settings(),
+        audit=partly(Audit, used=RIG.names),
+        layout=partly(Layout, method="studio", landmarks=()),
+        packing=packing,
+        session=session(RIG, RIG.names, packing, SessionSettings(relax_every=1)),
+        versions={},
+    )
+
+
+PLAN = planned(*SHOWN)
+EXPRESSIONS = [item for item in PLAN.session.items if item.kind == "expression"]
+
+
+def pages_of(book):
+    return list(pypdfium2.PdfDocument(book.bytes()))
+
+
+def words_on(page):
+    return " ".join(page.get_textpage().get_text_range().split())
+
+
+def size_of(text):
+    """Size of a text object on paper, points."""
+    size = ctypes.c_float()
+    assert pypdfium2.raw.FPDFTextObj_GetFontSize(text.raw, size)
+    return size.value * abs(text.get_matrix().d)
+
+
+def sizes(page):
+    return [size_of(each) for each in page.get_objects(filter=[pypdfium2.raw.FPDF_PAGEOBJ_TEXT])]
+
+
+def overlaps(page):
+    """Pairs of lines of text or pictures on a page that lie upon each other, by more than half a millimetre."""
+    kinds = [pypdfium2.raw.FPDF_PAGEOBJ_TEXT, pypdfium2.raw.FPDF_PAGEOBJ_IMAGE]
+    boxes = [np.array(each.get_bounds()) * 25.4 / 72 for each in page.get_objects(filter=kinds)]
+    found = []
+    for k, (left, bottom, right, top) in enumerate(boxes):
+        for other in boxes[:k]:
+            wide, high = min(right, other[2]) - max(left, other[0]), min(top, other[3]) - max(bottom, other[1])
+            found += [(k, wide, high)] if min(wide, high) > 0.5 else []
+    return found
+
+
+@pytest.fixture(scope="module")
+def cards():
+    return pages_of(draw_cue_cards(PLAN, PlanInputs(RIG), sheet="a4", dpi=DPI, mirrored=False))
+
+
+def test_a_card_for_each_expression_in_the_order_of_shooting_names_the_next(cards):
+    assert [item.name for item in EXPRESSIONS] != sorted(item.name for item in EXPRESSIONS)
+    names = [item.name for item in EXPRESSIONS]
+    of = {e.name: e.sentence for e in PLAN.packing.expressions}
+    assert len(cards) == len(names)
+    for k, (page, name) in enumerate(zip(cards, names, strict=True)):
+        text = words_on(page)
+        assert text.startswith(f"{name} {k + 1} of {len(names)}")
+        assert of[name] in text
+        assert ("next: " in text) == (k + 1 < len(names))
+        assert k + 1 == len(names) or f"next: {names[k + 1]}" in text
+
+
+def test_the_sentence_of_a_card_is_read_from_the_actors_seat(cards):
+    for page, item in zip(cards, EXPRESSIONS, strict=True):
+        objects = page.get_objects(filter=[pypdfium2.raw.FPDF_PAGEOBJ_TEXT], textpage=page.get_textpage())
+        of = next(e for e in PLAN.packing.expressions if e.name == item.name)
+        said = [each for each in objects if each.extract().strip() in of.sentence]
+        assert " ".join(each.extract().strip() for each in said) == of.sentence
+        assert min(CAP * size_of(each) * POINT_MM for each in said) * READ_AT > READ_FROM_MM
+
+
+@pytest.mark.parametrize("name", PAPERS)
+def test_cards_lie_on_the_long_side_of_their_paper(name):
+    book = draw_cue_cards(planned(("jawOpen",)), PlanInputs(RIG), sheet=name, dpi=DPI, mirrored=False)
+    size = np.array(pages_of(book)[0].get_size()) * 25.4 / 72
+    assert size == pytest.approx((PAPERS[name].height, PAPERS[name].width), abs=0.01)
+
+
+def test_no_letters_or_pictures_lie_on_each_other_and_none_are_small(cards):
+    for page in cards:
+        assert overlaps(page) == []
+        assert min(sizes(page)) >= 6.99
+
+
+def test_text_fills_its_place_and_a_little_larger_would_not_fit():
+    book = Booklet(PAPERS["a4"], "test")
+    book.add_page("test")
+    text = "Raise the inner ends of your eyebrows and push your closed lips forward as for a kiss."
+    found = fitted(book, text, 150, 120, most_pt=200)
+    larger = book.broken(text, found.size + 1, width=150, bold=True)
+    assert " ".join(found.lines) == text
+    assert found.height <= 120
+    assert max(book.width(line, found.size, bold=True) for line in found.lines) <= 150
+    assert len(larger) * (found.size + 1) / found.size * found.height / len(found.lines) > 120
+
+
+def test_a_sentence_too_long_for_the_actors_seat_is_told():
+    long = replace(PLAN.packing.expressions[0], sentence="Do all of this and of that at the same time. " * 12)
+    plan = replace(PLAN, packing=replace(PLAN.packing, expressions=(long, *PLAN.packing.expressions[1:])))
+    heard = []
+    with listen(heard.extend):
+        draw_cue_cards(plan, PlanInputs(RIG), sheet="a4", dpi=DPI, mirrored=False)
+    assert len(heard) == 1
+    assert "the sentence of E01 is long" in heard[0]
+
+
+def test_a_mirrored_portrait_is_the_plain_one_with_sides_changed_and_the_same_words():
+    plain, mirror = (
+        list(cues(PLAN, RIG, PLAN.session.items, Portrait((90, 120), mirrored=mirrored))) for mirrored in (False, True)
+    )
+    for one, other in zip(plain, mirror, strict=True):
+        assert (one.item, one.words) == (other.item, other.words)
+        assert (one.front is None) == (one.item.kind in ("calibration", "teeth", "pause"))
+        if one.front is not None and other.front is not None:
+            off = np.abs(one.front.rgb[:, ::-1].astype(int) - other.front.rgb)
+            assert (off > 3).mean() < 0.01
+            np.testing.assert_allclose(one.arrows * [-1, 1], other.arrows)
+    assert sum(len(one.arrows) for one in plain) > len(SHOWN)
+
+
+def test_in_a_mirror_what_moves_on_the_actors_left_is_on_the_left():
+    smile = planned(("mouthSmileLeft",))
+    for mirrored in (False, True):
+        (cue,) = cues(
+            smile, RIG, [i for i in smile.session.items if i.kind == "expression"], Portrait((90, 120), mirrored)
+        )
+        assert (cue.arrows[:, :, 0] < 0).all() == mirrored
+        assert "your left" in cue.words
+
+
+def test_every_mirrored_card_says_so_and_no_other(cards):
+    mirror = pages_of(draw_cue_cards(PLAN, PlanInputs(RIG), sheet="a4", dpi=DPI, mirrored=True))
+    assert all(AS_IN_A_MIRROR in words_on(page) for page in mirror)
+    assert not any("mirror" in words_on(page) for page in cards)
+    assert [overlaps(page) for page in mirror] == [[]] * len(mirror)
+
+
+def test_what_is_written_is_a_pdf_of_each_kind_and_a_plan_of_another_rig_is_refused(tmp_path):
+    plan = planned(("jawOpen",))
+    assert [path.name for path in write_on_set(plan, RIG, tmp_path, kinds=("cards",), dpi=DPI)] == ["cards.pdf"]
+    again = write_on_set(plan, RIG, tmp_path, kinds=("cards",), dpi=DPI, as_mirror=True)
+    assert [path.name for path in again] == ["cards-mirror.pdf"]
+    assert (tmp_path / "cards.pdf").exists()
+    other = replace(plan, rig=replace(plan.rig, fingerprint="0" * 16))
+    with pytest.raises(PlanError, match="plan again or give that rig"):
+        write_on_set(other, RIG, tmp_path / "new", dpi=DPI)
+    assert not (tmp_path / "new").exists()
