@@ -601,7 +601,8 @@ def render(
     paper: Paper = "a4",
     dpi: Dpi = 300,
     cards: Annotated[bool, typer.Option("--cards", help="Draw cue cards instead: cards.pdf.")] = False,
-    as_mirror: Annotated[bool, typer.Option("--as-mirror", help="Cue cards as in a mirror.")] = False,
+    deck: Annotated[bool, typer.Option("--deck", help="Draw pages for a monitor on set instead: deck.pdf.")] = False,
+    as_mirror: Annotated[bool, typer.Option("--as-mirror", help="Cards and deck as in a mirror.")] = False,
     force: Force = False,
 ) -> None:
     """Draw the marker sheets and reference expressions of PLAN for print: one PDF at true scale, and PNG pages."""
@@ -613,9 +614,9 @@ def render(
     from capture_plan.sheets.on_set import file_of
     from capture_plan.sheets.write import WRITES
 
-    kinds = tuple(kind for kind, wanted in {"cards": cards}.items() if wanted)
+    kinds = tuple(kind for kind, wanted in {"cards": cards, "deck": deck}.items() if wanted)
     if as_mirror and not kinds:
-        raise PlanError("--as-mirror is for cue cards: give --cards too")
+        raise PlanError("--as-mirror is for cue cards and the deck: give --cards or --deck too")
     writes = tuple(file_of(kind, as_mirror=as_mirror) for kind in kinds) or WRITES
     made, given = open_plan(
         plan, rig, force=force, refuse=lambda read: refuse_folder(output, writes, inputs=read), into=output

@@ -24,7 +24,7 @@ from capture_plan.sheets.head import Posed, make_head, pose
 from capture_plan.sheets.page import POINT_MM, Booklet
 from capture_plan.sheets.shots import draw_arrow, on_page
 from capture_plan.sheets.style import INK, Number
-from capture_plan.sheets.view import Picture, Viewpoint, picture
+from capture_plan.sheets.view import WHITE, Picture, Viewpoint, picture
 
 READ_AT = 200  # distance over cap height
 CAP = 1456 / 2048  # cap height of Roboto over its size
@@ -34,10 +34,11 @@ AS_IN_A_MIRROR = "as in a mirror: your left is on the left"
 
 
 class Portrait(NamedTuple):
-    """How portraits are drawn: pixels (width, height), as in a mirror or not."""
+    """How portraits are drawn: pixels (width, height), as in a mirror or not, the colour behind them ('#rrggbb')."""
 
     size_px: tuple[int, int]
     mirrored: bool = False
+    ground: str = WHITE
 
 
 class Cue(NamedTuple):
@@ -121,12 +122,13 @@ def draw_fitted(book: Booklet, x: Number, y: Number, text: Fitted, width: Number
         book.text(x, base, line, text.size, bold=True, colour=colour, fit=width)
 
 
-def tell_small(named: Iterable[tuple[str, Fitted]], distance_mm: Number) -> None:
-    """Say which sentences are too long to be read at this distance, and from where they can be."""
+def tell_small(named: Iterable[tuple[str, Fitted]], distance_mm: Number, enlarged: Number = 1) -> None:
+    """Say which sentences are too long to be read at this distance, pages being shown so much enlarged, and how far
+    they are read."""
     for name, text in named:
-        if text.cap_mm * READ_AT < distance_mm:
-            far = text.cap_mm * READ_AT / 1000
-            tell([f"note: the sentence of {name} is long: read it at {far:.1f} m, or take larger paper"])
+        if (read_mm := READ_AT * text.cap_mm * enlarged) < distance_mm:
+            read = f"is read from {read_mm / 1000:.1f} m, not from {distance_mm / 1000:.1f} m"
+            tell([f"note: the sentence of {name} is long: it {read}"])
 
 
 def _front(posed: Posed, anchors: Anchors, azimuth: float, how: Portrait) -> Picture:
@@ -135,7 +137,8 @@ def _front(posed: Posed, anchors: Anchors, azimuth: float, how: Portrait) -> Pic
     frame = close_up(anchors, Viewpoint("Portrait", azimuth), wide / high)
     if how.mirrored:
         frame = frame._replace(left=-frame.right, right=-frame.left)
-    return picture(posed, Viewpoint("Portrait", azimuth, mirrored=how.mirrored), frame, size_px=how.size_px)
+    view = Viewpoint("Portrait", azimuth, mirrored=how.mirrored)
+    return picture(posed, view, frame, size_px=how.size_px, ground=how.ground)
 
 
 def _turned(item: Item) -> float:

@@ -1,4 +1,4 @@
-"""What a plan gives to people on set besides the sheets, each a PDF of its own: cue cards.
+"""What a plan gives to people on set besides the sheets, each a PDF of its own: cue cards, a deck.
 
 The PDFs appear together when all of them are drawn, and nothing before.
 """
@@ -12,10 +12,11 @@ from capture_plan.plan.inputs import PlanInputs
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
 from capture_plan.sheets.cue_cards import draw_cue_cards
+from capture_plan.sheets.deck import draw_deck
 from capture_plan.sheets.page import Booklet
 from capture_plan.sheets.write import Sheet, refuse_other_rig
 
-DRAWN: Mapping[str, Callable[..., Booklet]] = MappingProxyType({"cards": draw_cue_cards})
+DRAWN: Mapping[str, Callable[..., Booklet]] = MappingProxyType({"cards": draw_cue_cards, "deck": draw_deck})
 
 
 def write_on_set(

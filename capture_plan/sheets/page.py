@@ -78,6 +78,11 @@ class Booklet:
         pdf.set_font("sans", size=9)
         pdf.set_title(self._printable(title))
 
+    def fill_screen(self) -> None:
+        """Let viewers open the PDF without their frames, one page at a time."""
+        self._pdf.page_mode = "FULL_SCREEN"
+        self._pdf.set_display_mode("fullpage", "single")
+
     def add_page(self, title: str) -> None:
         """`title` names the page's PNG."""
         self._stamp()

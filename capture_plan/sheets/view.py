@@ -11,13 +11,15 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, UInt8
+from scipy.ndimage import binary_erosion
 
 from capture_plan.sheets.gl import LitSurface, draw
 from capture_plan.sheets.head import Posed, Shown
 from capture_plan.sheets.light import lit
 from capture_plan.sheets.style import Number
+from capture_plan.sheets.style import rgb as rgb_of
 
-MM_PER_INCH = 25.4
+MM_PER_INCH, WHITE = 25.4, "#ffffff"
 SIDE_FADE = 1.6  # the back of a head is rounder than a neck and wants a longer fade
 
 
@@ -79,7 +81,7 @@ class PictureFrame(NamedTuple):
 
 
 class Picture(NamedTuple):
-    """Pixels over white, and how far towards the viewer the surface of each lies (mm, -inf beside the head)."""
+    """Pixels over the ground, and how far towards the viewer the surface of each lies (mm, -inf beside the head)."""
 
     rgb: UInt8[np.ndarray, "p q 3"]
     z: Float[np.ndarray, "p q"]
@@ -98,15 +100,17 @@ def pixels(width_mm: Number, height_mm: Number, dpi: Number) -> tuple[int, int]:
     return round(width_mm * dpi / MM_PER_INCH), round(height_mm * dpi / MM_PER_INCH)
 
 
-def picture(posed: Posed, view: Viewpoint, frame: PictureFrame, *, size_px: tuple[int, int]) -> Picture:
-    """Draw a head into `size_px` (width, height) pixels."""
+def picture(
+    posed: Posed, view: Viewpoint, frame: PictureFrame, *, size_px: tuple[int, int], ground: str = WHITE
+) -> Picture:
+    """Draw a head into `size_px` (width, height) pixels, before a ground of this colour ('#rrggbb')."""
     middle = (frame.left + frame.right) / 2 * (-1 if view.mirrored else 1)
     surfaces = tuple(_lit(piece, view.rotation) for piece in posed.pieces)
     centre = (middle, (frame.bottom + frame.top) / 2)
     rgba, z = draw(surfaces, centre=centre, size_mm=(frame.width, frame.height), size_px=size_px)
     if view.mirrored:
         rgba, z = rgba[:, ::-1], z[:, ::-1]
-    return Picture(_over_white(rgba, frame), z, frame)
+    return Picture(_over_ground(rgba, z, frame, ground), z, frame)
 
 
 def _lit(piece: Shown, rotation: Float[np.ndarray, "3 3"]) -> LitSurface:
@@ -115,17 +119,34 @@ def _lit(piece: Shown, rotation: Float[np.ndarray, "3 3"]) -> LitSurface:
     return LitSurface(piece.vertices @ rotation.T, piece.triangles, np.c_[rgb, piece.opacity])
 
 
-def _over_white(rgba: UInt8[np.ndarray, "p q 4"], frame: PictureFrame) -> UInt8[np.ndarray, "p q 3"]:
-    """Where the neck or the back of the head fades, along a smooth step, it gives way to the paper."""
+def _over_ground(
+    rgba: UInt8[np.ndarray, "p q 4"], z: Float[np.ndarray, "p q"], frame: PictureFrame, ground: str
+) -> UInt8[np.ndarray, "p q 3"]:
+    """Where the neck or the back of the head fades, along a smooth step, it gives way to the ground."""
     rgb = np.ascontiguousarray(rgba[..., :3])
+    behind = np.array(rgb_of(ground), dtype=np.float32)
+    if ground != WHITE:
+        rgb = _before(rgb, rgba[..., 3], z, behind)
     rows, columns = rgb.shape[:2]
     y = (rows - np.arange(rows) - 0.5) / rows * frame.height
     x = (np.arange(columns) + 0.5) / columns * frame.width
-    _fade(rgb, (_step(y, frame.fade) * _step(frame.height - y, frame.fade_top))[:, None])
+    _fade(rgb, (_step(y, frame.fade) * _step(frame.height - y, frame.fade_top))[:, None], behind)
     for blank, distance in ((frame.blank_left, x), (frame.blank_right, frame.width - x)):
         if blank > 0:
-            _fade(rgb, _step(distance - blank, SIDE_FADE * frame.fade)[None])
+            _fade(rgb, _step(distance - blank, SIDE_FADE * frame.fade)[None], behind)
     return rgb
+
+
+def _before(
+    rgb: UInt8[np.ndarray, "p q 3"],
+    alpha: UInt8[np.ndarray, "p q"],
+    z: Float[np.ndarray, "p q"],
+    behind: Float[np.ndarray, " 3"],
+) -> UInt8[np.ndarray, "p q 3"]:
+    """What was drawn over white, over another ground; lashes lower the alpha of the lid below, which covers all."""
+    inside = binary_erosion(np.isfinite(z), iterations=2)
+    share = np.where(inside, 1, alpha / 255).astype(np.float32)[..., None]
+    return np.clip(np.round(rgb - (1 - share) * (255 - behind)), 0, 255).astype(np.uint8)
 
 
 def _step(distance: Float[np.ndarray, " n"], width: float) -> Float[np.ndarray, " n"]:
@@ -133,9 +154,9 @@ def _step(distance: Float[np.ndarray, " n"], width: float) -> Float[np.ndarray, 
     return t * t * (3 - 2 * t)
 
 
-def _fade(rgb: UInt8[np.ndarray, "p q 3"], retained: Float[np.ndarray, "a b"]) -> None:
-    """Keep the share `retained` of each row or column of the picture, in place."""
+def _fade(rgb: UInt8[np.ndarray, "p q 3"], retained: Float[np.ndarray, "a b"], behind: Float[np.ndarray, " 3"]) -> None:
+    """Keep the share `retained` of each row or column of the picture before what is behind it, in place."""
     touched = np.flatnonzero(retained.ravel() < 1)
     part = np.s_[touched] if retained.shape[1] == 1 else np.s_[:, touched]
     share = retained[part][..., None].astype(np.float32)
-    rgb[part] = np.round(255 - (255 - rgb[part].astype(np.float32)) * share).astype(np.uint8)
+    rgb[part] = np.round(behind - (behind - rgb[part].astype(np.float32)) * share).astype(np.uint8)

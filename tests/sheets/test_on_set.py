@@ -21,7 +21,9 @@ from capture_plan.progress import listen
 from capture_plan.sheets import write_on_set
 from capture_plan.sheets.cue_cards import READ_FROM_MM, draw_cue_cards
 from capture_plan.sheets.cues import AS_IN_A_MIRROR, CAP, READ_AT, Portrait, cues, fitted
+from capture_plan.sheets.deck import GROUND, draw_deck
 from capture_plan.sheets.page import PAPERS, POINT_MM, Booklet
+from capture_plan.sheets.style import rgb
 from tests.light import light_sample
 
 RIG = light_sample()
@@ -94,6 +96,11 @@ def overlaps(page):
             wide, high = min(right, other[2]) - max(left, other[0]), min(top, other[3]) - max(bottom, other[1])
             found += [(k, wide, high)] if min(wide, high) > 0.5 else []
     return found
+
+
+@pytest.fixture(scope="module")
+def deck():
+    return draw_deck(PLAN, PlanInputs(RIG), sheet="a4", dpi=DPI, mirrored=True).bytes()
 
 
 @pytest.fixture(scope="module")
@@ -189,11 +196,63 @@ def test_every_mirrored_card_says_so_and_no_other(cards):
     assert [overlaps(page) for page in mirror] == [[]] * len(mirror)
 
 
+def test_a_deck_has_a_page_of_16_to_9_for_every_item_of_the_session_in_its_order(deck):
+    pages, items = list(pypdfium2.PdfDocument(deck)), PLAN.session.items
+    assert {item.kind for item in items} == {"calibration", "neutral", "teeth", "turned", "expression", "pause"}
+    assert len(pages) == len(items)
+    of = {e.name: e.sentence for e in PLAN.packing.expressions}
+    for k, (page, item) in enumerate(zip(pages, items, strict=True)):
+        wide, high = page.get_size()
+        assert wide / high == pytest.approx(16 / 9, abs=1e-3)
+        text = words_on(page)
+        assert text.startswith(f"{item.name or 'PAUSE'} {k + 1} of {len(items)}")
+        assert of.get(item.name, item.sentence) in text
+        assert overlaps(page) == []
+        assert min(sizes(page)) >= 6.99
+        shown = list(page.get_objects(filter=[pypdfium2.raw.FPDF_PAGEOBJ_IMAGE]))
+        assert len(shown) == (AS_IN_A_MIRROR in text) == (item.kind in ("neutral", "turned", "expression"))
+
+
+def test_a_deck_opens_on_the_whole_screen_and_is_dark_at_every_border(deck):
+    assert b"/PageMode /FullScreen" in deck
+    page = np.asarray(pypdfium2.PdfDocument(deck)[1].render(scale=1).to_pil()).astype(int)
+    border = np.concatenate([page[1], page[-2, : page.shape[1] // 2], page[:, 1], page[1:-1, -2]])
+    assert np.abs(border - rgb(GROUND)).max() < 40
+
+
+def test_the_ground_changes_nothing_within_a_portrait():
+    items = [item for item in PLAN.session.items if item.name == "N1"]
+    (white,), (dark,) = (list(cues(PLAN, RIG, items, Portrait((90, 120), ground=g))) for g in ("#ffffff", GROUND))
+    assert white.front
+    assert dark.front
+    before, behind = white.front.rgb.astype(int), dark.front.rgb.astype(int)
+    assert (before[30:80, 30:60] == behind[30:80, 30:60]).all()
+    assert np.abs(behind[0] - rgb(GROUND)).max() < 40
+    assert np.abs(before[0] - 255).max() < 40
+    assert (behind <= before + 1).all()
+
+
+def test_spare_expressions_are_on_the_deck_and_called_so():
+    cut = session(RIG, RIG.names, PLAN.packing, SessionSettings(minutes=5))
+    assert any(not item.fits for item in cut.items)
+    items = [item for item in cut.items if item.kind == "expression"]
+    pages = pages_of(
+        draw_deck(
+            replace(PLAN, session=replace(cut, items=tuple(items))),
+            PlanInputs(RIG),
+            sheet="a4",
+            dpi=DPI,
+            mirrored=False,
+        )
+    )
+    assert ["spare" in words_on(page) for page in pages] == [not item.fits for item in items]
+
+
 def test_what_is_written_is_a_pdf_of_each_kind_and_a_plan_of_another_rig_is_refused(tmp_path):
     plan = planned(("jawOpen",))
     assert [path.name for path in write_on_set(plan, RIG, tmp_path, kinds=("cards",), dpi=DPI)] == ["cards.pdf"]
-    again = write_on_set(plan, RIG, tmp_path, kinds=("cards",), dpi=DPI, as_mirror=True)
-    assert [path.name for path in again] == ["cards-mirror.pdf"]
+    again = write_on_set(plan, RIG, tmp_path, kinds=("cards", "deck"), dpi=DPI, as_mirror=True)
+    assert [path.name for path in again] == ["cards-mirror.pdf", "deck-mirror.pdf"]
     assert (tmp_path / "cards.pdf").exists()
     other = replace(plan, rig=replace(plan.rig, fingerprint="0" * 16))
     with pytest.raises(PlanError, match="plan again or give that rig"):
