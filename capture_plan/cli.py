@@ -602,6 +602,9 @@ def render(
     dpi: Dpi = 300,
     cards: Annotated[bool, typer.Option("--cards", help="Draw cue cards instead: cards.pdf.")] = False,
     deck: Annotated[bool, typer.Option("--deck", help="Draw pages for a monitor on set instead: deck.pdf.")] = False,
+    sculptor: Annotated[
+        bool, typer.Option("--sculptor", help="Draw turntables with what moves how far instead: sculptor.pdf.")
+    ] = False,
     as_mirror: Annotated[bool, typer.Option("--as-mirror", help="Cards and deck as in a mirror.")] = False,
     force: Force = False,
 ) -> None:
@@ -614,8 +617,8 @@ def render(
     from capture_plan.sheets.on_set import file_of
     from capture_plan.sheets.write import WRITES
 
-    kinds = tuple(kind for kind, wanted in {"cards": cards, "deck": deck}.items() if wanted)
-    if as_mirror and not kinds:
+    kinds = tuple(kind for kind, wanted in {"cards": cards, "deck": deck, "sculptor": sculptor}.items() if wanted)
+    if as_mirror and not (cards or deck):
         raise PlanError("--as-mirror is for cue cards and the deck: give --cards or --deck too")
     writes = tuple(file_of(kind, as_mirror=as_mirror) for kind in kinds) or WRITES
     made, given = open_plan(

@@ -1,4 +1,5 @@
-"""What a plan gives to people on set besides the sheets, each a PDF of its own: cue cards, a deck.
+"""What a plan gives to people on set besides the sheets, each a PDF of its own: cue cards, a deck,
+the sculptor's pages.
 
 The PDFs appear together when all of them are drawn, and nothing before.
 """
@@ -14,9 +15,13 @@ from capture_plan.rig import Rig
 from capture_plan.sheets.cue_cards import draw_cue_cards
 from capture_plan.sheets.deck import draw_deck
 from capture_plan.sheets.page import Booklet
+from capture_plan.sheets.sculptor import draw_sculptor
 from capture_plan.sheets.write import Sheet, refuse_other_rig
 
-DRAWN: Mapping[str, Callable[..., Booklet]] = MappingProxyType({"cards": draw_cue_cards, "deck": draw_deck})
+DRAWN: Mapping[str, Callable[..., Booklet]] = MappingProxyType(
+    {"cards": draw_cue_cards, "deck": draw_deck, "sculptor": draw_sculptor}
+)
+TO_IMITATE = ("cards", "deck")  # what an actor imitates
 
 
 def write_on_set(
@@ -30,7 +35,8 @@ def write_on_set(
     as_mirror: bool = False,
 ) -> tuple[Path, ...]:
     """Write `KIND.pdf` for each of the `kinds` into `folder`, all or none, and return the paths. With `as_mirror`
-    portraits stand as in a mirror, in `KIND-mirror.pdf`. A plan that was carried onto the actor's head is drawn on it.
+    the portraits of cards and deck stand as in a mirror, in `KIND-mirror.pdf`. A plan that was carried onto the actor's
+    head is drawn on it.
 
     Raises:
         PlanError: the plan belongs to another rig, or the folder cannot be written.
@@ -49,5 +55,5 @@ def write_on_set(
 
 
 def file_of(kind: str, *, as_mirror: bool) -> str:
-    """'cards.pdf', 'cards-mirror.pdf'."""
-    return f"{kind}-mirror.pdf" if as_mirror else f"{kind}.pdf"
+    """'cards.pdf'; 'cards-mirror.pdf' of what an actor imitates as in a mirror."""
+    return f"{kind}-mirror.pdf" if as_mirror and kind in TO_IMITATE else f"{kind}.pdf"

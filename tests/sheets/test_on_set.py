@@ -7,6 +7,7 @@ import pypdfium2
 import pytest
 from msgspec.structs import fields, replace
 
+from capture_plan.anatomy.regions import face_regions
 from capture_plan.audit.audit import Audit
 from capture_plan.errors import PlanError
 from capture_plan.expressions.record import Expression, Packing
@@ -23,6 +24,7 @@ from capture_plan.sheets.cue_cards import READ_FROM_MM, draw_cue_cards
 from capture_plan.sheets.cues import AS_IN_A_MIRROR, CAP, READ_AT, Portrait, cues, fitted
 from capture_plan.sheets.deck import GROUND, draw_deck
 from capture_plan.sheets.page import PAPERS, POINT_MM, Booklet
+from capture_plan.sheets.sculptor import TURNTABLE, draw_sculptor, facing_in, moved_by, turntable, way_words
 from capture_plan.sheets.style import rgb
 from tests.light import light_sample
 
@@ -251,10 +253,64 @@ def test_spare_expressions_are_on_the_deck_and_called_so():
 def test_what_is_written_is_a_pdf_of_each_kind_and_a_plan_of_another_rig_is_refused(tmp_path):
     plan = planned(("jawOpen",))
     assert [path.name for path in write_on_set(plan, RIG, tmp_path, kinds=("cards",), dpi=DPI)] == ["cards.pdf"]
-    again = write_on_set(plan, RIG, tmp_path, kinds=("cards", "deck"), dpi=DPI, as_mirror=True)
-    assert [path.name for path in again] == ["cards-mirror.pdf", "deck-mirror.pdf"]
+    again = write_on_set(plan, RIG, tmp_path, dpi=DPI, as_mirror=True)
+    assert [path.name for path in again] == ["cards-mirror.pdf", "deck-mirror.pdf", "sculptor.pdf"]
     assert (tmp_path / "cards.pdf").exists()
     other = replace(plan, rig=replace(plan.rig, fingerprint="0" * 16))
     with pytest.raises(PlanError, match="plan again or give that rig"):
         write_on_set(other, RIG, tmp_path / "new", dpi=DPI)
     assert not (tmp_path / "new").exists()
+
+
+def test_a_sculptor_sees_neutral_and_expressions_from_five_sides_and_no_pause():
+    many = RIG.names[:24]
+    plan = planned(("jawOpen",), many)
+    book = draw_sculptor(plan, PlanInputs(RIG), sheet="a4", dpi=DPI, mirrored=False)
+    pages = pages_of(book)
+    assert book.titles == ["NEUTRAL", "E01", "E02", *["E02, continued"] * (len(pages) - 3)]
+    assert all(title in words_on(page) for title, page in zip(book.titles, pages, strict=True))
+    assert all(f"page {k + 1} of {len(pages)}" in words_on(page) for k, page in enumerate(pages))
+    assert len(pages) > 3  # what does not fit below the pictures goes on
+    images = [len(list(page.get_objects(filter=[pypdfium2.raw.FPDF_PAGEOBJ_IMAGE]))) for page in pages]
+    assert images == [10, 5, 5, *[0] * (len(pages) - 3)]
+    told = " ".join(words_on(page) for page in pages[2:])
+    assert all(name in told for name in many)
+    assert f"{RIG.displacement[RIG.names.index('jawOpen')][RIG.skin].max():.1f}" in words_on(pages[1])
+    for page in pages:
+        assert overlaps(page) == []
+        assert min(sizes(page)) >= 6.99
+        assert "ause" not in words_on(page)
+
+
+def test_what_moves_most_is_told_with_its_place_the_farthest_first():
+    regions = face_regions(RIG)
+    pair = planned(("eyeBlinkLeft", "jawOpen")).packing.expressions[0]
+    jaw, lid, both = moved_by(RIG, regions, pair, {"jawOpen": "jaw opened"})
+    assert (jaw.name, jaw.words, lid.name, both.name) == ("jawOpen", "jaw opened", "eyeBlinkLeft", "all at once")
+    assert jaw.mm == pytest.approx(RIG.displacement[RIG.names.index("jawOpen")][RIG.skin].max(), rel=1e-4)
+    assert lid.where == "left upper eyelid"
+    assert "down" in jaw.way
+    assert both.mm >= 0.99 * jaw.mm
+    at = np.flatnonzero(RIG.source_index == lid.vertex)
+    assert len(at) == 1
+    assert np.linalg.norm(RIG.deltas[RIG.names.index("eyeBlinkLeft")][at[0]]) == pytest.approx(lid.mm)
+
+
+def test_a_way_turned_round_has_the_opposite_words_and_small_parts_are_left_out():
+    assert way_words(np.array([0.1, -3.0, 1.0])) == "3.0 down, 1.0 forward"
+    assert way_words(np.array([-0.1, 3.0, -1.0])) == "3.0 up, 1.0 back"
+    assert way_words(np.array([2.0, 0.0, 0.0])) == "2.0 left"
+    assert way_words(np.zeros(3)) == ""
+
+
+def test_turntables_have_one_scale_and_cut_neither_head_nor_nose():
+    anchors, aspect = face_regions(RIG).anchors, 0.6
+    near, whole = [facing_in(RIG, anchors, view, aspect) for view in TURNTABLE], turntable(RIG, anchors, aspect)
+    head = RIG.neutral[RIG.skin & (RIG.neutral[:, 1] > anchors.chin[1])]
+    nose = head[[head[:, 2].argmax()]]
+    for frames, points in ((near, nose), (whole, head)):
+        assert len({(round(frame.width, 6), round(frame.height, 6)) for frame in frames}) == 1
+        for view, frame in zip(TURNTABLE, frames, strict=True):
+            x, y = view.project(points)[:, :2].T
+            assert frame.left < x.min() <= x.max() < frame.right
+            assert y.max() < frame.top
