@@ -48,7 +48,7 @@ def draw_deck(plan: Plan, inputs: PlanInputs, *, sheet: str, dpi: int, mirrored:
 
 
 def name_of(item: Item) -> str:
-    """'E03', 'PAUSE'."""
+    """What an item is called on its page: 'E03', 'PAUSE'."""
     return item.name or item.kind.upper()
 
 

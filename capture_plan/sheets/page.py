@@ -45,7 +45,7 @@ PAPERS = {
 
 
 def landscape(sheet: PaperSize) -> PaperSize:
-    """The same sheet, turned to lie on its long side."""
+    """A sheet of paper turned to lie on its long side."""
     return PaperSize(sheet.name, max(sheet.width, sheet.height), min(sheet.width, sheet.height))
 
 

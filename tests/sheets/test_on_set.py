@@ -26,6 +26,7 @@ from capture_plan.sheets.deck import GROUND, draw_deck
 from capture_plan.sheets.page import PAPERS, POINT_MM, Booklet
 from capture_plan.sheets.sculptor import TURNTABLE, draw_sculptor, facing_in, moved_by, turntable, way_words
 from capture_plan.sheets.style import rgb
+from tests.command import run
 from tests.light import light_sample
 
 RIG = light_sample()
@@ -314,3 +315,10 @@ def test_turntables_have_one_scale_and_cut_neither_head_nor_nose():
             x, y = view.project(points)[:, :2].T
             assert frame.left < x.min() <= x.max() < frame.right
             assert y.max() < frame.top
+
+
+def test_a_mirror_without_cards_or_deck_is_refused_with_what_to_give(tmp_path):
+    for more in ((), ("--sculptor",)):
+        done = run("render", "hero.plan.json", "--as-mirror", *more, cwd=tmp_path)
+        assert done.returncode == 2
+        assert "give --cards or --deck too" in done.stderr
