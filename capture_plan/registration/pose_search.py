@@ -48,7 +48,7 @@ class Pose:
 
     @property
     def scale(self) -> float:
-        """s."""
+        """How many times as large the laid face is as the rig's, s."""
         return float(np.cbrt(np.linalg.det(self.A)))
 
 
