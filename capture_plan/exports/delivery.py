@@ -47,8 +47,9 @@ class Delivery:
 
     @property
     def poses(self) -> dict[str, dict[str, float]]:
-        """Weights that are not 0, by the name of each pose."""
-        return {NEUTRAL: {}} | self.plan.packing.poses
+        """Weights that are not 0, by the name of each pose, in the order of shooting."""
+        of = self.plan.packing.poses
+        return {NEUTRAL: {}} | {item.name: of[item.name] for item in self.plan.session.items if item.name in of}
 
 
 def head_of(inputs: PlanInputs) -> Rig:

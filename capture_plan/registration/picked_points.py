@@ -97,10 +97,10 @@ def picks_on(
         PlanError: a name is none of the face's points and none of the markers.
     """
     known = named_vertices(rig) | dict(markers)
-    for name in points:
-        if name not in known:
-            anchors = ", ".join(name for name in known if name not in markers)
-            raise PlanError(f"point '{name}' is not known: name one of {anchors}, or a marker of the plan")
+    if others := [name for name in points if name not in known]:
+        anchors = ", ".join(name for name in known if name not in markers)
+        words = ", ".join(f"'{name}'" for name in others)
+        raise PlanError(f"no points are known as {words}: name one of {anchors}, or a marker of the plan")
     rows = {name: np.zeros(len(rig.neutral)) for name in points}
     for name, row in rows.items():
         row[known[name]] = 1.0

@@ -14,7 +14,7 @@ from capture_plan.mesh import vertex_normals
 from capture_plan.mesh.decimate import decimate
 from capture_plan.reader.head_scan import HeadScan
 from capture_plan.registration.empirical_layouts import empirical_layout
-from capture_plan.registration.onto_head import lay_onto_head
+from capture_plan.registration.onto_head import lay_onto_head, refuse_strays
 from capture_plan.registration.picked_points import named_vertices, picks_on, read_points
 from capture_plan.sample import sample_rig
 from capture_plan.sample.people import made_up_people
@@ -138,7 +138,7 @@ def test_points_that_contradict_the_head_are_refused_in_one_line(people):
         lay_onto_head(rig, head, picks_on(rig, dict(list(right.items())[:2]), {}))
     with pytest.raises(RigError, match="lie on one line or together"):
         lay_onto_head(rig, head, picks_on(rig, {name: right["chin"] for name in list(right)[:3]}, {}))
-    with pytest.raises(PlanError, match="point 'belly' is not known: name one of eye_outer_left"):
+    with pytest.raises(PlanError, match="no points are known as 'belly': name one of eye_outer_left"):
         picks_on(rig, {"belly": (0.0, 0.0, 0.0)}, {})
 
 
@@ -172,3 +172,11 @@ def test_named_points_lie_where_their_names_say():
     assert at["nose_tip"][2] > at["chin"][2]
     assert at["eye_inner_left"][1] > at["nose_tip"][1] > at["mouth_left"][1] > at["chin"][1]
     assert vertex_normals(rig.neutral, rig.triangles)[named_vertices(rig)["nose_tip"]][2] > 0.5
+
+
+def test_a_pick_far_from_where_the_others_put_it_is_refused_by_name():
+    refuse_strays("anna", {"chin": 5.9, "nose_tip": 14.0})
+    with pytest.raises(
+        RigError, match=r"'mouth_left' \(48 mm\), 'mouth_right' \(31 mm\). Left and right are the actor's own"
+    ):
+        refuse_strays("anna", {"mouth_right": 31.2, "chin": 2.0, "mouth_left": 47.8})
