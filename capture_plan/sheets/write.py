@@ -171,7 +171,7 @@ def draw_expressions(
 def in_session(plan: Plan) -> list[Expression]:
     """The expressions in the order of shooting, with what is covered after each in that order."""
     of = {expression.name: expression for expression in plan.packing.expressions}
-    shown = [item for item in plan.session.items if item.kind == "expression"]
+    shown = [item for item in plan.session.items if item.name in of]
     return [structs.replace(of[item.name], covered=item.covered) for item in shown]
 
 
