@@ -176,7 +176,5 @@ def test_named_points_lie_where_their_names_say():
 
 def test_a_pick_far_from_where_the_others_put_it_is_refused_by_name():
     refuse_strays("anna", {"chin": 5.9, "nose_tip": 14.0})
-    with pytest.raises(
-        RigError, match=r"'mouth_left' \(48 mm\), 'mouth_right' \(31 mm\). Left and right"
-    ):
+    with pytest.raises(RigError, match=r"'mouth_left' \(48 mm\), 'mouth_right' \(31 mm\). Left and right"):
         refuse_strays("anna", {"mouth_right": 31.2, "chin": 2.0, "mouth_left": 47.8})
