@@ -48,8 +48,7 @@ class Delivery:
     @property
     def poses(self) -> dict[str, dict[str, float]]:
         """Weights that are not 0, by the name of each pose, in the order of shooting."""
-        of = self.plan.packing.poses
-        return {NEUTRAL: {}} | {item.name: of[item.name] for item in self.plan.session.items if item.name in of}
+        return {NEUTRAL: {}} | {expression.name: expression.pose for expression in self.plan.in_session}
 
 
 def head_of(inputs: PlanInputs) -> Rig:

@@ -64,6 +64,6 @@ def write_expressions(plan: Plan, path: Path) -> Path:
     """One row an expression, in the order of shooting."""
     expressions = [
         [e.name, e.sentence, " ".join(e.blendshapes), round(100 * e.gain, 2), round(100 * e.covered, 2)]
-        for e in plan.packing.expressions
+        for e in plan.in_session
     ]
     return write_rows(path, [["slate", "actor", "blendshapes", "gain_percent", "covered_percent"], *expressions])

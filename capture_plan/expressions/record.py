@@ -39,7 +39,7 @@ class Overlap(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Packing(Struct, frozen=True, forbid_unknown_fields=True):
-    """Expressions in the order of shooting, and what was proved about their number.
+    """Expressions, the most telling first (`Plan.in_session`: as they are shot), and what was proved of their number.
 
     `objective` counts the whole list; a limit shows its first expressions only: `unscanned` are the blendshapes of the
     others, and `left_out` all of these. `bound` is a lower limit on `objective` under the same pairs and rules that

@@ -22,6 +22,7 @@ from capture_plan.expressions.record import Expression, Packing
 from capture_plan.expressions.sentences import from_rest, mistakes
 from capture_plan.expressions.session_settings import SessionSettings
 from capture_plan.expressions.settings import MEASURED_BY, Importance
+from capture_plan.prose import in_series
 from capture_plan.rig import Rig
 
 ENOUGH = 0.8  # share of the importance after which a session may stop: four fifths, the usual knee of these curves
@@ -128,6 +129,21 @@ def stop_below(of: Session) -> str:
     if not of.stop_after:
         return ""
     return LAST if names[names.index(of.stop_after) + 1] == LAST else of.stop_after
+
+
+def easy_words(of: Session) -> str:
+    """'E03 and E04 are shot first because they are easy.'; empty where the order of gain stands."""
+    names = [item.name for item in of.items if item.kind == "expression" and item.fits]
+    ahead = names[: names.index(min(names, key=_number))] if names else []
+    if not ahead:
+        return ""
+    are = "is shot first because it is easy" if len(ahead) == 1 else "are shot first because they are easy"
+    return f"{in_series(ahead)} {are}."
+
+
+def _number(name: str) -> tuple[int, str]:
+    """What orders E09 before E100."""
+    return len(name), name
 
 
 def spare_words(of: Session) -> str:

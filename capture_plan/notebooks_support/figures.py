@@ -159,7 +159,7 @@ def landmark_table(layout: Layout) -> mo.Html:
 
 
 def packing_view(packing: Packing) -> mo.Html:
-    """How many expressions, what was proved, and one row for each in the order of shooting."""
+    """How many expressions, what was proved, and one row for each, the most telling first."""
     shots = packing.expressions
     return mo.vstack(
         [
@@ -176,7 +176,7 @@ def packing_view(packing: Packing) -> mo.Html:
             show_table(
                 [
                     {
-                        "Slate": shot.name,
+                        "Name": shot.name,
                         "What the actor does": shot.sentence,
                         "Adds": percent(shot.gain),
                         "Shown so far": percent(shot.covered),

@@ -7,7 +7,7 @@ import msgspec
 from msgspec import Struct, structs
 
 from capture_plan.audit.audit import Audit
-from capture_plan.expressions.record import Packing
+from capture_plan.expressions.record import Expression, Packing
 from capture_plan.expressions.session import Session
 from capture_plan.layout.dot_contact import Meeting, meetings
 from capture_plan.layout.record import Layout
@@ -95,6 +95,13 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True):
     draft: tuple[str, ...] = ()
     actor: ActorHead | None = None
     seal: str = ""
+
+    @property
+    def in_session(self) -> tuple[Expression, ...]:
+        """The expressions in the order of shooting, with what is covered after each in that order."""
+        of = {expression.name: expression for expression in self.packing.expressions}
+        items = [item for item in self.session.items if item.name in of]
+        return tuple(structs.replace(of[item.name], covered=item.covered) for item in items)
 
 
 def with_meetings(plan: Plan, rig: Rig) -> Plan:

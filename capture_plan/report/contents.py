@@ -69,6 +69,7 @@ def contents(plan: Plan, shot_list: Session) -> dict[str, Any]:
         "uncovered": layout.uncovered,
         "stop": shot_list.stop,
         "edited": bool(packing.edits.names),
+        "easy_first": plan.settings.session.easy_first,
         "session_intro": session_intro(shot_list),
         "chart": chart(plan),
         "unscanned": packing.left_out,
@@ -217,10 +218,10 @@ def marker_rows(landmarks: tuple[Landmark, ...]) -> list[dict[str, Any]]:
 
 def chart(plan: Plan) -> dict[str, Any]:
     """Heights of the bars of the importance covered after each expression, in per cent of the chart's own."""
-    covered = [min(1.0, expression.covered) for expression in plan.packing.expressions]
+    covered = [min(1.0, expression.covered) for expression in plan.in_session]
     before = [0.0, *covered]
     bars = [{"height": round(100 * share, 1), "needed": before[i] < ENOUGH} for i, share in enumerate(covered)]
-    said = ", ".join(f"{expression.name} {percent(expression.covered)}" for expression in plan.packing.expressions)
+    said = ", ".join(f"{expression.name} {percent(expression.covered)}" for expression in plan.in_session)
     return {"bars": bars, "line": 100 * ENOUGH, "enough": percent(ENOUGH), "alt": f"Covered after each: {said}"}
 
 

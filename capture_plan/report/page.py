@@ -80,7 +80,7 @@ def page_html(plan: Plan, inputs: Rig | PlanInputs) -> str:
         .get_template("page.html.jinja")
         .render(
             **contents(plan, plan.session),
-            expressions=[card(e, pictures[e.name], line_of[e.name]) for e in plan.packing.expressions],
+            expressions=[card(e, pictures[e.name], line_of[e.name]) for e in plan.in_session],
             shot_list=shot_rows(plan.session),
             markers=marker_rows(plan.layout.markers),
             placed=actor_words(plan.actor) if plan.actor else "",
@@ -150,7 +150,7 @@ def plan_head(rig: Rig, plan: Plan) -> dict[str, Any]:
         rig,
         plan.audit.used,
         landmarks=plan.layout.markers,
-        expressions=plan.packing.expressions,
+        expressions=plan.in_session,
         seers="the cameras" if plan.settings.cameras else "directions",
     )
 

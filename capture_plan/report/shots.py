@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from capture_plan.expressions.session import Item, Session, spare_words, stop_below
+from capture_plan.expressions.session import Item, Session, easy_words, spare_words, stop_below
 from capture_plan.report.words import percent
 
 LEVELS = 5
@@ -59,7 +59,8 @@ def shot_rows(of: Session) -> list[dict[str, Any]]:
 def session_intro(of: Session) -> str:
     """How long it takes and on what that rests."""
     settings = of.settings
-    takes = f"About {of.minutes:.0f} minutes with neutrals, teeth and pauses. {spare_words(of)}".strip()
+    takes = f"About {of.minutes:.0f} minutes with neutrals, teeth and pauses."
+    takes = " ".join(filter(None, (takes, spare_words(of), easy_words(of))))
     return (
         f"{takes} All times are assumptions of ours: {settings.hold_s:g} s of hold, {settings.retakes:g} retakes per "
         f"expression, a pause every {settings.relax_every} expressions. Measure your first session and change them."

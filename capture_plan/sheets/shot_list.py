@@ -3,7 +3,7 @@
 Lengths are page millimetres from the top left corner, y down.
 """
 
-from capture_plan.expressions.session import Item, Session, spare_words, stop_below
+from capture_plan.expressions.session import Item, Session, easy_words, spare_words, stop_below
 from capture_plan.sheets.furniture import head_line
 from capture_plan.sheets.page import MARGIN_MM, Booklet
 from capture_plan.sheets.style import ACCENT, FAINT, INK, SOFT, WASH, Number
@@ -15,6 +15,7 @@ COLUMNS = {"slate": 1.5, "name": 11.0, "words": 23.0, "hard": 123.0, "hold": 140
 WORDS_PT, LINE_MM = 7.6, 3.2
 WORDS_MM, FAR_MM = (COLUMNS[key] - COLUMNS["words"] - 3 for key in ("hard", "hold"))
 TICKS = ("pass", "retake")
+CLOCK = "Clock: minutes from the start, all times are our assumptions. Difficulty 1 to 5. Sides are the actor's own."
 TICK_MM = 10.0
 LEVELS = 5
 ALL = 1 - 1e-6  # what is missing beyond that is rounding
@@ -73,7 +74,7 @@ def draw_shot_list(
         if item.name == stop_below(of):
             _stop(book, of.stop, below)
         y += height(book, item, of)
-    note = "Clock: minutes from the start, all times are our assumptions. Difficulty 1 to 5. Sides are the actor's own."
+    note = f"{CLOCK} {easy_words(of)}".rstrip()
     foot = min(y + 1, book.paper.height - BOTTOM_MM + 3)
     foot = book.paragraph(left, foot, note, 7, width=right - left, lines=1, colour=SOFT)
     last = items[-1:] == list(of.items[-1:])

@@ -12,13 +12,11 @@ from typing import Literal
 
 import msgspec
 import pypdfium2
-from msgspec import structs
 
 from capture_plan.anatomy.kinds import apart_lines
 from capture_plan.errors import PlanError
 from capture_plan.evaluation.fallen import falling
 from capture_plan.evaluation.rings import rings_of
-from capture_plan.expressions.record import Expression
 from capture_plan.layout.dot_contact import meeting_words
 from capture_plan.layout.record import Layout
 from capture_plan.output import write_whole, written_together
@@ -149,7 +147,7 @@ def draw_expressions(
     plan: Plan, head: Head, markers: MarkerPages, overviews: int, add_page: Callable[[str], None]
 ) -> None:
     """A page for each expression, behind so many pages of all of them."""
-    book, expressions, mu = markers.book, in_session(plan), plan.settings.expressions.mu
+    book, expressions, mu = markers.book, plan.in_session, plan.settings.expressions.mu
     _, large, tall, small, short = plates(book)
     sizes = Sizes(*(pixels(wide, high, markers.dpi) for wide, high in ((large, tall), (small, short), MAP_MM)))
     relaxed = near(markers.face.posed, markers.anchors, FRONT, sizes.small)
@@ -166,13 +164,6 @@ def draw_expressions(
     while first < len(shots):
         add_page("maps" if first == 0 else f"maps-{first // (map_rows(book) * MAP_COLUMNS) + 1}")
         first = draw_maps(book, shots, first)
-
-
-def in_session(plan: Plan) -> list[Expression]:
-    """The expressions in the order of shooting, with what is covered after each in that order."""
-    of = {expression.name: expression for expression in plan.packing.expressions}
-    shown = [item for item in plan.session.items if item.name in of]
-    return [structs.replace(of[item.name], covered=item.covered) for item in shown]
 
 
 def draw_marker_sheets(layout: Layout, rig: Rig, *, sheet: str, dpi: int) -> Booklet:

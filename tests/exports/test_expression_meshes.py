@@ -12,7 +12,6 @@ from capture_plan.exports.delivery import poses_mm
 from capture_plan.exports.expression_meshes import replaced_vertices, write
 from capture_plan.plan.inputs import PlanInputs
 from capture_plan.progress import listen
-from capture_plan.sheets.write import in_session
 from tests.exports.deliveries import Z_UP, as_artists_obj, sample
 
 
@@ -92,7 +91,7 @@ def test_a_ply_folder_keeps_its_polygons(tmp_path):
 
 def test_expression_i_is_on_frame_i_and_the_weights_agree_in_both_files(plain):
     folder, _ = plain
-    names, expressions = sample().plan.audit.used, in_session(sample().plan)
+    names, expressions = sample().plan.audit.used, sample().plan.in_session
     rows = list(csv.DictReader((folder / "keyframes.csv").open(newline="", encoding="utf-8")))
     examples = json.loads((folder / "examples.json").read_text())["examples"]
     assert [row["frame"] for row in rows] == [str(k) for k in range(len(expressions) + 1)]

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from capture_plan.errors import PlanError
 from capture_plan.exports import KINDS, WRITES, write_exports
-from capture_plan.exports.tables import write_landmarks
+from capture_plan.exports.tables import write_expressions, write_landmarks
 from capture_plan.layout.record import View
 from capture_plan.plan.files import write_plan
 from tests.command import run
@@ -96,3 +96,12 @@ def test_every_file_that_can_say_so_says_its_unit(written):
     for name, words in said.items():
         assert words in (folder / name).read_text(), name
     assert json.loads((folder / "expressions" / "examples.json").read_text())["unit"] == "millimetre"
+
+
+def test_poses_and_rows_of_expressions_stand_in_the_order_of_shooting(tmp_path):
+    of = sample()
+    shot = [item for item in of.plan.session.items if item.kind == "expression"]
+    assert list(of.poses)[1:] == [item.name for item in shot] != [e.name for e in of.plan.packing.expressions]
+    rows = pd.read_csv(write_expressions(of.plan, tmp_path / "e.csv"))
+    assert list(rows["slate"]) == [item.name for item in shot]
+    assert list(rows["covered_percent"]) == pytest.approx([100 * item.covered for item in shot], abs=0.01)

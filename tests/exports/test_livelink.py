@@ -12,7 +12,6 @@ from capture_plan.names.name_map import NameMap
 from capture_plan.names.recognise import recognise
 from capture_plan.plan.inputs import PlanInputs
 from capture_plan.sequence import read_sequence
-from capture_plan.sheets.write import in_session
 from tests.exports.deliveries import sample
 
 ONE = round((REST_S + 2 * RAMP_S + HOLD_S) * RATE)  # frames of an expression
@@ -39,7 +38,7 @@ def test_each_expression_is_held_at_its_weights_and_at_rest_between(path):
     table = pd.read_csv(path)
     columns = [column[:1].lower() + column[1:] for column in table.columns[2:54]]
     weights = table.iloc[:, 2:54].to_numpy()
-    for number, expression in enumerate(in_session(sample().plan)):
+    for number, expression in enumerate(sample().plan.in_session):
         start = number * ONE
         held = weights[start + round((REST_S + RAMP_S + HOLD_S / 2) * RATE)]
         assert {name: w for name, w in zip(columns, held, strict=True) if w} == expression.pose
@@ -53,7 +52,7 @@ def test_the_packages_own_reader_sees_the_same_take(path):
     take = read_sequence(path, rig=rig)
     assert take.fps == pytest.approx(RATE)
     middle = round((REST_S + RAMP_S + HOLD_S / 2) * RATE)
-    pose = in_session(sample().plan)[0].pose
+    pose = sample().plan.in_session[0].pose
     expected = rig.pose(np.array([pose.get(name, 0.0) for name in rig.names]))
     assert np.abs(take.frames.block(middle, middle + 1)[0] - expected)[rig.skin].max() < 0.01
 

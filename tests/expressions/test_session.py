@@ -10,7 +10,7 @@ from msgspec import structs
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.expressions.pack import pack
-from capture_plan.expressions.session import EASY, ENOUGH, LAST, Session, session, spare_words, stop_below
+from capture_plan.expressions.session import EASY, ENOUGH, LAST, Session, easy_words, session, spare_words, stop_below
 from capture_plan.expressions.session_settings import SessionSettings
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.sample import sample_rig
@@ -141,3 +141,10 @@ def test_sentences_start_from_a_relaxed_face_and_warnings_come_along():
         assert item.sentence.startswith("From a relaxed face: ")
         assert item.difficulty is not None
         assert item.mistakes
+
+
+def test_what_is_shot_out_of_turn_is_said_and_nothing_else():
+    assert easy_words(made(easy_first=0)) == ""
+    easy = [item.name for item in shown(made(easy_first=0)) if item.difficulty.level <= EASY]
+    assert easy_words(made(easy_first=2)) == f"{easy[0]} and {easy[1]} are shot first because they are easy."
+    assert easy_words(made(easy_first=1)) == f"{easy[0]} is shot first because it is easy."

@@ -218,15 +218,24 @@ def test_a_gap_is_told_as_a_bound(plan):
 
 
 def with_covered(plan, *covered):
-    template = plan.packing.expressions[0]
-    expressions = tuple(msgspec.structs.replace(template, covered=share) for share in covered)
-    return msgspec.structs.replace(plan, packing=msgspec.structs.replace(plan.packing, expressions=expressions))
+    """The plan with so many expressions, shot the last first, and what is covered after each of them."""
+    put, item = msgspec.structs.replace, next(item for item in plan.session.items if item.kind == "expression")
+    names = [f"E{number:02}" for number in range(len(covered), 0, -1)]
+    expressions = tuple(put(plan.packing.expressions[0], name=name, covered=0.0) for name in reversed(names))
+    items = tuple(put(item, name=name, covered=share) for name, share in zip(names, covered, strict=True))
+    session = put(plan.session, items=items)
+    return put(plan, packing=put(plan.packing, expressions=expressions), session=session)
 
 
 def test_the_bars_of_the_chart_grow_with_what_is_covered(plan):
     bars = chart(with_covered(plan, 0.25, 0.5, 0.9, 1.0))["bars"]
     assert [bar["height"] for bar in bars] == [25.0, 50.0, 90.0, 100.0]
     assert [bar["needed"] for bar in bars] == [True, True, True, False]
+
+
+def test_cards_and_chart_stand_in_the_order_of_shooting(plan):
+    said = chart(with_covered(plan, 0.25, 1.0))["alt"]
+    assert said.index("E02") < said.index("E01")
 
 
 def test_the_largest_error_fills_the_bar_of_the_comparison(plan):
