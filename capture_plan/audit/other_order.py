@@ -10,7 +10,7 @@ from capture_plan.anatomy.agreement import agreed_meanings, name_doubts
 from capture_plan.anatomy.delta_relations import Finding
 from capture_plan.rig.record import Rig
 
-FEWEST, SHARE = 5, 0.15  # doubts, and of the names that say a movement: rigs of the field have 2 of 50 at most
+FEWEST, SHARE = 5, 0.15  # doubts, and of the names that say a movement: 19 rigs of the field have 1 at most
 SETTLED = 0.3  # of the doubts are left where the names are moved on as they should be
 FEW = 3
 

@@ -18,11 +18,11 @@ from jaxtyping import Float
 from capture_plan.exports.delivery import Delivery, posed_dots_mm
 from capture_plan.exports.expression_meshes import mesh_of
 from capture_plan.exports.marker_names import distinct_names
+from capture_plan.exports.units import Z_UP
 from capture_plan.output import write_whole
 
 MM = 1000  # in a metre
 LONGEST = 15  # letters of a name: Blender takes 63 bytes, and a letter may have four
-Z_UP = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])
 HOLE = "PLAN_AS_JSON"
 
 

@@ -19,12 +19,12 @@ from jaxtyping import Float
 from capture_plan.errors import PlanError
 from capture_plan.exports.delivery import Delivery, posed_dots_mm
 from capture_plan.exports.marker_names import plain_names
+from capture_plan.exports.units import Z_UP
 from capture_plan.output import write_whole
 
 LONGEST = 30  # letters of a label that every reader takes
 RATE = 1.0  # frames a second
 MOST = 255  # strings in one parameter, and letters in each
-Z_UP = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])
 
 
 def write(of: Delivery, folder: Path) -> list[Path]:

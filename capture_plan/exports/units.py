@@ -2,8 +2,11 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from capture_plan.rig import Rig
 
+Z_UP = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])  # of the plan's axes those with +z up, the face along -y
 WORDS = {1: "millimetre", 10: "centimetre", 100: "decimetre", 1000: "metre", 25.4: "inch", 304.8: "foot"}
 
 

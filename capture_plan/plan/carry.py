@@ -1,6 +1,6 @@
 """A plan on the actor's own head: carried there once, and what everybody who draws it asks for afterwards.
 
-    carried(plan, inputs, head, points)     the plan with its record `actor`, and the neutral as it was laid
+    carried(plan, rig, head, points)        the plan with its record `actor`, and the neutral as it was laid
     as_worn(plan, inputs)                   the plan and the rig as pages show them: the head that the actor has
 
 What a plan claims, it claims of the rig; only where dots lie and how the face looks is the actor's.

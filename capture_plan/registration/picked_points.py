@@ -13,8 +13,9 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
+from capture_plan.anatomy.eye_corners import eye_corners
 from capture_plan.errors import PlanError
 from capture_plan.face.anchors import face_anchors, face_surface
 from capture_plan.input.documents import read_plain, read_toml
@@ -23,7 +24,6 @@ from capture_plan.rig import Rig
 Point = tuple[float, float, float]
 GIVE = 'give JSON {"chin": [x, y, z]}, TOML chin = [x, y, z], or CSV with rows chin,x,y,z'
 MOST_POINTS = 500
-CORNERS = 6  # vertices of a border of the lids that has corners
 
 
 def read_points(path: Path) -> dict[str, Point]:
@@ -69,16 +69,10 @@ def named_vertices(rig: Rig) -> dict[str, int]:
     anchors, x = face_anchors(rig), rig.neutral
     skin = np.flatnonzero(face_surface(rig))
 
-    def on_skin(place: Float[np.ndarray, " 3"], among: Int[np.ndarray, " n"] = skin) -> int:
-        return int(among[np.linalg.norm(x[among] - place, axis=1).argmin()])
+    def on_skin(place: Float[np.ndarray, " 3"]) -> int:
+        return int(skin[np.linalg.norm(x[skin] - place, axis=1).argmin()])
 
-    found: dict[str, int] = {}
-    if "eyes" in anchors.found:
-        for side, sign in (("left", 1), ("right", -1)):
-            lids = anchors.lids[sign * (x[anchors.lids, 0] - anchors.midline) > 0]
-            if len(lids) >= CORNERS:
-                out = sign * x[lids, 0]
-                found |= {f"eye_outer_{side}": int(lids[out.argmax()]), f"eye_inner_{side}": int(lids[out.argmin()])}
+    found = {f"eye_{end}_{side}": corner for (end, side), corner in eye_corners(rig, anchors).items()}
     if "mouth" in anchors.found:
         found |= {"mouth_left": on_skin(anchors.corner_left), "mouth_right": on_skin(anchors.corner_right)}
     found["nose_tip"] = on_skin(anchors.nose_tip)

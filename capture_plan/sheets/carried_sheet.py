@@ -21,6 +21,7 @@ from capture_plan.rig import Rig
 from capture_plan.sheets.head import SKIN, Posed, Shown
 from capture_plan.sheets.markers import unhidden
 from capture_plan.sheets.page import MARGIN_MM, Booklet, PaperSize
+from capture_plan.sheets.shots import on_page
 from capture_plan.sheets.style import ACCENT, INK, SOFT, region_looks
 from capture_plan.sheets.view import (
     FRONT,
@@ -70,13 +71,13 @@ def carried_picture(
     skin = _face(rig)
     picked = _upright(np.array(list(points.values())).reshape(-1, 3), plan.actor)
     for i, view in enumerate(VIEWS):
-        frame = _framed(neutral[_face(rig)], view)
+        frame = _framed(neutral[skin], view)
         shown = picture(posed, view, frame, size_px=pixels(*HEAD_MM, DPI))
         corner = (MARGIN_MM + i * HEAD_MM[0], HEADER_MM)
         book.image(shown.rgb, *corner, *HEAD_MM)
         _net(book, rig, neutral, skin, view, shown, corner)
         _dots(book, plan, rig, neutral, view, shown, corner)
-        for at in _on_paper(picked, view, frame, corner):
+        for at in on_page(shown, view.project(picked)[:, :2], *corner, HEAD_MM[0]):
             book.line((at[0] - 1.4, at[1]), (at[0] + 1.4, at[1]), width=0.35, colour=ACCENT)
             book.line((at[0], at[1] - 1.4), (at[0], at[1] + 1.4), width=0.35, colour=ACCENT)
         book.text(corner[0] + HEAD_MM[0] / 2, HEADER_MM + HEAD_MM[1] + 5, view.name, 9, bold=True, align="centre")
@@ -126,14 +127,6 @@ def _framed(face: Float[np.ndarray, "n 3"], view: Viewpoint) -> PictureFrame:
     return PictureFrame(middle[0] - w, middle[0] + w, middle[1] - h, middle[1] + h, fade=0.06 * h)
 
 
-def _on_paper(
-    x: Float[np.ndarray, "n 3"], view: Viewpoint, frame: PictureFrame, corner: tuple[float, float]
-) -> Float[np.ndarray, "n 2"]:
-    seen = view.project(x)
-    across = corner[0] + (seen[:, 0] - frame.left) / frame.width * HEAD_MM[0]
-    return np.stack([across, corner[1] + (frame.top - seen[:, 1]) / frame.height * HEAD_MM[1]], axis=1)
-
-
 def _net(
     book: Booklet,
     rig: Rig,
@@ -149,7 +142,7 @@ def _net(
     free = unhidden(neutral, normals, view, shown)
     some = some[free[some].all(axis=1)]
     some = some[:: max(1, len(some) // MOST_LINES)]
-    at = _on_paper(neutral, view, shown.frame, corner)
+    at = on_page(shown, view.project(neutral)[:, :2], *corner, HEAD_MM[0])
     inside = np.all((at >= corner) & (at <= np.add(corner, HEAD_MM)), axis=1)
     for a, b in some[inside[some].all(axis=1)].tolist():
         book.line(tuple(at[a]), tuple(at[b]), width=0.07, colour="#2f6f9f")
@@ -171,7 +164,8 @@ def _dots(
     normals = vertex_normals(neutral, rig.triangles)[[m.vertex for m in markers]]
     looks = region_looks(markers)
     there = unhidden(x, normals, view, shown)
-    for marker, at, seen in zip(markers, _on_paper(x, view, shown.frame, corner), there.tolist(), strict=True):
+    places = on_page(shown, view.project(x)[:, :2], *corner, HEAD_MM[0])
+    for marker, at, seen in zip(markers, places, there.tolist(), strict=True):
         if seen:
             book.marker(at[0], at[1], looks[marker.region], radius=DOT_MM)
             book.text(at[0] + DOT_MM + 0.5, at[1] + 0.8, marker.name, NAME_PT, bold=True)
