@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from capture_plan.anatomy.eye_corners import eye_corners
 from capture_plan.anatomy.painted_zone import painted_zone
 from capture_plan.anatomy.regions import face_regions
 from capture_plan.anatomy.zones import MARGINS_MM, ZONES, find_zones, zone_mask
 from capture_plan.errors import RigError
+from capture_plan.face.anchors import face_anchors
 from capture_plan.mesh.mirror import mirror_map
 from capture_plan.rig import Rig
 from tests.solids import sphere
@@ -194,3 +196,13 @@ def test_a_mesh_without_colours_is_refused(rig, tmp_path):
     path.write_text(path.read_text().replace("red", "pressure"))
     with pytest.raises(RigError, match="no vertex colours"):
         painted_zone(path, rig)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_no_dot_stands_at_the_corner_of_the_eye_beside_the_nose_and_the_other_corner_is_free(rig, zones, side):
+    corners = eye_corners(rig, face_anchors(rig))
+    x, sign = rig.neutral[:, 0], 1 if side == "left" else -1
+    assert 0 < sign * x[corners["inner", side]] < sign * x[corners["outer", side]]
+    mask = zones["inner eye corner"].mask
+    assert mask[corners["inner", side]]
+    assert not mask[corners["outer", side]]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from capture_plan.curves.frames import PosedFrames
-from capture_plan.curves.unfiltered import raw_columns
+from capture_plan.curves.unfiltered import best_version, raw_columns
 from capture_plan.sample import sample_rig
 from capture_plan.sequence import read_sequence
 
@@ -39,3 +39,17 @@ def values(names, filtered):
 
 def test_a_raw_column_alone_stays():
     assert raw_columns(["JawOpen_raw", "eyeBlink_L_filtered", "drawing", "raw"]) == {}
+
+
+@pytest.mark.parametrize(
+    ("names", "best"),
+    [
+        (("raw", "smoothed"), "smoothed"),
+        (("face", "faceFiltered"), "faceFiltered"),
+        (("faceRaw", "face"), "face"),
+        (("raw", "previous"), None),
+        (("anna", "bo"), None),
+    ],
+)
+def test_of_versions_of_one_face_the_filtered_one_is_best(names, best):
+    assert best_version(names) == best == best_version(names[::-1])
