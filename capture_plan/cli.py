@@ -633,6 +633,42 @@ def render(
 
 
 @app.command()
+def mask(
+    plan: PlanPath,
+    output: Folder = Path("mask"),
+    print_volume: Annotated[
+        str, typer.Option(metavar="WxDxH", help="What the printer holds, millimetres; a larger mask comes in pieces.")
+    ] = "220x220x250",
+    halves: Annotated[
+        bool, typer.Option("--halves", help="Cut it along the midline, for a face that is too tight for one piece.")
+    ] = False,
+    gap_mm: Annotated[
+        float, typer.Option(metavar="MM", help="Space between skin and mask, 0.4 to 0.8 millimetres.")
+    ] = 0.6,
+    wall_mm: Annotated[float, typer.Option(metavar="MM", help="Thickness of the mask, millimetres.")] = 2.2,
+    rig: OtherRig = None,
+    force: Force = False,
+) -> None:
+    """Make a mask of PLAN for a 3D printer: a shell over the face with a conical hole for every dot and its number beside
+    it, as STL and 3MF in millimetres, and a picture of it."""
+    from capture_plan.check.gate import as_far_as_it_goes
+    from capture_plan.mask import MaskSettings, mask_lines, write_mask
+    from capture_plan.mask.write import WRITES
+    from capture_plan.output import refuse_folder
+    from capture_plan.progress import listen
+
+    wanted = MaskSettings(gap_mm=gap_mm, wall_mm=wall_mm, volume_mm=volume_of(print_volume), halves=halves)
+    made, given = open_plan(
+        plan, rig, force=force, refuse=lambda read: refuse_folder(output, WRITES, inputs=read), into=output
+    )
+    with as_far_as_it_goes(made), listen(say):
+        printed, paths = write_mask(made, given, output, settings=wanted)
+    answer(mask_lines(printed))
+    say_written(paths)
+    say([f"Next: look at {paths[-1]}; print at 100 % and hold the mask to the face before you mark through it."])
+
+
+@app.command()
 def export(
     plan: PlanPath,
     output: Folder = Path("export"),
@@ -989,6 +1025,21 @@ def number_of(text: str, what: str) -> float:
         return float(text)
     except ValueError:
         raise PlanError(f"'{what}' needs a number behind an equals sign, as in 'nose=4'; found '{text}'") from None
+
+
+def volume_of(text: str) -> tuple[float, float, float]:
+    """'220x220x250' as three lengths, millimetres.
+
+    Raises:
+        PlanError: these are not three.
+    """
+    from capture_plan.errors import PlanError
+
+    sides = text.lower().split("x")
+    if len(sides) != 3:
+        raise PlanError(f"'{text}' names {len(sides)} lengths, expected width, depth and height: '220x220x250'")
+    width, depth, height = (number_of(side, f"--print-volume={text}") for side in sides)
+    return width, depth, height
 
 
 def answer(lines: Iterable[str]) -> None:

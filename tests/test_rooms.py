@@ -29,7 +29,7 @@ FLOORS = (  # a room imports only from rooms below it; a room is a folder, or a 
     {"plan", "evaluation", "evaluation/zell2022"},
     {"check", "evaluation/le2013"},
     {"inspection", "sheets", "exports"},
-    {"report", "figures", "notebook"},
+    {"report", "figures", "mask", "notebook"},
     {"notebooks_support"},
     {"cli"},
 )
@@ -46,6 +46,8 @@ ONLY_IN = {
     "PIL": {"sheets"},
     "fpdf": {"sheets"},
     "matplotlib": {"figures"},
+    "manifold3d": {"mask"},
+    "skimage": {"mask"},
     "marimo": {"notebooks_support"},
     "uvicorn": {"notebook"},
     "typer": {"cli"},

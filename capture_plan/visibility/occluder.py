@@ -14,6 +14,7 @@ from jaxtyping import Bool, Float, Int
 from capture_plan.mesh import vertex_normals
 
 SURFACE_OFFSET = 2e-5  # of the mesh's diagonal (0.006 mm on a head): float32 rays from closer by hit their own triangle
+FARTHEST = 1e36  # embree says 1e37 where a ray meets nothing
 
 
 class Occluder:
@@ -39,3 +40,12 @@ class Occluder:
         """Whether each ray o + t d, in the centred frame and float32, hits a triangle at 0 <= t <= reach."""
         far = np.full(len(origins), extent, dtype=np.float32)
         return self.scene.run(origins, directions, dists=far, query="OCCLUDED") >= 0
+
+    def distance(
+        self, origins: Float[np.ndarray, "r 3"], directions: Float[np.ndarray, "r 3"]
+    ) -> Float[np.ndarray, " r"]:
+        """How far each ray o + t d, d of length 1, goes to the first triangle, in the mesh's own frame and unit;
+        infinite where it meets none."""
+        o = np.ascontiguousarray(origins - self.centre, dtype=np.float32)
+        found = self.scene.run(o, np.ascontiguousarray(directions, dtype=np.float32), query="DISTANCE")
+        return np.where(found < FARTHEST, found, np.inf).astype(float)

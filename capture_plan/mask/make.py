@@ -1,0 +1,100 @@
+"""From a head and its dots to a mask that can be printed.
+
+    skin -> axes of the holes -> cover -> pads -> solid -> pieces on the bed -> what it measures
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from capture_plan.errors import PlanError
+from capture_plan.face.anchors import Anchors, face_anchors
+from capture_plan.mask.cover import cover, openings, outline
+from capture_plan.mask.holes import holes_for
+from capture_plan.mask.labels import labels_for
+from capture_plan.mask.measure import Wall, gap_of, wall_of
+from capture_plan.mask.parts import Part, parts_of
+from capture_plan.mask.record import Dot, Hole, Label, MaskSettings, Mesh
+from capture_plan.mask.skin import Skin, sample_skin
+from capture_plan.mask.solid import SLOT_MM, as_mesh, manifold3d, solid
+from capture_plan.rig import Rig
+
+BEYOND_MM = 15.0  # of skin around the outline, so that its edge disturbs nothing
+SEAT = (0.11, 0.15)  # half width and half height of the seat on the bridge of the nose, of the pupil distance
+BRIDGE = -0.06  # its middle, below the eyes
+BESIDE_EAR = 0.35  # of the pupil distance: in front of the ears the mask ends
+
+
+@dataclass(frozen=True, eq=False)
+class Mask:
+    """A finished mask in the head's frame, its pieces, its holes and numbers, what it measures, and what to know.
+
+    `without` says why a dot has no hole, `notes` what was not found on this head."""
+
+    mesh: Mesh
+    parts: tuple[Part, ...]
+    holes: tuple[Hole, ...]
+    labels: tuple[Label, ...]
+    without: dict[str, str]
+    notes: tuple[str, ...]
+    wall: Wall
+    gap_mm: Float[np.ndarray, " 3"]
+    settings: MaskSettings
+
+
+def make_mask(head: Rig, dots: tuple[Dot, ...], *, dot_mm: float, settings: MaskSettings | None = None) -> Mask:
+    """A shell over the head's neutral with a hole for every dot that can have one; `dot_mm` is a dot's diameter.
+
+    Raises:
+        PlanError: no dot can have a hole, or manifold3d or scikit-image is missing.
+    """
+    settings = settings or MaskSettings()
+    manifold3d()
+    anchors = face_anchors(head)
+    skin, inside = _skin(head, anchors, dots)
+    holes, without = holes_for(dots, skin, inside, dot_mm, settings)
+    cut, notes = openings(head)
+    c = cover(inside, cut, skin, holes)
+    alone = [hole.dot.name for hole in holes if c[skin.tree.query(hole.dot.position)[1]] <= 0]
+    without |= dict.fromkeys(alone, "its ring would hang alone in an opening")
+    holes = tuple(hole for hole in holes if hole.dot.name not in alone)
+    if not holes:
+        raise PlanError(f"no dot of {head.name} can have a hole: {next(iter(without.values()), 'there are no dots')}")
+    free = np.min([o.beside(skin.points) - SLOT_MM for o in cut if o.name == "mouth"], axis=0, initial=np.inf)
+    labels = labels_for(holes, skin, np.minimum(c, free), settings)
+    gap = settings.gap_mm * (1 - seat(skin, anchors))
+    mask = solid(skin, c, gap, cut, holes, labels, settings)
+    mesh = as_mesh(mask)
+    beneath = (c > 2.0) & (gap > 0.98 * settings.gap_mm)
+    return Mask(
+        mesh,
+        parts_of(mask, holes, labels, anchors.midline, settings),
+        holes,
+        labels,
+        without,
+        tuple(notes),
+        wall_of(mesh, skin, gap),
+        gap_of(mesh, skin.points[beneath], skin.normals[beneath]),
+        settings,
+    )
+
+
+def _skin(head: Rig, anchors: Anchors, dots: tuple[Dot, ...]) -> tuple[Skin, Float[np.ndarray, " n"]]:
+    """The skin around all that the mask may cover, and how far each of its points is inside the outline."""
+    places = np.array([dot.position for dot in dots if not dot.on_neck]).reshape(-1, 3)
+    triangles = head.triangles[head.skin[head.triangles].all(axis=1)]
+    around = outline(anchors, places, head.neutral) > -BEYOND_MM
+    skin = sample_skin(head.neutral, triangles[around[triangles].all(axis=1)])
+    ends = (anchors.ear_left[2] + anchors.ear_right[2]) / 2 + BESIDE_EAR * anchors.pupils
+    return skin, np.minimum(outline(anchors, places, skin.points), skin.points[:, 2] - ends)
+
+
+def seat(skin: Skin, anchors: Anchors) -> Float[np.ndarray, " n"]:
+    """How much each point of the skin carries the mask: 1 on the bridge of the nose, where there is no gap, falling to 0
+    around it."""
+    u = anchors.pupils
+    middle = (anchors.eye_left + anchors.eye_right) / 2 + [0, BRIDGE * u, 0]
+    off = np.hypot(*((skin.points - middle)[:, :2] / (np.array(SEAT) * u)).T)
+    t = np.clip(1.6 - off, 0, 1)
+    return np.where(skin.normals[:, 2] > 0, t * t * (3 - 2 * t), 0.0)

@@ -1,0 +1,258 @@
+"""The mask as one closed solid: a field on a grid, its zero surface, and what is cut out of it exactly.
+
+Field     h(x)   height of x over its nearest point of the skin, g(x) the gap there, c(x) the distance inside the cover
+          F = min(h - g, g + wall - h, c + FLANK (h - g - wall/2))       the shell; flanks lean outward, so that no ray
+                                                                         through the wall meets an edge too early
+          F = max(F, min(h - g, cone to a flat top)) for every eyelet, the same with a flat box for every pad
+Surface   F = 0 by marching cubes, made a manifold and simplified within `SIMPLER_MM`
+Cut out   holes and letters as exact solids: their axes and floors are as exact as they were designed
+
+A wall of the shell cannot be thinner than `wall`: h has no slope above 1, so that a ray from h = g meets h = g + wall
+no earlier.
+
+Letters: n points of the skin, x grid points; millimetres.
+"""
+
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.ndimage import gaussian_filter
+from scipy.spatial import KDTree
+
+from capture_plan.errors import PlanError
+from capture_plan.mask.glyphs import outlines
+from capture_plan.mask.cover import Opening
+from capture_plan.mask.labels import DEPTH_MM, WIDTH
+from capture_plan.mask.record import Hole, Label, MaskSettings, Mesh, level_frame
+from capture_plan.mask.skin import Skin
+from capture_plan.progress import track
+
+GRID_MM = 0.7
+COARSE = 4  # grid steps of the first look at which part of the grid is near the skin
+FLANK = 0.25
+ROUND_MM = 0.9  # of the outer edge of rim and openings; on the inside flanks end at an angle
+SPREAD_MM = 0.35  # half of the distance between points of the skin: so far to the side of a point, skin goes on
+BLUR = 0.6  # grid steps: rounds edges and valleys between pads, moves no wall by more than 0.01 mm
+SIMPLER_MM = 0.015
+OUTSIDE = -2.0
+OPEN_MM = 1.0  # from an open edge of the skin
+SLOT_MM = 1.7  # half of the least width of an opening
+REACH_MM, SHELL_MM = 8.0, 5.5  # how far from the skin the highest eyelet and the highest pad reach
+SEGMENTS = 48  # of a hole's circle: its sides lie within 0.005 mm of it
+THROUGH_MM = 3.0  # by which a hole starts behind the skin and goes on above its eyelet
+SLOPE = 1.0  # of the sides of eyelets and pads, per mm of height: no overhang when printed on any side
+FOOT_MM = 2.2  # how far down sides go
+
+
+def solid(
+    skin: Skin,
+    cover: Float[np.ndarray, " n"],
+    gap: Float[np.ndarray, " n"],
+    openings: tuple[Opening, ...],
+    holes: tuple[Hole, ...],
+    labels: tuple[Label, ...],
+    settings: MaskSettings,
+) -> Any:
+    """The mask, a manifold3d.Manifold in the head's frame.
+
+    Raises:
+        PlanError: manifold3d or scikit-image is missing, or the shell is no manifold.
+    """
+    field, origin = _field(skin, cover, gap, openings, holes, labels, settings)
+    m3, shell = manifold3d(), _surface(field, origin)
+    tools = [_drill(m3, hole) for hole in holes] + [_letters(m3, label) for label in labels]
+    cut = shell - m3.Manifold.batch_boolean(tools, m3.OpType.Add) if tools else shell
+    return max(cut.decompose(), key=lambda piece: piece.volume())
+
+
+def manifold3d() -> Any:
+    """The library, where it is installed.
+
+    Raises:
+        PlanError: it is not.
+    """
+    try:
+        import manifold3d
+    except ImportError as error:
+        raise PlanError("a mask needs manifold3d and scikit-image: pip install 'capture-plan[mask]'") from error
+    return manifold3d
+
+
+def as_mesh(manifold: Any) -> Mesh:
+    """Vertices and triangles of a solid."""
+    mesh = manifold.to_mesh()
+    return Mesh(np.asarray(mesh.vert_properties[:, :3], dtype=float), np.asarray(mesh.tri_verts, dtype=np.int64))
+
+
+def _field(
+    skin: Skin,
+    cover: Float[np.ndarray, " n"],
+    gap: Float[np.ndarray, " n"],
+    openings: tuple[Opening, ...],
+    holes: tuple[Hole, ...],
+    labels: tuple[Label, ...],
+    settings: MaskSettings,
+) -> tuple[Float[np.ndarray, "i j k"], Float[np.ndarray, " 3"]]:
+    used = cover > -4 * GRID_MM
+    points, normals = skin.points[used], skin.normals[used]
+    origin = points.min(axis=0) - REACH_MM - 2 * GRID_MM
+    shape = np.ceil((points.max(axis=0) + REACH_MM + 2 * GRID_MM - origin) / GRID_MM / COARSE).astype(int) * COARSE
+    raised = np.array([hole.dot.position for hole in holes]).reshape(-1, 3)
+    at = _near_skin(points, normals, raised, origin, shape)
+    x = origin + GRID_MM * at
+    values = np.stack([gap[used], cover[used], skin.to_border[used].clip(max=OPEN_MM)], axis=1)
+    h, g, c, edge = _over(x, points, normals, values)
+    wall, tree = settings.wall_mm, KDTree(x)
+    rim = np.minimum(c, _slots(tree, x, openings, holes)) + FLANK * (h - g - wall / 2)
+    F = np.minimum(h - g, rounded(g + wall - h, rim))
+    clear = np.where(edge < OPEN_MM, np.abs(h), h) - g  # beyond an open edge there is no inside
+    for hole in track(holes, "Raising eyelets"):
+        _raise_eyelet(F, tree, x, clear, hole, settings.gap_mm)
+    over = np.minimum(h - g, rim)
+    for label in labels:
+        _raise_pad(F, tree, x, over, label)
+    field = np.full(shape, OUTSIDE, dtype=np.float32)
+    field[tuple(at.T)] = np.clip(F, OUTSIDE, -OUTSIDE)
+    return gaussian_filter(field, BLUR), origin
+
+
+def rounded(a: Float[np.ndarray, " x"], b: Float[np.ndarray, " x"]) -> Float[np.ndarray, " x"]:
+    """min(a, b), its corner rounded by `ROUND_MM`."""
+    beyond = np.hypot(np.maximum(ROUND_MM - a, 0), np.maximum(ROUND_MM - b, 0))
+    return np.where(np.minimum(a, b) < ROUND_MM, ROUND_MM - beyond, np.minimum(a, b))
+
+
+def _near_skin(
+    points: Float[np.ndarray, "n 3"],
+    normals: Float[np.ndarray, "n 3"],
+    raised: Float[np.ndarray, "m 3"],
+    origin: Float[np.ndarray, " 3"],
+    shape: Int[np.ndarray, " 3"],
+) -> Int[np.ndarray, "x 3"]:
+    """Indices of the grid points that the shell, or an eyelet around the dots `raised`, may reach: whole cells of a
+    coarse grid."""
+    cells = np.stack(np.meshgrid(*(np.arange(n // COARSE) for n in shape), indexing="ij"), axis=-1).reshape(-1, 3)
+    middle = origin + GRID_MM * (COARSE * cells + (COARSE - 1) / 2)
+    half = np.sqrt(3) / 2 * COARSE * GRID_MM
+    away, near = KDTree(points).query(middle, distance_upper_bound=REACH_MM + half, workers=-1)
+    wanted = np.isfinite(away)
+    cells, middle, away, near = cells[wanted], middle[wanted], away[wanted], near[wanted]
+    outside = np.einsum("nx,nx->n", middle - points[near], normals[near]) > -half - GRID_MM
+    wanted = outside & (away < SHELL_MM + half)
+    if len(raised):
+        wanted |= outside & (KDTree(raised).query(middle)[0] < REACH_MM + half)
+    steps = np.stack(np.meshgrid(*[np.arange(COARSE)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    return (COARSE * cells[wanted][:, None] + steps).reshape(-1, 3)
+
+
+def _over(
+    x: Float[np.ndarray, "x 3"],
+    points: Float[np.ndarray, "n 3"],
+    normals: Float[np.ndarray, "n 3"],
+    values: Float[np.ndarray, "n w"],
+) -> tuple[Float[np.ndarray, " x"], ...]:
+    """Height over the nearest point, as over a small disc there, and values interpolated from the nearest points."""
+    away, near = KDTree(points).query(x, k=4, workers=-1)
+    offset = x - points[near[:, 0]]
+    up = np.einsum("nx,nx->n", offset, normals[near[:, 0]])
+    aside = np.sqrt(np.maximum(np.einsum("nx,nx->n", offset, offset) - up**2, 0))
+    h = np.sign(up) * np.hypot(up, np.maximum(aside - SPREAD_MM, 0))
+    weights = 1 / (away**2 - away[:, :1] ** 2 + SPREAD_MM**2)
+    weights /= weights.sum(axis=1, keepdims=True)
+    return h, *np.einsum("xk,xkw->wx", weights, values[near])
+
+
+def _slots(
+    tree: KDTree, x: Float[np.ndarray, "x 3"], openings: tuple[Opening, ...], holes: tuple[Hole, ...]
+) -> Float[np.ndarray, " x"]:
+    """How far each grid point is beside the mouth as it is looked through, since lips bulge and their shells would meet
+    over it; the least ring of a hole goes before."""
+    free = np.full(len(x), SLOT_MM)
+    for opening in (one for one in openings if one.name == "mouth"):
+        at = np.unique(np.concatenate(tree.query_ball_point(opening.core, 2 * SLOT_MM + 6.0)).astype(int))
+        free[at] = np.minimum(free[at], opening.beside(x[at]) - SLOT_MM)
+    for hole in holes:
+        at = np.array(tree.query_ball_point(hole.dot.position, hole.ring_mm + 6.0))
+        d = x[at] - hole.dot.position
+        beside = np.linalg.norm(d - (d @ hole.axis)[:, None] * hole.axis, axis=1)
+        free[at] = np.maximum(free[at], hole.ring_mm - beside)
+    return free
+
+
+def _raise_eyelet(
+    F: Float[np.ndarray, " x"],
+    tree: KDTree,
+    x: Float[np.ndarray, "x 3"],
+    clear: Float[np.ndarray, " x"],
+    hole: Hole,
+    gap: float,
+) -> None:
+    """The truncated cone with the flat top of a hole, in place; a whole ring even where the skin ends beside it."""
+    at = np.array(tree.query_ball_point(hole.dot.position, REACH_MM + 3.0))
+    d = x[at] - hole.dot.position
+    z = d @ hole.axis
+    beside = np.sqrt(np.maximum(np.einsum("nx,nx->n", d, d) - z**2, 0))
+    below = hole.top_mm - z
+    side = (hole.rim_mm + SLOPE * np.minimum(below, FOOT_MM) - beside) / np.hypot(1, SLOPE)
+    own = np.minimum(np.minimum(below, side), np.minimum(z - gap, clear[at]))
+    F[at] = np.maximum(F[at], own)
+
+
+def _raise_pad(
+    F: Float[np.ndarray, " x"], tree: KDTree, x: Float[np.ndarray, "x 3"], over: Float[np.ndarray, " x"], label: Label
+) -> None:
+    """The flat box with sloping sides and rounded corners of a number, in place."""
+    half, corner = np.array(label.size_mm) / 2, 1.0
+    at = np.array(tree.query_ball_point(label.place, float(np.hypot(*half)) + 4.0))
+    local = (x[at] - label.place) @ label.frame.T
+    out = np.abs(local[:, :2]) - (half - corner)
+    beyond = np.linalg.norm(np.maximum(out, 0), axis=1) + np.minimum(out.max(axis=1), 0) - corner
+    below = label.top_mm - local[:, 2]
+    side = (SLOPE * np.minimum(below, FOOT_MM) - beyond) / np.hypot(1, SLOPE)
+    F[at] = np.maximum(F[at], np.minimum(np.minimum(below, side), over[at]))
+
+
+def _surface(field: Float[np.ndarray, "i j k"], origin: Float[np.ndarray, " 3"]) -> Any:
+    """The solid where the field is above 0: its largest piece."""
+    m3 = manifold3d()
+    from skimage.measure import marching_cubes
+
+    field = np.where(np.abs(field) < 1e-3, np.float32(-1e-3), field)  # a surface through grid points has flat triangles
+    vertices, triangles, _, _ = marching_cubes(field, 0.0)
+    mesh = m3.Mesh(
+        vert_properties=np.ascontiguousarray(origin + GRID_MM * vertices, dtype=np.float32),
+        tri_verts=np.ascontiguousarray(triangles[:, ::-1], dtype=np.uint32),
+    )
+    shell = m3.Manifold(mesh)
+    if shell.status() != m3.Error.NoError or shell.volume() <= 0:
+        raise PlanError(f"the shell of the mask does not close ({shell.status()}): report this head")
+    return max(shell.decompose(), key=lambda piece: piece.volume()).simplify(SIMPLER_MM)
+
+
+def _drill(m3: Any, hole: Hole) -> Any:
+    """What is cut out for a hole: a cylinder, the cone above it, and the way of the pen above the eyelet."""
+    r, high = hole.radius_mm, hole.top_mm + 0.3
+    profile = [
+        (0.0, -THROUGH_MM),
+        (r, -THROUGH_MM),
+        (r, hole.land_mm),
+        (hole.mouth_mm, hole.top_mm),
+        (hole.mouth_mm + 0.3, high),
+        (hole.mouth_mm + 0.3, high + THROUGH_MM),
+        (0.0, high + THROUGH_MM),
+    ]
+    turned = m3.CrossSection([profile]).revolve(SEGMENTS)
+    return turned.transform(placed(level_frame(hole.axis), hole.dot.position))
+
+
+def _letters(m3: Any, label: Label) -> Any:
+    """What is cut out for a number."""
+    flat = m3.CrossSection(outlines(label.text, label.height_mm, WIDTH * label.height_mm), m3.FillRule.EvenOdd)
+    raised = flat.extrude(DEPTH_MM + THROUGH_MM).translate((0, 0, label.top_mm - DEPTH_MM))
+    return raised.transform(placed(label.frame, label.place))
+
+
+def placed(frame: Float[np.ndarray, "3 3"], place: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "3 4"]:
+    """The motion that takes the axes to the rows of a frame and 0 to a place."""
+    return np.c_[frame.T, place]

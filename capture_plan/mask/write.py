@@ -1,0 +1,135 @@
+"""The files of a mask: every piece as STL as it stands on the printer's bed, all pieces in one 3MF, a picture to judge
+by; and what a person who prints it must know.
+
+Files are in millimetres. `mask.stl` is one piece; of several, `mask-1.stl` and so on, by their numbers.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from capture_plan.exports.delivery import dots_mm, head_of
+from capture_plan.exports.kinds import DRAFT, either
+from capture_plan.mask.make import Mask, make_mask
+from capture_plan.mask.parts import Part
+from capture_plan.mask.record import Dot, MaskSettings, Mesh
+from capture_plan.output import write_whole, written_together
+from capture_plan.plan.inputs import PlanInputs
+from capture_plan.plan.record import Plan
+from capture_plan.prose import in_series
+from capture_plan.sheets.solid import solid_picture
+
+PIECES = 12  # names that the folder's guard knows
+WRITES = (
+    *either("mask.stl", "mask.3mf", "mask.png"),
+    *(name for i in range(1, PIECES + 1) for name in either(f"mask-{i}.stl")),
+)
+MARKER = "M"  # what names of markers begin with: the number alone is engraved
+BETWEEN_MM = 10.0  # pieces in the 3MF
+
+
+def write_mask(
+    plan: Plan, inputs: PlanInputs, folder: Path | str, *, settings: MaskSettings | None = None
+) -> tuple[Mask, tuple[Path, ...]]:
+    """Make the mask of a plan and write it into `folder`, all of its files or none.
+
+    Raises:
+        PlanError: no dot can have a hole, a library is missing, or the folder cannot be written.
+        RenderError: this machine cannot draw.
+    """
+    head, folder = head_of(inputs), Path(folder)
+    made = make_mask(head, dots_of(plan, inputs), dot_mm=plan.settings.landmarks.dot_mm, settings=settings)
+    stem = f"mask{DRAFT if plan.draft else ''}"
+    names = {f"{stem}.stl": made.parts[0]} if len(made.parts) == 1 else numbered(made.parts, plan)
+    with written_together(folder, head.name) as new:
+        for name, part in names.items():
+            write_whole(new / name, stl_bytes(part.printed))
+        write_whole(new / f"{stem}.3mf", threemf_bytes(made.parts))
+        write_whole(new / f"{stem}.png", solid_picture(made.mesh.vertices, made.mesh.triangles, f"{head.name}: mask"))
+    return made, tuple(folder / name for name in (*names, f"{stem}.3mf", f"{stem}.png"))
+
+
+def numbered(parts: tuple[Part, ...], plan: Plan) -> dict[str, Part]:
+    """The names of several pieces."""
+    return {f"mask-{i + 1}{DRAFT if plan.draft else ''}.stl": part for i, part in enumerate(parts)}
+
+
+def dots_of(plan: Plan, inputs: PlanInputs) -> tuple[Dot, ...]:
+    """Every marker of the plan on the head that the mask is made for; M07 is engraved as 7."""
+    return tuple(
+        Dot(m.name, str(int(m.name[1:])) if m.name.startswith(MARKER) else m.name, at, m.region == "neck")
+        for m, at in zip(plan.layout.markers, dots_mm(plan, inputs), strict=True)
+    )
+
+
+def stl_bytes(mesh: Mesh) -> bytes:
+    """Binary STL."""
+    import trimesh
+
+    return bytes(trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False).export(file_type="stl"))
+
+
+def threemf_bytes(parts: tuple[Part, ...]) -> bytes:
+    """3MF in millimetres, each piece an object on the bed, side by side."""
+    import trimesh
+
+    scene, x = trimesh.Scene(), 0.0
+    for i, part in enumerate(parts):
+        mesh = trimesh.Trimesh(part.printed.vertices, part.printed.triangles, process=False)
+        mesh.units = "millimeter"
+        move = np.eye(4)
+        move[0, 3] = x + part.size_mm[0] / 2
+        x += part.size_mm[0] + BETWEEN_MM
+        scene.add_geometry(mesh, node_name=f"mask {i + 1}", geom_name=f"mask {i + 1}", transform=move)
+    scene.units = "millimeter"
+    return bytes(scene.export(file_type="3mf"))
+
+
+def mask_lines(mask: Mask) -> Iterator[str]:
+    """What the mask measures, how it is printed, and which dots have no hole."""
+    size = " x ".join(f"{side:.0f}" for side in np.ptp(mask.mesh.vertices, axis=0))
+    low, middle, high = mask.gap_mm
+    yield (
+        f"Mask of {size} mm (wide, high, deep) with {len(mask.holes)} holes of {2 * mask.holes[0].radius_mm:.1f} mm; "
+        f"{len(mask.parts)} piece{'s' * (len(mask.parts) > 1)}."
+    )
+    yield (
+        f"Wall measured by {mask.wall.rays:,} rays: {mask.wall.median_mm:.2f} mm, 1 % below "
+        f"{mask.wall.percentile_mm:.2f} mm, {mask.wall.least_mm:.2f} mm at least."
+    )
+    yield (
+        f"Gap to the skin: {middle:.2f} mm, 9 of 10 places {low:.2f} to {high:.2f} mm; on the bridge of the nose the mask "
+        "sits on the skin."
+    )
+    for i, part in enumerate(mask.parts):
+        yield _printing(part, f"piece {i + 1}" if len(mask.parts) > 1 else "it", mask)
+    numbered = {label.name for label in mask.labels}
+    bare = [hole.dot.name for hole in mask.holes if hole.dot.name not in numbered]
+    if bare:
+        yield f"No room for a number beside {in_series(bare)}: see the sheets."
+    for name, why in mask.without.items():
+        yield f"No hole for {name}: {why}."
+    yield from (f"Note: {note}." for note in mask.notes)
+
+
+def _printing(part: Part, what: str, mask: Mask) -> str:
+    x, y, z = part.size_mm
+    near = min(mask.holes, key=lambda hole: float(np.linalg.norm(hole.dot.position - part.largest_at))).dot.name
+    hangs = (
+        f"{part.overhang_mm2 / 100:.1f} cm² hang over by more than 45° and want support, {part.largest_mm2 / 100:.1f} cm² "
+        f"of it in one place near {near}"
+        if part.overhang_mm2 >= 5
+        else "nothing hangs over by more than 45°"
+    )
+    return f"Print {what} as the file has it, {_standing(part)}: {x:.0f} x {y:.0f} mm on the bed, {z:.0f} mm high; {hangs}."
+
+
+def _standing(part: Part) -> str:
+    """Which side of the face is up."""
+    words = {"forehead": (0, 1, 0), "chin": (0, -1, 0), "nose": (0, 0, 1), "inside": (0, 0, -1)}
+    words |= {"left side": (1, 0, 0), "right side": (-1, 0, 0)}
+    along = {word: float(part.up @ np.array(direction)) for word, direction in words.items()}
+    first, second = sorted(along, key=lambda word: -along[word])[:2]
+    tilt = np.degrees(np.arctan2(along[second], along[first]))
+    return f"{first} up" + (f", tilted {tilt:.0f}° towards the {second}" if tilt > 5 else "")
