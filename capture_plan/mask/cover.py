@@ -2,11 +2,11 @@
 
 Outline   the support function s(t) = max over points p . (cos t, sin t) of dots, brows, bridge of the nose, cheekbones
           and chin in the azimuthal equidistant map around the face's axis, rounded, and `RIM_MM` around it
-Openings  eyes, mouth and nostrils with their margins (`anatomy.zones`), and every open edge of the skin
+Openings  eyes, mouth and nostrils with their margins (`anatomy.zones`), and every open edge of the skin; the ring of a
+          hole that reaches into one is no part of the cover: it is a flat washer (`solid`)
 Eyelets   a disc around every hole, whatever opening is near, where the skin looks the same way
 Regular   strips narrower than `STRIP_MM` are left out before the eyelets are added, notches narrower than `NOTCH_MM` are
           filled after (morphological opening and closing with balls): no sliver, no crack
-Rings     within an opening nothing is covered but the least ring of each hole, whatever was filled
 Connected what does not hang together with the largest piece is left out
 
 Letters: n points of the skin, m holes, t direction in the map.
@@ -35,6 +35,7 @@ EAR_MM = 6.0
 STRIP_MM = 6.0
 NOTCH_MM = 4.0
 FAR_MM = 6.0
+SLOT_MM = 1.7  # half of the least width of the mouth
 FACING = 0.3  # cosine between a hole's axis and the normal of skin that its eyelet lies on
 DIRECTIONS = 72
 ROUND_DEGREES, GIVE_MM = 14.0, 3.0  # the outline's corners are rounded, and cut no more than that into its rim
@@ -118,12 +119,16 @@ def openings(head: Rig) -> tuple[tuple[Opening, ...], list[str]]:
 
 
 def cover(
-    inside: Float[np.ndarray, " n"], cut: tuple[Opening, ...], skin: Skin, holes: tuple[Hole, ...]
+    inside: Float[np.ndarray, " n"],
+    cut: tuple[Opening, ...],
+    skin: Skin,
+    holes: tuple[Hole, ...],
+    through_mm: float,
 ) -> Float[np.ndarray, " n"]:
-    """Signed distance inside the cover: the outline without openings and strips, with eyelets, without notches, in
-    one piece; in openings only the least ring of a hole."""
+    """Signed distance inside the cover of a shell whose outside is `through_mm` above the skin: the outline without openings and strips, with eyelets, without notches, in
+    one piece."""
     own = [_facing(skin, hole) for hole in holes]
-    opening = np.min([KDTree(o.core).query(skin.points)[0] - o.margin_mm for o in cut], axis=0, initial=FAR_MM)
+    opening = np.min([free_of(o, skin, through_mm) for o in cut], axis=0, initial=FAR_MM)
     covered = _grown(skin, _shrunk(skin, np.minimum(inside, opening) > 0, STRIP_MM / 2), STRIP_MM / 2)
     for hole, away in zip(holes, own, strict=True):
         covered |= away <= hole.eyelet_mm
@@ -132,11 +137,19 @@ def cover(
     for _ in range(3):
         c = c[skin.neighbours].mean(axis=1)
     c = np.minimum(c, opening)
-    for hole, away in zip(holes, own, strict=True):
-        c = np.maximum(c, hole.ring_mm - away)
     c = c[skin.neighbours].mean(axis=1)
     c = np.minimum(c, skin.to_border - EDGE_MM)
     return np.where((c <= 0) | largest_piece(skin, c > 0), c, -1.0)
+
+
+def free_of(opening: Opening, skin: Skin, through_mm: float) -> Float[np.ndarray, " n"]:
+    """How far each point of the skin is outside an opening. Lips bulge, and shells over them would meet in front of
+    the mouth: there the outside of the shell, so far above the skin, stays clear of it too, as it is looked through."""
+    free = KDTree(opening.core).query(skin.points)[0] - opening.margin_mm
+    if opening.name != "mouth":
+        return free
+    ways = [opening.beside(skin.points + t * skin.normals) for t in (0.0, through_mm)]
+    return np.minimum(free, np.min(ways, axis=0) - SLOT_MM)
 
 
 def _facing(skin: Skin, hole: Hole) -> Float[np.ndarray, " n"]:

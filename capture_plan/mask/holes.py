@@ -2,8 +2,8 @@
 
 Axis     the mean normal of the skin around the dot, Gaussian weights of `NORMAL_MM`: noise of a scan does not tilt it;
          through the dot itself
-Land     the hole is a cylinder as long as `LAND_MM` of material above the gap, wherever the skin stands highest beside
-         it; above, a cone opens to the flat top of the eyelet
+Foot     as far over the dot as the skin stands highest beside it, and the gap: there the inside is flat around the hole
+Land     from there the hole is a cylinder of `LAND_MM`; above, a cone opens to the flat top of the eyelet
 Path     a pen comes along the axis: where other skin is in its way the axis is turned towards the front, by no more than
          `TURN` degrees
 
@@ -13,12 +13,13 @@ Letters: n points of the skin, m dots.
 import numpy as np
 from jaxtyping import Bool, Float
 
-from capture_plan.mask.record import LEAST_WALL_MM, RISE_MM, Dot, Hole, MaskSettings
+from capture_plan.mask.record import FLAT_MM, LEAST_WALL_MM, RISE_MM, Dot, Hole, MaskSettings
 from capture_plan.mask.skin import Skin
 
 NORMAL_MM = 4.0
 CLEARANCE_MM = 0.2  # around a dot, of radius: plastic shrinks holes by about as much
 LAND_MM = LEAST_WALL_MM + 0.25
+AROUND_MM = 2.2  # beyond the hole, where the skin beside it still decides how high its eyelet stands
 PATH_MM = (4.0, 40.0)  # of the pen before the dot, which no skin may come as near to as its radius
 PEN_MM = 5.5  # radius of that
 TURN = (0.0, 10.0, 20.0, 30.0, 40.0)
@@ -72,10 +73,10 @@ def _hole(dot: Dot, skin: Skin, radius: float, settings: MaskSettings) -> Hole |
         if not _in_the_way(offset, along).any():
             beside = np.linalg.norm(offset[near] - along[near, None] * axis, axis=1)
             own = np.abs(along[near]) < PEN_MM
-            highest = [along[near][own & (beside <= r)].max(initial=0.0) for r in (radius + 0.5, radius + RISE_MM + 1.2)]
-            land = highest[0] + settings.gap_mm + LAND_MM
-            top = max(land, highest[1] + settings.gap_mm + settings.wall_mm) + RISE_MM
-            return Hole(dot, axis, radius, land, top)
+            highest = [along[near][own & (beside <= radius + more)].max(initial=0.0) for more in (FLAT_MM, AROUND_MM)]
+            foot = highest[0] + settings.gap_mm
+            top = max(foot + LAND_MM, highest[1] + settings.gap_mm + settings.wall_mm) + RISE_MM
+            return Hole(dot, axis, radius, foot, foot + LAND_MM, top)
     return None
 
 

@@ -29,6 +29,7 @@ DEPTH_MM = 0.6
 FLOOR_MM = 1.8
 DIRECTIONS, APART_MM = 16, (0.0, 1.0, 2.2, 3.6)  # of pads from the feet of their eyelets
 CLEAR_MM = 0.2
+OFF_MM = 4.0  # from the plane of the eyelet to the skin where a pad would lie
 OWN, PLAIN = 1.25, 1.8  # times as near to its own hole as to any other: at least, and without doubt
 STEEP = 2.2  # mm between the highest and the mean skin under a pad: where skin is as bent as that it is no plane
 
@@ -55,8 +56,8 @@ def labels_for(
 def _places(
     m: int, hole: Hole, holes: tuple[Hole, ...], skin: Skin, cover: Float[np.ndarray, " n"], settings: MaskSettings
 ) -> list[_Place]:
-    reach = hole.foot_mm + max(APART_MM) + 12.0
-    near = np.flatnonzero(np.linalg.norm(skin.points - hole.dot.position, axis=1) <= reach)
+    reach = hole.around_mm + max(APART_MM) + 12.0
+    near = np.array(skin.tree.query_ball_point(hole.dot.position, reach))[::2]  # every second is dense enough
     points, normals, inside = skin.points[near], skin.normals[near], cover[near]
     frame = level_frame(hole.axis)
     found = []
@@ -64,11 +65,13 @@ def _places(
         half = np.array(pad_size(hole.dot.text, height)) / 2
         for apart, angle in product(APART_MM, 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS):
             out = np.array([np.cos(angle), np.sin(angle)])
-            way = hole.foot_mm + apart + _support(half, out)
-            place = _on_skin(hole.dot.position + way * (out @ frame[:2]), points, normals, half)
-            if place is None:
+            way = hole.around_mm + apart + _support(half, out)
+            away, first = skin.tree.query(hole.dot.position + way * (out @ frame[:2]))
+            if away > OFF_MM or cover[first] < half.min():
                 continue
-            at, own = place
+            around = np.linalg.norm(points - skin.points[first], axis=1) <= half.max()
+            normal = normals[around].sum(axis=0)
+            at, own = skin.points[first], normal / np.linalg.norm(normal)
             label = _label(hole, at, own, points, inside, half, height, settings)
             if label is not None and np.isfinite(doubt := _doubt(label, half, hole, holes)):
                 cost = 3.0 * HEIGHTS_MM.index(height) + apart + doubt + 0.5 * (1 + np.sin(angle))  # below, if it can be
@@ -84,22 +87,6 @@ def pad_size(text: str, height: float) -> tuple[float, float]:
 def _support(half: Float[np.ndarray, " 2"], out: Float[np.ndarray, " 2"]) -> float:
     """How far a rectangle with rounded corners reaches against a direction from its middle."""
     return float(np.abs(out) @ (half - 1.0) + 1.0)
-
-
-def _on_skin(
-    guess: Float[np.ndarray, " 3"],
-    points: Float[np.ndarray, "n 3"],
-    normals: Float[np.ndarray, "n 3"],
-    half: Float[np.ndarray, " 2"],
-) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]] | None:
-    """The skin nearest to a place, and the mean normal around it; None where there is none."""
-    away = np.linalg.norm(points - guess, axis=1)
-    nearest = int(away.argmin())
-    if away[nearest] > 4.0:
-        return None
-    around = np.linalg.norm(points - points[nearest], axis=1) <= half.max()
-    normal = normals[around].mean(axis=0)
-    return points[nearest], normal / np.linalg.norm(normal)
 
 
 def _label(
@@ -129,7 +116,7 @@ def _doubt(label: Label, half: Float[np.ndarray, " 2"], own: Hole, holes: tuple[
     """Price of the doubt whose number it is: 0 where every other hole is much further; infinite where another is as near,
     or where it touches an eyelet."""
     dots = (np.stack([hole.dot.position for hole in holes]) - label.place) @ label.frame.T
-    rims = np.array([hole.foot_mm for hole in holes])
+    rims = np.array([hole.around_mm for hole in holes])
     gaps = np.linalg.norm(np.maximum(np.abs(dots[:, :2]) - half, 0), axis=1)
     near = np.abs(dots[:, 2]) < 10.0
     mine = np.array([hole is own for hole in holes])

@@ -17,12 +17,13 @@ from capture_plan.mask.measure import Wall, gap_of, wall_of
 from capture_plan.mask.parts import Part, parts_of
 from capture_plan.mask.record import Dot, Hole, Label, MaskSettings, Mesh
 from capture_plan.mask.skin import Skin, sample_skin
-from capture_plan.mask.solid import SLOT_MM, as_mesh, manifold3d, solid
+from capture_plan.mask.solid import as_mesh, manifold3d, solid
 from capture_plan.rig import Rig
 
 BEYOND_MM = 15.0  # of skin around the outline, so that its edge disturbs nothing
 SEAT = (0.11, 0.15)  # half width and half height of the seat on the bridge of the nose, of the pupil distance
 BRIDGE = -0.06  # its middle, below the eyes
+HELD = 0.25  # of the skin under a ring that the shell covers
 BESIDE_EAR = 0.35  # of the pupil distance: in front of the ears the mask ends
 
 
@@ -55,16 +56,15 @@ def make_mask(head: Rig, dots: tuple[Dot, ...], *, dot_mm: float, settings: Mask
     skin, inside = _skin(head, anchors, dots)
     holes, without = holes_for(dots, skin, inside, dot_mm, settings)
     cut, notes = openings(head)
-    c = cover(inside, cut, skin, holes)
-    alone = [hole.dot.name for hole in holes if c[skin.tree.query(hole.dot.position)[1]] <= 0]
+    c = cover(inside, cut, skin, holes, settings.gap_mm + settings.wall_mm)
+    alone = [hole.dot.name for hole in holes if not _held(hole, skin, c)]
     without |= dict.fromkeys(alone, "its ring would hang alone in an opening")
     holes = tuple(hole for hole in holes if hole.dot.name not in alone)
     if not holes:
         raise PlanError(f"no dot of {head.name} can have a hole: {next(iter(without.values()), 'there are no dots')}")
-    free = np.min([o.beside(skin.points) - SLOT_MM for o in cut if o.name == "mouth"], axis=0, initial=np.inf)
-    labels = labels_for(holes, skin, np.minimum(c, free), settings)
+    labels = labels_for(holes, skin, c, settings)
     gap = settings.gap_mm * (1 - seat(skin, anchors))
-    mask = solid(skin, c, gap, cut, holes, labels, settings)
+    mask = solid(skin, c, gap, holes, labels, settings)
     mesh = as_mesh(mask)
     beneath = (c > 2.0) & (gap > 0.98 * settings.gap_mm)
     return Mask(
@@ -88,6 +88,12 @@ def _skin(head: Rig, anchors: Anchors, dots: tuple[Dot, ...]) -> tuple[Skin, Flo
     skin = sample_skin(head.neutral, triangles[around[triangles].all(axis=1)])
     ends = (anchors.ear_left[2] + anchors.ear_right[2]) / 2 + BESIDE_EAR * anchors.pupils
     return skin, np.minimum(outline(anchors, places, skin.points), skin.points[:, 2] - ends)
+
+
+def _held(hole: Hole, skin: Skin, c: Float[np.ndarray, " n"]) -> bool:
+    """Whether enough of the shell lies under the ring of a hole to hold it."""
+    under = skin.tree.query_ball_point(hole.dot.position, hole.ring_mm)
+    return bool(np.mean(c[under] > 0) > HELD)
 
 
 def seat(skin: Skin, anchors: Anchors) -> Float[np.ndarray, " n"]:

@@ -104,7 +104,7 @@ def _without_crumbs(piece: Any) -> Any:
 
 
 def _around_hole(m3: Any, hole: Hole, grown: float) -> Any:
-    r = hole.foot_mm + grown
+    r = hole.around_mm + grown
     return m3.Manifold.cylinder(14.0, r, r, 48).translate((0, 0, -6.0)).transform(
         placed(level_frame(hole.axis), hole.dot.position)
     )

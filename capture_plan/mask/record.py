@@ -47,12 +47,14 @@ class Dot:
 
 @dataclass(frozen=True, eq=False)
 class Hole:
-    """A hole for a dot: a cylinder of `radius_mm` from the skin to `land_mm` along the axis from the dot, then a cone
-    to the flat top of a raised eyelet at `top_mm`. `axis` is a unit vector out of the skin."""
+    """A hole for a dot: around it the inside of the mask is flat at `foot_mm` along the axis from the dot; from there a
+    cylinder of `radius_mm` to `land_mm`, then a cone to the flat top of a raised eyelet at `top_mm`. `axis` is a unit
+    vector out of the skin."""
 
     dot: Dot
     axis: Float[np.ndarray, " 3"]
     radius_mm: float
+    foot_mm: float
     land_mm: float
     top_mm: float
 
@@ -67,23 +69,29 @@ class Hole:
         return self.mouth_mm + RING_MM
 
     @property
-    def foot_mm(self) -> float:
+    def around_mm(self) -> float:
         """Radius of the eyelet where its sides meet the shell."""
         return self.rim_mm + RISE_MM
 
     @property
+    def flat_mm(self) -> float:
+        """Radius of what is flat on the inside: rays through the wall beside the hole run along it, not into it."""
+        return self.radius_mm + FLAT_MM
+
+    @property
     def ring_mm(self) -> float:
         """How far from the axis the shell reaches at least, whatever opening is near."""
-        return max(self.radius_mm + LEAST_WALL_MM + 0.3, self.rim_mm)
+        return max(self.flat_mm + 1.4, self.rim_mm)
 
     @property
     def eyelet_mm(self) -> float:
         """How far from the axis the shell reaches where an opening or the rim is near and there is room."""
-        return self.ring_mm + 0.8
+        return self.ring_mm + 0.4
 
 
 FLARE_MM = 0.9  # by which a cone is wider than its hole
 RING_MM = 0.9
+FLAT_MM = 1.3
 RISE_MM = 1.0  # of an eyelet over the shell
 
 

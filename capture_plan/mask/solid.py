@@ -22,7 +22,6 @@ from scipy.spatial import KDTree
 
 from capture_plan.errors import PlanError
 from capture_plan.mask.glyphs import outlines
-from capture_plan.mask.cover import Opening
 from capture_plan.mask.labels import DEPTH_MM, WIDTH
 from capture_plan.mask.record import Hole, Label, MaskSettings, Mesh, level_frame
 from capture_plan.mask.skin import Skin
@@ -34,14 +33,14 @@ FLANK = 0.25
 ROUND_MM = 0.9  # of the outer edge of rim and openings; on the inside flanks end at an angle
 SPREAD_MM = 0.35  # half of the distance between points of the skin: so far to the side of a point, skin goes on
 BLUR = 0.6  # grid steps: rounds edges and valleys between pads, moves no wall by more than 0.01 mm
-SIMPLER_MM = 0.015
+SIMPLER_MM = 0.005
 OUTSIDE = -2.0
 OPEN_MM = 1.0  # from an open edge of the skin
-SLOT_MM = 1.7  # half of the least width of an opening
 REACH_MM, SHELL_MM = 8.0, 5.5  # how far from the skin the highest eyelet and the highest pad reach
 SEGMENTS = 48  # of a hole's circle: its sides lie within 0.005 mm of it
-THROUGH_MM = 3.0  # by which a hole starts behind the skin and goes on above its eyelet
+THROUGH_MM = 3.5  # by which a hole starts behind the skin and goes on above its eyelet
 SLOPE = 1.0  # of the sides of eyelets and pads, per mm of height: no overhang when printed on any side
+SHOULDER_MM = 3.0  # around what is flat on the inside: so wide, falling by 45 degrees
 FOOT_MM = 2.2  # how far down sides go
 
 
@@ -49,7 +48,6 @@ def solid(
     skin: Skin,
     cover: Float[np.ndarray, " n"],
     gap: Float[np.ndarray, " n"],
-    openings: tuple[Opening, ...],
     holes: tuple[Hole, ...],
     labels: tuple[Label, ...],
     settings: MaskSettings,
@@ -59,7 +57,7 @@ def solid(
     Raises:
         PlanError: manifold3d or scikit-image is missing, or the shell is no manifold.
     """
-    field, origin = _field(skin, cover, gap, openings, holes, labels, settings)
+    field, origin = _field(skin, cover, gap, holes, labels, settings)
     m3, shell = manifold3d(), _surface(field, origin)
     tools = [_drill(m3, hole) for hole in holes] + [_letters(m3, label) for label in labels]
     cut = shell - m3.Manifold.batch_boolean(tools, m3.OpType.Add) if tools else shell
@@ -89,7 +87,6 @@ def _field(
     skin: Skin,
     cover: Float[np.ndarray, " n"],
     gap: Float[np.ndarray, " n"],
-    openings: tuple[Opening, ...],
     holes: tuple[Hole, ...],
     labels: tuple[Label, ...],
     settings: MaskSettings,
@@ -104,12 +101,12 @@ def _field(
     values = np.stack([gap[used], cover[used], skin.to_border[used].clip(max=OPEN_MM)], axis=1)
     h, g, c, edge = _over(x, points, normals, values)
     wall, tree = settings.wall_mm, KDTree(x)
-    rim = np.minimum(c, _slots(tree, x, openings, holes)) + FLANK * (h - g - wall / 2)
+    rim = c + FLANK * (h - g - wall / 2)
     F = np.minimum(h - g, rounded(g + wall - h, rim))
     clear = np.where(edge < OPEN_MM, np.abs(h), h) - g  # beyond an open edge there is no inside
-    for hole in track(holes, "Raising eyelets"):
-        _raise_eyelet(F, tree, x, clear, hole, settings.gap_mm)
     over = np.minimum(h - g, rim)
+    for hole in track(holes, "Raising eyelets"):
+        _raise_eyelet(F, tree, x, over, clear, hole)
     for label in labels:
         _raise_pad(F, tree, x, over, label)
     field = np.full(shape, OUTSIDE, dtype=np.float32)
@@ -163,30 +160,13 @@ def _over(
     return h, *np.einsum("xk,xkw->wx", weights, values[near])
 
 
-def _slots(
-    tree: KDTree, x: Float[np.ndarray, "x 3"], openings: tuple[Opening, ...], holes: tuple[Hole, ...]
-) -> Float[np.ndarray, " x"]:
-    """How far each grid point is beside the mouth as it is looked through, since lips bulge and their shells would meet
-    over it; the least ring of a hole goes before."""
-    free = np.full(len(x), SLOT_MM)
-    for opening in (one for one in openings if one.name == "mouth"):
-        at = np.unique(np.concatenate(tree.query_ball_point(opening.core, 2 * SLOT_MM + 6.0)).astype(int))
-        free[at] = np.minimum(free[at], opening.beside(x[at]) - SLOT_MM)
-    for hole in holes:
-        at = np.array(tree.query_ball_point(hole.dot.position, hole.ring_mm + 6.0))
-        d = x[at] - hole.dot.position
-        beside = np.linalg.norm(d - (d @ hole.axis)[:, None] * hole.axis, axis=1)
-        free[at] = np.maximum(free[at], hole.ring_mm - beside)
-    return free
-
-
 def _raise_eyelet(
     F: Float[np.ndarray, " x"],
     tree: KDTree,
     x: Float[np.ndarray, "x 3"],
+    over: Float[np.ndarray, " x"],
     clear: Float[np.ndarray, " x"],
     hole: Hole,
-    gap: float,
 ) -> None:
     """The truncated cone with the flat top of a hole, in place; a whole ring even where the skin ends beside it."""
     at = np.array(tree.query_ball_point(hole.dot.position, REACH_MM + 3.0))
@@ -195,8 +175,8 @@ def _raise_eyelet(
     beside = np.sqrt(np.maximum(np.einsum("nx,nx->n", d, d) - z**2, 0))
     below = hole.top_mm - z
     side = (hole.rim_mm + SLOPE * np.minimum(below, FOOT_MM) - beside) / np.hypot(1, SLOPE)
-    own = np.minimum(np.minimum(below, side), np.minimum(z - gap, clear[at]))
-    F[at] = np.maximum(F[at], own)
+    ring = np.minimum(hole.ring_mm - beside, np.minimum(z - hole.foot_mm, clear[at]))
+    F[at] = np.maximum(F[at], np.minimum(below, np.maximum(np.minimum(side, over[at]), ring)))
 
 
 def _raise_pad(
@@ -235,7 +215,10 @@ def _drill(m3: Any, hole: Hole) -> Any:
     r, high = hole.radius_mm, hole.top_mm + 0.3
     profile = [
         (0.0, -THROUGH_MM),
-        (r, -THROUGH_MM),
+        (hole.flat_mm + SHOULDER_MM, -THROUGH_MM),
+        (hole.flat_mm + SHOULDER_MM, hole.foot_mm - SHOULDER_MM),
+        (hole.flat_mm, hole.foot_mm),
+        (r, hole.foot_mm),
         (r, hole.land_mm),
         (hole.mouth_mm, hole.top_mm),
         (hole.mouth_mm + 0.3, high),
