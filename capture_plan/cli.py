@@ -649,7 +649,7 @@ def mask(
     rig: OtherRig = None,
     force: Force = False,
 ) -> None:
-    """Make a mask of PLAN for a 3D printer: a shell over the face with a conical hole for every dot and its number beside
+    """Make a mask of PLAN for a 3D printer: a shell over the face with a conical hole for every dot, its number beside
     it, as STL and 3MF in millimetres, and a picture of it."""
     from capture_plan.check.gate import as_far_as_it_goes
     from capture_plan.mask import MaskSettings, mask_lines, write_mask

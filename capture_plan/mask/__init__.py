@@ -1,7 +1,7 @@
 """A shell for the face of an actor, printed in plastic, with a conical hole for every dot and its number beside it.
 
-    write_mask(plan, inputs, "mask")       mask.stl, mask.3mf, mask.png
-    make_mask(head, dots, dot_mm=3.0)      the solid, what it measures, which dots have no hole and why
+`write_mask(plan, inputs, "mask")` writes STL, 3MF and a picture; `make_mask(head, dots, dot_mm=3.0)` gives the solid,
+what it measures, and which dots have no hole and why.
 """
 
 from capture_plan.mask.make import Mask, make_mask

@@ -5,8 +5,8 @@ Outline   the support function s(t) = max over points p . (cos t, sin t) of dots
 Openings  eyes, mouth and nostrils with their margins (`anatomy.zones`), and every open edge of the skin; the ring of a
           hole that reaches into one is no part of the cover: it is a flat washer (`solid`)
 Eyelets   a disc around every hole, whatever opening is near, where the skin looks the same way
-Regular   strips narrower than `STRIP_MM` are left out before the eyelets are added, notches narrower than `NOTCH_MM` are
-          filled after (morphological opening and closing with balls): no sliver, no crack
+Regular   strips narrower than `STRIP_MM` are left out before the eyelets are added, notches narrower than
+          `NOTCH_MM` are filled after (morphological opening and closing with balls): no sliver, no crack
 Connected what does not hang together with the largest piece is left out
 
 Letters: n points of the skin, m holes, t direction in the map.
@@ -15,7 +15,7 @@ Letters: n points of the skin, m holes, t direction in the map.
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from scipy.ndimage import gaussian_filter1d
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
@@ -23,9 +23,9 @@ from scipy.spatial import KDTree
 
 from capture_plan.anatomy.zones import ground_of
 from capture_plan.face.anchors import Anchors
-from capture_plan.mask.record import Hole, level_frame
+from capture_plan.mask.record import Hole
 from capture_plan.mask.skin import Skin
-from capture_plan.mesh import edges, vertex_normals
+from capture_plan.mesh import edges
 from capture_plan.rig import Rig
 
 OPENINGS = {"eyes": ("lash line", 3.5), "mouth": ("wet lip", 2.5), "nostrils": ("nostril rim", 2.0)}  # margins in mm
@@ -36,6 +36,7 @@ STRIP_MM = 6.0
 NOTCH_MM = 4.0
 FAR_MM = 6.0
 SLOT_MM = 1.7  # half of the least width of the mouth
+CORNERS, NEAR_MOUTH = 0.9, 0.12  # share of half the mouth that is open; of the pupil distance: lips
 FACING = 0.3  # cosine between a hole's axis and the normal of skin that its eyelet lies on
 DIRECTIONS = 72
 ROUND_DEGREES, GIVE_MM = 14.0, 3.0  # the outline's corners are rounded, and cut no more than that into its rim
@@ -83,39 +84,52 @@ def outline(
 
 @dataclass(frozen=True, eq=False)
 class Opening:
-    """An opening that was found: points along it, and the direction in which it is looked through."""
+    """An opening that was found: points along it, and how far from them the shell ends."""
 
     name: str
     core: Float[np.ndarray, "b 3"]
-    through: Float[np.ndarray, " 3"]
     margin_mm: float
 
     def beside(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " n"]:
-        """Distance from the opening as seen along its direction; out of reach far before it and behind it."""
-        frame = level_frame(self.through)
-        tree = KDTree(self.core @ frame[:2].T)
-        away, at = tree.query(points @ frame[:2].T, distance_upper_bound=FAR_MM)
-        depth = np.abs((points - self.core[np.minimum(at, len(self.core) - 1)]) @ self.through)
+        """Distance from the opening as seen from the front, millimetres; `FAR_MM` where it is further or far behind."""
+        away, at = KDTree(self.core[:, :2]).query(points[:, :2], distance_upper_bound=FAR_MM)
+        depth = np.abs(points[:, 2] - self.core[np.minimum(at, len(self.core) - 1), 2])
         return np.where((depth < 2 * FAR_MM) & (away < FAR_MM), away, FAR_MM)
 
 
 def openings(head: Rig) -> tuple[tuple[Opening, ...], list[str]]:
     """The openings of a face; what was not found, in words."""
     ground, found, notes = ground_of(head), [], []
-    normals = vertex_normals(head.neutral, ground.skin_triangles)
     for what, (zone, margin) in OPENINGS.items():
-        core = ground.zone(zone, 0.0)
-        if core.mask.any():
-            through = normals[core.mask].sum(axis=0) * [0, 1, 1]
-            through = through / np.linalg.norm(through) if through[2] > 0 else np.array([0.0, 0, 1])
-            within = edges(ground.skin_triangles)
-            ends = head.neutral[within[core.mask[within].all(axis=1)]]
-            along = np.linspace(0, 1, 6)[:, None, None]  # edges are 5 mm long at most where lids and lips are
-            points = ((1 - along) * ends[:, 0] + along * ends[:, 1]).reshape(-1, 3)
-            found.append(Opening(what, np.concatenate([head.neutral[core.mask], points]), through, margin))
+        core = ground.zone(zone, 0.0).mask
+        points = along_edges(head.neutral, ground.skin_triangles, core)
+        if what == "mouth":
+            points = mouth_line(points, ground.regions.anchors)
+        if len(points):
+            found.append(Opening(what, points, margin))
         else:
-            notes.append(f"no opening for the {what}: {core.note}")
+            notes.append(f"no opening for the {what}: {ground.zone(zone, 0.0).note}")
     return tuple(found), notes
+
+
+def along_edges(
+    vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"], core: Bool[np.ndarray, " v"]
+) -> Float[np.ndarray, "b 3"]:
+    """Vertices of a core, and points along the edges between them: no wave where vertices lie far apart."""
+    within = edges(triangles)
+    ends = vertices[within[core[within].all(axis=1)]]
+    along = np.linspace(0, 1, 6)[:, None, None]  # edges are 5 mm long at most where lids and lips are
+    return np.concatenate([vertices[core], ((1 - along) * ends[:, 0] + along * ends[:, 1]).reshape(-1, 3)])
+
+
+def mouth_line(points: Float[np.ndarray, "b 3"], anchors: Anchors) -> Float[np.ndarray, "b 3"]:
+    """A line from corner to corner through the middle of the mouth, and what was found near it: the noise of a scan
+    hides single places beside lips."""
+    t = np.linspace(0, 1, 40)[:, None] * CORNERS
+    middle = anchors.mouth
+    line = np.concatenate([middle + t * (corner - middle) for corner in (anchors.corner_left, anchors.corner_right)])
+    near = KDTree(line[:, :2]).query(points[:, :2])[0] < NEAR_MOUTH * anchors.pupils
+    return np.concatenate([line, points[near]])
 
 
 def cover(
@@ -125,8 +139,8 @@ def cover(
     holes: tuple[Hole, ...],
     through_mm: float,
 ) -> Float[np.ndarray, " n"]:
-    """Signed distance inside the cover of a shell whose outside is `through_mm` above the skin: the outline without openings and strips, with eyelets, without notches, in
-    one piece."""
+    """Signed distance inside the cover of a shell whose outside is `through_mm` above the skin: the outline without
+    openings and strips, with eyelets, without notches, in one piece."""
     own = [_facing(skin, hole) for hole in holes]
     opening = np.min([free_of(o, skin, through_mm) for o in cut], axis=0, initial=FAR_MM)
     covered = _grown(skin, _shrunk(skin, np.minimum(inside, opening) > 0, STRIP_MM / 2), STRIP_MM / 2)
@@ -148,7 +162,7 @@ def free_of(opening: Opening, skin: Skin, through_mm: float) -> Float[np.ndarray
     free = KDTree(opening.core).query(skin.points)[0] - opening.margin_mm
     if opening.name != "mouth":
         return free
-    ways = [opening.beside(skin.points + t * skin.normals) for t in (0.0, through_mm)]
+    ways = [opening.beside(skin.points + t * skin.normals) for t in np.linspace(0, through_mm, 5)]
     return np.minimum(free, np.min(ways, axis=0) - SLOT_MM)
 
 

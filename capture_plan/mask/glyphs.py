@@ -10,6 +10,7 @@ from jaxtyping import Float
 from capture_plan.sheets.lettering import font_path
 
 FACE = "Roboto-Bold.ttf"
+SQUEEZE = 0.86  # width of the letters over the font's own: strokes of 0.8 mm, and pads that fit between dots
 CURVE = np.linspace(0, 1, 6)[1:, None]  # points on a curve of the font
 
 
@@ -45,10 +46,11 @@ def outlines(text: str, height: float, advance: float) -> list[Float[np.ndarray,
 def _glyph(letter: str) -> tuple[tuple[Float[np.ndarray, "c 2"], ...], float, float]:
     """Outlines of one letter in the font's unit, its advance, and the height of capitals."""
     font = TTFont(font_path(FACE))
-    glyphs, name = font.getGlyphSet(), font.getBestCmap()[ord(letter)]
+    glyphs, name = font.getGlyphSet(), (font.getBestCmap() or {})[ord(letter)]
     pen = _Outline(glyphs)
     glyphs[name].draw(pen)
-    return tuple(np.array(p) for p in pen.polygons), float(glyphs[name].width), float(font["OS/2"].sCapHeight)
-
-
-SQUEEZE = 0.86  # width of the letters over the font's own: strokes of 0.8 mm, and pads that fit between dots
+    return (
+        tuple(np.array(p) for p in pen.polygons),
+        float(glyphs[name].width),
+        float(getattr(font["OS/2"], "sCapHeight")),
+    )  # noqa: B009  pyright knows no tables

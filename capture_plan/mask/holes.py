@@ -4,8 +4,8 @@ Axis     the mean normal of the skin around the dot, Gaussian weights of `NORMAL
          through the dot itself
 Foot     as far over the dot as the skin stands highest beside it, and the gap: there the inside is flat around the hole
 Land     from there the hole is a cylinder of `LAND_MM`; above, a cone opens to the flat top of the eyelet
-Path     a pen comes along the axis: where other skin is in its way the axis is turned towards the front, by no more than
-         `TURN` degrees
+Path     a pen comes along the axis: where other skin is in its way the axis is turned towards the front, by no more
+         than `TURN` degrees
 
 Letters: n points of the skin, m dots.
 """
@@ -28,20 +28,15 @@ OFF_MM = 3.0  # further from its own skin a dot is none of this head
 
 
 def holes_for(
-    dots: tuple[Dot, ...], skin: Skin, inside: Float[np.ndarray, " n"], dot_mm: float, settings: MaskSettings
+    dots: tuple[Dot, ...], skin: Skin, dot_mm: float, settings: MaskSettings
 ) -> tuple[tuple[Hole, ...], dict[str, str]]:
-    """Holes for the dots that can have one, and why the others cannot, by name. `inside` is how far each point of the
-    skin is inside the outline and away from ears, before openings are cut."""
+    """Holes for the dots that can have one, and why the others cannot, by name."""
     holes: list[Hole] = []
     without: dict[str, str] = {}
     for dot in dots:
-        away, at = skin.tree.query(dot.position)
-        if dot.on_neck:
-            without[dot.name] = "it lies on the neck, which moves against the head"
-        elif away > OFF_MM:
+        away = skin.tree.query(dot.position)[0]
+        if away > OFF_MM:
             without[dot.name] = f"it stands {away:.0f} mm off the skin that the mask lies on"
-        elif inside[at] < 0:
-            without[dot.name] = "it lies beside the ear or behind it, where the mask ends"
         elif (found := _hole(dot, skin, dot_mm / 2 + CLEARANCE_MM, settings)) is None:
             without[dot.name] = "a pen does not reach it straight: other parts of the face are in its way"
         elif found.axis[2] < BACKWARDS:
@@ -55,9 +50,7 @@ def holes_for(
 
 def _too_near(hole: Hole, others: list[Hole]) -> str:
     least = 2 * hole.radius_mm + LEAST_WALL_MM
-    return next(
-        (one.dot.name for one in others if np.linalg.norm(one.dot.position - hole.dot.position) < least), ""
-    )
+    return next((one.dot.name for one in others if np.linalg.norm(one.dot.position - hole.dot.position) < least), "")
 
 
 def _hole(dot: Dot, skin: Skin, radius: float, settings: MaskSettings) -> Hole | None:

@@ -47,9 +47,7 @@ def labels_for(
     holes: tuple[Hole, ...], skin: Skin, cover: Float[np.ndarray, " n"], settings: MaskSettings
 ) -> tuple[Label, ...]:
     """A pad for each hole that has room for one."""
-    places = [
-        place for m, hole in enumerate(holes) for place in _places(m, hole, holes, skin, cover, settings)
-    ]
+    places = [place for m, hole in enumerate(holes) for place in _places(m, hole, holes, skin, cover, settings)]
     return tuple(places[i].label for i in _chosen(places, len(holes)))
 
 
@@ -113,8 +111,8 @@ def _label(
 
 
 def _doubt(label: Label, half: Float[np.ndarray, " 2"], own: Hole, holes: tuple[Hole, ...]) -> float:
-    """Price of the doubt whose number it is: 0 where every other hole is much further; infinite where another is as near,
-    or where it touches an eyelet."""
+    """Price of the doubt whose number it is: 0 where every other hole is much further; infinite where another is as
+    near, or where it touches an eyelet."""
     dots = (np.stack([hole.dot.position for hole in holes]) - label.place) @ label.frame.T
     rims = np.array([hole.around_mm for hole in holes])
     gaps = np.linalg.norm(np.maximum(np.abs(dots[:, :2]) - half, 0), axis=1)

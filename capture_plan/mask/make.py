@@ -1,12 +1,13 @@
 """From a head and its dots to a mask that can be printed.
 
-    skin -> axes of the holes -> cover -> pads -> solid -> pieces on the bed -> what it measures
+skin -> axes of the holes -> cover -> pads -> solid -> pieces on the bed -> what it measures
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
+from scipy.spatial import KDTree
 
 from capture_plan.errors import PlanError
 from capture_plan.face.anchors import Anchors, face_anchors
@@ -24,6 +25,7 @@ BEYOND_MM = 15.0  # of skin around the outline, so that its edge disturbs nothin
 SEAT = (0.11, 0.15)  # half width and half height of the seat on the bridge of the nose, of the pupil distance
 BRIDGE = -0.06  # its middle, below the eyes
 HELD = 0.25  # of the skin under a ring that the shell covers
+ASTRAY_MM = 15.0  # from the nearest vertex of the skin: a dot of another head
 BESIDE_EAR = 0.35  # of the pupil distance: in front of the ears the mask ends
 
 
@@ -53,15 +55,20 @@ def make_mask(head: Rig, dots: tuple[Dot, ...], *, dot_mm: float, settings: Mask
     settings = settings or MaskSettings()
     manifold3d()
     anchors = face_anchors(head)
-    skin, inside = _skin(head, anchors, dots)
-    holes, without = holes_for(dots, skin, inside, dot_mm, settings)
+    ears = float(anchors.ear_left[2] + anchors.ear_right[2]) / 2 + BESIDE_EAR * anchors.pupils
+    beyond = _out_of_reach(dots, ears)
+    reached = tuple(dot for dot in dots if dot.name not in beyond)
+    if not reached:
+        raise PlanError(f"no dot of {head.name} can have a hole: {next(iter(beyond.values()), 'there are none')}")
+    skin, inside = _skin(head, anchors, reached, ears)
+    holes, without = holes_for(reached, skin, dot_mm, settings)
     cut, notes = openings(head)
     c = cover(inside, cut, skin, holes, settings.gap_mm + settings.wall_mm)
     alone = [hole.dot.name for hole in holes if not _held(hole, skin, c)]
-    without |= dict.fromkeys(alone, "its ring would hang alone in an opening")
+    without |= beyond | dict.fromkeys(alone, "its ring would hang alone in an opening")
     holes = tuple(hole for hole in holes if hole.dot.name not in alone)
     if not holes:
-        raise PlanError(f"no dot of {head.name} can have a hole: {next(iter(without.values()), 'there are no dots')}")
+        raise PlanError(f"no dot of {head.name} can have a hole: {next(iter(without.values()))}")
     labels = labels_for(holes, skin, c, settings)
     gap = settings.gap_mm * (1 - seat(skin, anchors))
     mask = solid(skin, c, gap, holes, labels, settings)
@@ -80,14 +87,20 @@ def make_mask(head: Rig, dots: tuple[Dot, ...], *, dot_mm: float, settings: Mask
     )
 
 
-def _skin(head: Rig, anchors: Anchors, dots: tuple[Dot, ...]) -> tuple[Skin, Float[np.ndarray, " n"]]:
+def _out_of_reach(dots: tuple[Dot, ...], ears: float) -> dict[str, str]:
+    """Why a mask that ends in front of the ears, at this depth, does not reach a dot, by name."""
+    behind = {dot.name: "it lies beside the ear or behind it" for dot in dots if dot.position[2] < ears}
+    return behind | {dot.name: "it lies on the neck, which moves against the head" for dot in dots if dot.on_neck}
+
+
+def _skin(head: Rig, anchors: Anchors, dots: tuple[Dot, ...], ears: float) -> tuple[Skin, Float[np.ndarray, " n"]]:
     """The skin around all that the mask may cover, and how far each of its points is inside the outline."""
-    places = np.array([dot.position for dot in dots if not dot.on_neck]).reshape(-1, 3)
+    own = KDTree(head.neutral[head.skin])
+    places = np.array([dot.position for dot in dots if own.query(dot.position)[0] < ASTRAY_MM]).reshape(-1, 3)
     triangles = head.triangles[head.skin[head.triangles].all(axis=1)]
     around = outline(anchors, places, head.neutral) > -BEYOND_MM
     skin = sample_skin(head.neutral, triangles[around[triangles].all(axis=1)])
-    ends = (anchors.ear_left[2] + anchors.ear_right[2]) / 2 + BESIDE_EAR * anchors.pupils
-    return skin, np.minimum(outline(anchors, places, skin.points), skin.points[:, 2] - ends)
+    return skin, np.minimum(outline(anchors, places, skin.points), skin.points[:, 2] - ears)
 
 
 def _held(hole: Hole, skin: Skin, c: Float[np.ndarray, " n"]) -> bool:
@@ -97,8 +110,8 @@ def _held(hole: Hole, skin: Skin, c: Float[np.ndarray, " n"]) -> bool:
 
 
 def seat(skin: Skin, anchors: Anchors) -> Float[np.ndarray, " n"]:
-    """How much each point of the skin carries the mask: 1 on the bridge of the nose, where there is no gap, falling to 0
-    around it."""
+    """How much each point of the skin carries the mask: 1 on the bridge of the nose, where there is no gap, falling to
+    0 around it."""
     u = anchors.pupils
     middle = (anchors.eye_left + anchors.eye_right) / 2 + [0, BRIDGE * u, 0]
     off = np.hypot(*((skin.points - middle)[:, :2] / (np.array(SEAT) * u)).T)

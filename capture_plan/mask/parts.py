@@ -4,16 +4,19 @@ Cut       by a plane; eyelets and pads that it would cut stay whole, on the side
           halved and the pieces find their place by themselves
 Pieces    halves along the midline where they are asked for; then whatever fits the printer's box in no direction is cut
           across its longest side, until all fits
-Direction of 98 directions up, the one with least area that hangs over by more than 45 degrees, clear of the bed
+Direction of 26 directions up, the one with least area that hangs over by more than 45 degrees, clear of the bed
 
 Letters: f triangles; millimetres; the printer's axes are x, y on the bed and z up.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
+from scipy.spatial import ConvexHull
 
 from capture_plan.mask.record import Hole, Label, MaskSettings, Mesh, level_frame
 from capture_plan.mask.solid import as_mesh, manifold3d, placed
@@ -22,8 +25,10 @@ from capture_plan.mesh.geometry import pieces, triangle_cross
 STEEP = np.cos(np.radians(45.0))
 BED_MM = 0.6  # what hangs as near to the bed lies on it
 PLAY_MM = 0.15  # between the pieces where an eyelet reaches into the other one
+NEAR_CUT_MM = 14.0  # further from a plane it cuts no eyelet and no pad
 CRUMB_MM3 = 60.0  # what a cut leaves that is smaller is left out
 FAR = 1e3
+STEP_MM = 1e-4
 SUPPORT_PER_MM = 2.0  # mm2 of overhang that a mm of height weighs: a lower piece prints sooner and stands firmer
 
 
@@ -40,10 +45,10 @@ class Part:
     largest_mm2: float
     largest_at: Float[np.ndarray, " 3"]
 
-    @property
+    @cached_property
     def printed(self) -> Mesh:
         """The piece as it stands on the bed."""
-        return Mesh(self.mesh.vertices @ self.turn.T + self.shift, self.mesh.triangles)
+        return welded(Mesh(self.mesh.vertices @ self.turn.T + self.shift, self.mesh.triangles))
 
     @property
     def size_mm(self) -> tuple[float, float, float]:
@@ -55,6 +60,15 @@ class Part:
     def up(self) -> Float[np.ndarray, " 3"]:
         """The head's direction that points up when it is printed."""
         return self.turn[2]
+
+
+def welded(mesh: Mesh) -> Mesh:
+    """The mesh with coordinates of `STEP_MM`, without the edges that are shorter: a file of float32 has none that fall
+    together."""
+    vertices, of = np.unique(np.round(mesh.vertices / STEP_MM), axis=0, return_inverse=True)
+    triangles = of.reshape(-1)[mesh.triangles]
+    a, b, c = triangles.T
+    return Mesh(vertices * STEP_MM, triangles[(a != b) & (b != c) & (c != a)])
 
 
 def parts_of(
@@ -81,18 +95,18 @@ def _cut(mask: Any, holes: tuple[Hole, ...], labels: tuple[Label, ...], axis: in
     size, corner = np.full(3, 2 * FAR), np.full(3, -FAR)
     corner[axis] = at
     side = m3.Manifold.cube(size.tolist()).translate(corner.tolist())
-    near = [(hole.dot.position, _around_hole, hole) for hole in holes]
-    near += [(label.place, _around_label, label) for label in labels]
-    near = [one for one in near if abs(one[0][axis] - at) < 14.0]
-    mine = [(make, what) for place, make, what in near if place[axis] >= at]
-    theirs = [(make, what) for place, make, what in near if place[axis] < at]
+    bodies: list[tuple[float, Callable[[float], Any]]] = [
+        *((float(hole.dot.position[axis]) - at, partial(_around_hole, m3, hole)) for hole in holes),
+        *((float(label.place[axis]) - at, partial(_around_label, m3, label)) for label in labels),
+    ]
+    bodies = [(away, body) for away, body in bodies if abs(away) < NEAR_CUT_MM]
 
     def sides(grown: float) -> Any:
         own = side
-        for make, what in theirs:
-            own -= make(m3, what, PLAY_MM - grown)
-        for make, what in mine:
-            own += make(m3, what, grown)
+        for _, body in (one for one in bodies if one[0] < 0):
+            own -= body(PLAY_MM - grown)
+        for _, body in (one for one in bodies if one[0] >= 0):
+            own += body(grown)
         return own
 
     return [_without_crumbs(mask ^ sides(0.0)), _without_crumbs(mask - sides(PLAY_MM))]
@@ -105,8 +119,10 @@ def _without_crumbs(piece: Any) -> Any:
 
 def _around_hole(m3: Any, hole: Hole, grown: float) -> Any:
     r = hole.around_mm + grown
-    return m3.Manifold.cylinder(14.0, r, r, 48).translate((0, 0, -6.0)).transform(
-        placed(level_frame(hole.axis), hole.dot.position)
+    return (
+        m3.Manifold.cylinder(14.0, r, r, 48)
+        .translate((0, 0, -6.0))
+        .transform(placed(level_frame(hole.axis), hole.dot.position))
     )
 
 
@@ -120,12 +136,13 @@ def _turned(mesh: Mesh, volume: tuple[float, float, float]) -> Part | None:
     cross = triangle_cross(mesh.vertices, mesh.triangles)
     area = np.linalg.norm(cross, axis=1) / 2
     normal, middle = cross / np.maximum(2 * area, 1e-12)[:, None], mesh.vertices[mesh.triangles].mean(axis=1)
+    corners = mesh.vertices[ConvexHull(mesh.vertices).vertices]
     best, found = np.inf, None
     for up in _directions():
-        turn = _fitting(mesh.vertices, up, volume)
+        turn = _fitting(corners, up, volume)
         if turn is None:
             continue
-        height = mesh.vertices @ up
+        height = corners @ up
         hangs = (normal @ up < -STEEP) & (middle @ up > height.min() + BED_MM)
         price = float(area[hangs].sum()) + SUPPORT_PER_MM * float(np.ptp(height))
         if price < best:
@@ -145,8 +162,8 @@ def _turned(mesh: Mesh, volume: tuple[float, float, float]) -> Part | None:
 
 
 def _directions() -> Float[np.ndarray, "d 3"]:
-    """All directions of a cube's grid of 5 x 5 on each side."""
-    steps = np.linspace(-1, 1, 5)
+    """All directions of a cube's corners, edges and sides."""
+    steps = np.linspace(-1, 1, 3)
     grid = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
     grid = grid[np.abs(grid).max(axis=1) == 1]
     return grid / np.linalg.norm(grid, axis=1, keepdims=True)

@@ -26,7 +26,9 @@ class MaskSettings:
 
     def __post_init__(self) -> None:
         if not GAP_MM[0] <= self.gap_mm <= GAP_MM[1]:
-            raise PlanError(f"a gap of {self.gap_mm:g} mm: give {GAP_MM[0]:g} to {GAP_MM[1]:g} mm between skin and mask")
+            raise PlanError(
+                f"a gap of {self.gap_mm:g} mm: give {GAP_MM[0]:g} to {GAP_MM[1]:g} mm between skin and mask"
+            )
         if not LEAST_WALL_MM + 0.2 <= self.wall_mm <= 4:
             raise PlanError(f"a wall of {self.wall_mm:g} mm: give {LEAST_WALL_MM + 0.2:g} to 4 mm")
         if min(self.volume_mm) < 60:

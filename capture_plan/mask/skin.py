@@ -51,7 +51,7 @@ class Skin:
     @cached_property
     def neighbours(self) -> Int[np.ndarray, "n k"]:
         """The `NEIGHBOURS` nearest points of each, itself first."""
-        return self.tree.query(self.points, k=NEIGHBOURS)[1]
+        return np.asarray(self.tree.query(self.points, k=NEIGHBOURS)[1])
 
 
 def sample_skin(vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]) -> Skin:

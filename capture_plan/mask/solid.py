@@ -38,9 +38,9 @@ OUTSIDE = -2.0
 OPEN_MM = 1.0  # from an open edge of the skin
 REACH_MM, SHELL_MM = 8.0, 5.5  # how far from the skin the highest eyelet and the highest pad reach
 SEGMENTS = 48  # of a hole's circle: its sides lie within 0.005 mm of it
-THROUGH_MM = 3.5  # by which a hole starts behind the skin and goes on above its eyelet
+THROUGH_MM = 4.2  # by which a hole starts behind the skin and goes on above its eyelet
 SLOPE = 1.0  # of the sides of eyelets and pads, per mm of height: no overhang when printed on any side
-SHOULDER_MM = 3.0  # around what is flat on the inside: so wide, falling by 45 degrees
+SHOULDER_MM = 4.0  # around what is flat on the inside: so wide, falling by 45 degrees
 FOOT_MM = 2.2  # how far down sides go
 
 
@@ -132,7 +132,7 @@ def _near_skin(
     cells = np.stack(np.meshgrid(*(np.arange(n // COARSE) for n in shape), indexing="ij"), axis=-1).reshape(-1, 3)
     middle = origin + GRID_MM * (COARSE * cells + (COARSE - 1) / 2)
     half = np.sqrt(3) / 2 * COARSE * GRID_MM
-    away, near = KDTree(points).query(middle, distance_upper_bound=REACH_MM + half, workers=-1)
+    away, near = map(np.asarray, KDTree(points).query(middle, distance_upper_bound=REACH_MM + half, workers=-1))
     wanted = np.isfinite(away)
     cells, middle, away, near = cells[wanted], middle[wanted], away[wanted], near[wanted]
     outside = np.einsum("nx,nx->n", middle - points[near], normals[near]) > -half - GRID_MM
@@ -150,7 +150,7 @@ def _over(
     values: Float[np.ndarray, "n w"],
 ) -> tuple[Float[np.ndarray, " x"], ...]:
     """Height over the nearest point, as over a small disc there, and values interpolated from the nearest points."""
-    away, near = KDTree(points).query(x, k=4, workers=-1)
+    away, near = map(np.asarray, KDTree(points).query(x, k=4, workers=-1))
     offset = x - points[near[:, 0]]
     up = np.einsum("nx,nx->n", offset, normals[near[:, 0]])
     aside = np.sqrt(np.maximum(np.einsum("nx,nx->n", offset, offset) - up**2, 0))

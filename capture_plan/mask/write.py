@@ -6,6 +6,7 @@ Files are in millimetres. `mask.stl` is one piece; of several, `mask-1.stl` and 
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -67,7 +68,7 @@ def stl_bytes(mesh: Mesh) -> bytes:
     """Binary STL."""
     import trimesh
 
-    return bytes(trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False).export(file_type="stl"))
+    return cast("bytes", trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False).export(file_type="stl"))
 
 
 def threemf_bytes(parts: tuple[Part, ...]) -> bytes:
@@ -83,7 +84,7 @@ def threemf_bytes(parts: tuple[Part, ...]) -> bytes:
         x += part.size_mm[0] + BETWEEN_MM
         scene.add_geometry(mesh, node_name=f"mask {i + 1}", geom_name=f"mask {i + 1}", transform=move)
     scene.units = "millimeter"
-    return bytes(scene.export(file_type="3mf"))
+    return cast("bytes", scene.export(file_type="3mf"))
 
 
 def mask_lines(mask: Mask) -> Iterator[str]:
@@ -99,8 +100,8 @@ def mask_lines(mask: Mask) -> Iterator[str]:
         f"{mask.wall.percentile_mm:.2f} mm, {mask.wall.least_mm:.2f} mm at least."
     )
     yield (
-        f"Gap to the skin: {middle:.2f} mm, 9 of 10 places {low:.2f} to {high:.2f} mm; on the bridge of the nose the mask "
-        "sits on the skin."
+        f"Gap to the skin: {middle:.2f} mm, 9 of 10 places {low:.2f} to {high:.2f} mm; on the bridge of the nose the "
+        "mask sits on the skin."
     )
     for i, part in enumerate(mask.parts):
         yield _printing(part, f"piece {i + 1}" if len(mask.parts) > 1 else "it", mask)
@@ -117,12 +118,13 @@ def _printing(part: Part, what: str, mask: Mask) -> str:
     x, y, z = part.size_mm
     near = min(mask.holes, key=lambda hole: float(np.linalg.norm(hole.dot.position - part.largest_at))).dot.name
     hangs = (
-        f"{part.overhang_mm2 / 100:.1f} cm² hang over by more than 45° and want support, {part.largest_mm2 / 100:.1f} cm² "
-        f"of it in one place near {near}"
+        f"{part.overhang_mm2 / 100:.1f} cm² hang over by more than 45° and want support, "
+        f"{part.largest_mm2 / 100:.1f} cm² of it in one place near {near}"
         if part.overhang_mm2 >= 5
         else "nothing hangs over by more than 45°"
     )
-    return f"Print {what} as the file has it, {_standing(part)}: {x:.0f} x {y:.0f} mm on the bed, {z:.0f} mm high; {hangs}."
+    bed = f"{x:.0f} x {y:.0f} mm on the bed, {z:.0f} mm high"
+    return f"Print {what} as the file has it, {_standing(part)}: {bed}; {hangs}."
 
 
 def _standing(part: Part) -> str:
