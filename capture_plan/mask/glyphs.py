@@ -52,5 +52,5 @@ def _glyph(letter: str) -> tuple[tuple[Float[np.ndarray, "c 2"], ...], float, fl
     return (
         tuple(np.array(p) for p in pen.polygons),
         float(glyphs[name].width),
-        float(getattr(font["OS/2"], "sCapHeight")),
-    )  # noqa: B009  pyright knows no tables
+        float(getattr(font["OS/2"], "sCapHeight")),  # noqa: B009  pyright knows no tables
+    )

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from capture_plan.mask.record import Mesh
+from capture_plan.mask.record import LEAST_WALL_MM, Mesh
 from capture_plan.mask.skin import Skin
 from capture_plan.mesh.geometry import triangle_cross
 from capture_plan.visibility.occluder import Occluder
@@ -26,12 +26,14 @@ LEAST_MM2 = 1e-4  # of a triangle: slivers that the cutting leaves have no direc
 
 @dataclass(frozen=True)
 class Wall:
-    """Thickness of the plastic over the skin, millimetres: the least, the 1st percentile and the median by area."""
+    """Thickness of the plastic over the skin, millimetres: the least, the 1st percentile and the median by area; how
+    many of all rays are shorter than `LEAST_WALL_MM`."""
 
     least_mm: float
     percentile_mm: float
     median_mm: float
     rays: int
+    thin: int
 
 
 def wall_of(mesh: Mesh, skin: Skin, gap: Float[np.ndarray, " n"]) -> Wall:
@@ -48,7 +50,13 @@ def wall_of(mesh: Mesh, skin: Skin, gap: Float[np.ndarray, " n"]) -> Wall:
     order = np.argsort(thick)
     share = np.cumsum(np.repeat(area[inside], len(CORNERS))[order])
     first, middle = np.searchsorted(share, [0.01 * share[-1], 0.5 * share[-1]])
-    return Wall(float(thick.min()), float(thick[order][first]), float(thick[order][middle]), len(thick))
+    return Wall(
+        float(thick.min()),
+        float(thick[order][first]),
+        float(thick[order][middle]),
+        len(thick),
+        int((thick < LEAST_WALL_MM).sum()),
+    )
 
 
 def gap_of(

@@ -83,7 +83,7 @@ class Hole:
     @property
     def ring_mm(self) -> float:
         """How far from the axis the shell reaches at least, whatever opening is near."""
-        return max(self.flat_mm + 1.4, self.rim_mm)
+        return max(self.flat_mm + 1.6, self.rim_mm)
 
     @property
     def eyelet_mm(self) -> float:

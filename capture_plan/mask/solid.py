@@ -40,7 +40,8 @@ REACH_MM, SHELL_MM = 8.0, 5.5  # how far from the skin the highest eyelet and th
 SEGMENTS = 48  # of a hole's circle: its sides lie within 0.005 mm of it
 THROUGH_MM = 4.2  # by which a hole starts behind the skin and goes on above its eyelet
 SLOPE = 1.0  # of the sides of eyelets and pads, per mm of height: no overhang when printed on any side
-SHOULDER_MM = 4.0  # around what is flat on the inside: so wide, falling by 45 degrees
+BEVEL_MM = 2.0  # of 45 degrees around what is flat on the inside, exactly; the field goes on from there
+SHOULDER_MM, LEAN = 5.0, 8.0  # how far; mm that a lean of the skin away from the hole is worth
 FOOT_MM = 2.2  # how far down sides go
 
 
@@ -99,7 +100,7 @@ def _field(
     at = _near_skin(points, normals, raised, origin, shape)
     x = origin + GRID_MM * at
     values = np.stack([gap[used], cover[used], skin.to_border[used].clip(max=OPEN_MM)], axis=1)
-    h, g, c, edge = _over(x, points, normals, values)
+    h, n, g, c, edge = _over(x, points, normals, values)
     wall, tree = settings.wall_mm, KDTree(x)
     rim = c + FLANK * (h - g - wall / 2)
     F = np.minimum(h - g, rounded(g + wall - h, rim))
@@ -107,6 +108,7 @@ def _field(
     over = np.minimum(h - g, rim)
     for hole in track(holes, "Raising eyelets"):
         _raise_eyelet(F, tree, x, over, clear, hole)
+        _cut_shoulder(F, tree, x, n, hole)
     for label in labels:
         _raise_pad(F, tree, x, over, label)
     field = np.full(shape, OUTSIDE, dtype=np.float32)
@@ -148,8 +150,9 @@ def _over(
     points: Float[np.ndarray, "n 3"],
     normals: Float[np.ndarray, "n 3"],
     values: Float[np.ndarray, "n w"],
-) -> tuple[Float[np.ndarray, " x"], ...]:
-    """Height over the nearest point, as over a small disc there, and values interpolated from the nearest points."""
+) -> tuple[Float[np.ndarray, "x ..."], ...]:
+    """Height over the nearest point, as over a small disc there, its normal, and values interpolated from the nearest
+    points."""
     away, near = map(np.asarray, KDTree(points).query(x, k=4, workers=-1))
     offset = x - points[near[:, 0]]
     up = np.einsum("nx,nx->n", offset, normals[near[:, 0]])
@@ -157,7 +160,7 @@ def _over(
     h = np.sign(up) * np.hypot(up, np.maximum(aside - SPREAD_MM, 0))
     weights = 1 / (away**2 - away[:, :1] ** 2 + SPREAD_MM**2)
     weights /= weights.sum(axis=1, keepdims=True)
-    return h, *np.einsum("xk,xkw->wx", weights, values[near])
+    return h, normals[near[:, 0]], *np.einsum("xk,xkw->wx", weights, values[near])
 
 
 def _raise_eyelet(
@@ -177,6 +180,22 @@ def _raise_eyelet(
     side = (hole.rim_mm + SLOPE * np.minimum(below, FOOT_MM) - beside) / np.hypot(1, SLOPE)
     ring = np.minimum(hole.ring_mm - beside, np.minimum(z - hole.foot_mm, clear[at]))
     F[at] = np.maximum(F[at], np.minimum(below, np.maximum(np.minimum(side, over[at]), ring)))
+
+
+def _cut_shoulder(
+    F: Float[np.ndarray, " x"], tree: KDTree, x: Float[np.ndarray, "x 3"], n: Float[np.ndarray, "x 3"], hole: Hole
+) -> None:
+    """Where skin around a hole rises away from it, as in a crease, the inside falls by no more than 45 degrees from
+    what is flat around the hole, in place: no step that a ray through the wall would meet."""
+    at = np.array(tree.query_ball_point(hole.dot.position, hole.flat_mm + SHOULDER_MM))
+    d = x[at] - hole.dot.position
+    z = d @ hole.axis
+    out = d - z[:, None] * hole.axis
+    beside = np.linalg.norm(out, axis=1)
+    lean = np.einsum("nx,nx->n", n[at], out) / np.maximum(beside, 1e-9)
+    cone = z - hole.foot_mm + np.maximum(beside - hole.flat_mm, 0) + LEAN * np.maximum(lean, 0)
+    facing = n[at] @ hole.axis > 0
+    F[at] = np.where(facing, np.minimum(F[at], cone), F[at])
 
 
 def _raise_pad(
@@ -215,8 +234,8 @@ def _drill(m3: Any, hole: Hole) -> Any:
     r, high = hole.radius_mm, hole.top_mm + 0.3
     profile = [
         (0.0, -THROUGH_MM),
-        (hole.flat_mm + SHOULDER_MM, -THROUGH_MM),
-        (hole.flat_mm + SHOULDER_MM, hole.foot_mm - SHOULDER_MM),
+        (hole.flat_mm + BEVEL_MM, -THROUGH_MM),
+        (hole.flat_mm + BEVEL_MM, hole.foot_mm - BEVEL_MM),
         (hole.flat_mm, hole.foot_mm),
         (r, hole.foot_mm),
         (r, hole.land_mm),

@@ -14,7 +14,7 @@ from capture_plan.exports.delivery import dots_mm, head_of
 from capture_plan.exports.kinds import DRAFT, either
 from capture_plan.mask.make import Mask, make_mask
 from capture_plan.mask.parts import Part
-from capture_plan.mask.record import Dot, MaskSettings, Mesh
+from capture_plan.mask.record import LEAST_WALL_MM, Dot, MaskSettings, Mesh
 from capture_plan.output import write_whole, written_together
 from capture_plan.plan.inputs import PlanInputs
 from capture_plan.plan.record import Plan
@@ -91,13 +91,15 @@ def mask_lines(mask: Mask) -> Iterator[str]:
     """What the mask measures, how it is printed, and which dots have no hole."""
     size = " x ".join(f"{side:.0f}" for side in np.ptp(mask.mesh.vertices, axis=0))
     low, middle, high = mask.gap_mm
+    thin = f" ({mask.wall.thin:,} rays below {LEAST_WALL_MM:g} mm)" if mask.wall.thin else ""
     yield (
         f"Mask of {size} mm (wide, high, deep) with {len(mask.holes)} holes of {2 * mask.holes[0].radius_mm:.1f} mm; "
         f"{len(mask.parts)} piece{'s' * (len(mask.parts) > 1)}."
     )
     yield (
         f"Wall measured by {mask.wall.rays:,} rays: {mask.wall.median_mm:.2f} mm, 1 % below "
-        f"{mask.wall.percentile_mm:.2f} mm, {mask.wall.least_mm:.2f} mm at least."
+        f"{mask.wall.percentile_mm:.2f} mm, {mask.wall.least_mm:.2f} mm at least"
+        f"{thin}."
     )
     yield (
         f"Gap to the skin: {middle:.2f} mm, 9 of 10 places {low:.2f} to {high:.2f} mm; on the bridge of the nose the "

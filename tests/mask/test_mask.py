@@ -125,6 +125,7 @@ def test_the_wall_is_nowhere_thinner_than_plastic_bears(mask, printed, head):
     assert np.percentile(thick, 1) >= 1.75
     assert np.percentile(thick, 0.02) >= 1.6
     assert mask.wall.percentile_mm >= 1.75
+    assert mask.wall.thin <= 1e-4 * mask.wall.rays
 
 
 def test_the_gap_is_the_one_that_was_asked_for(mask):
