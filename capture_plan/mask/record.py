@@ -113,7 +113,7 @@ class Label:
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """A closed triangle mesh."""
+    """A closed surface of triangles, corners counted counter-clockwise from outside; millimetres."""
 
     vertices: Float[np.ndarray, "v 3"]
     triangles: Int[np.ndarray, "f 3"]

@@ -39,7 +39,7 @@ class Skin:
 
     @cached_property
     def tree(self) -> KDTree:
-        """For nearest points."""
+        """Finds the points of the skin that lie nearest to a place."""
         return KDTree(self.points)
 
     @cached_property

@@ -65,7 +65,7 @@ def dots_of(plan: Plan, inputs: PlanInputs) -> tuple[Dot, ...]:
 
 
 def stl_bytes(mesh: Mesh) -> bytes:
-    """Binary STL."""
+    """A closed surface as the bytes of a binary STL file, millimetres."""
     import trimesh
 
     return cast("bytes", trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False).export(file_type="stl"))
