@@ -684,9 +684,12 @@ def export(
     files for other programs, each of which says its unit and axes; verify: plan, rig and a checker of one file that
     imports nothing of ours."""
     from capture_plan.check.gate import as_far_as_it_goes
+    from capture_plan.errors import CapturePlanError, PlanError
     from capture_plan.exports.delivery import Delivery
     from capture_plan.output import refuse_folder, refuse_plan, same
     from capture_plan.plan.files import rig_file_of
+    from capture_plan.plan.record import number_of
+    from capture_plan.prose import in_series
     from capture_plan.report import write_html
 
     usual = ["html", *(name for name, kind in KINDS.items() if kind.usual)]
@@ -703,12 +706,20 @@ def export(
     )
     of = Delivery(made, given, rig_file_of(made, plan, rig_path=rig), output)
     written: list[Path] = []
-    with as_far_as_it_goes(made), together(output, written, given.rig.name) as new:
+    refused: dict[str, str] = {}
+    with as_far_as_it_goes(made), together(output, written, given.rig.name, number_of(made)) as new:
         if "html" in wanted:
             written.append(write_html(made, given, new / "plan.html"))
-        for name in wanted:
+        for name in dict.fromkeys(wanted):
             if name in KINDS:
-                written += KINDS[name].write(of, new)
+                try:
+                    written += KINDS[name].write(of, new)
+                except CapturePlanError as error:
+                    refused[name] = str(error)
+        if not written:
+            raise PlanError("; ".join(refused.values()))
+    if refused:
+        raise PlanError(f"all but {in_series(list(refused))} is written: {'; '.join(refused.values())}")
     if not only:
         say([f"Next: open {output / 'plan.html'}; it needs no network. For other programs: export --only KIND."])
     else:
@@ -1090,12 +1101,13 @@ def said(line: str, note: str) -> bool:
 
 
 @contextmanager
-def together(folder: Path, written: list[Path], of: str = "") -> Iterator[Path]:
-    """Where to write what shall stand in `folder` as a whole, `of` a head, and be said: the paths in `written`."""
+def together(folder: Path, written: list[Path], of: str = "", number: str = "") -> Iterator[Path]:
+    """Where to write what shall stand in `folder` as a whole, `of` a head and the plan with a `number`, and be said:
+    the paths in `written`."""
     from capture_plan.output import written_together
     from capture_plan.progress import listen
 
-    with listen(say), written_together(folder, of) as new:
+    with listen(say), written_together(folder, of, number) as new:
         yield new
     say_written(folder / path.relative_to(new) for path in written)
 

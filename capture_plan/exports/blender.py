@@ -20,6 +20,7 @@ from capture_plan.exports.expression_meshes import mesh_of
 from capture_plan.exports.marker_names import distinct_names
 from capture_plan.exports.units import Z_UP
 from capture_plan.output import write_whole
+from capture_plan.plan.record import words_of
 
 MM = 1000  # in a metre
 LONGEST = 15  # letters of a name: Blender takes 63 bytes, and a letter may have four
@@ -39,6 +40,7 @@ def write(of: Delivery, folder: Path) -> list[Path]:
         )
     ]
     scene = {
+        "of": words_of(of.plan),
         "poses": list(of.poses),
         "meshes": f"expressions{of.suffix}",
         "mesh_to_blender": mesh_to_blender(of).tolist(),

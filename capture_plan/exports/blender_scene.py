@@ -61,6 +61,7 @@ def add_marker(name, label, frames):
 def main():
     """Add a collection with the head and the markers to the scene."""
     collection = bpy.data.collections.new("capture_plan")
+    collection["of"] = PLAN["of"]
     scene = bpy.context.scene
     scene.collection.children.link(collection)
     for marker in PLAN["markers"]:

@@ -21,8 +21,10 @@ from capture_plan.errors import RigError
 from capture_plan.exports.delivery import Delivery, head_of, poses_mm
 from capture_plan.exports.rows import write_rows
 from capture_plan.exports.units import Frame, frame_of_file, frame_of_plan
+from capture_plan.formats.naming import one_line
 from capture_plan.formats.obj import VERTEX
 from capture_plan.output import write_whole
+from capture_plan.plan.record import head_words, number_of, words_of
 from capture_plan.progress import tell
 from capture_plan.reader.artist_mesh import ArtistMesh, artist_mesh
 from capture_plan.rig import Rig
@@ -37,10 +39,10 @@ def write(of: Delivery, folder: Path) -> list[Path]:
     mesh, why_not = mesh_of(of)
     if why_not:
         tell([f"note: expression meshes are the plan's own mesh in millimetres, not the artist's file: {why_not}"])
-    written = []
+    written, said = [], words_of(of.plan)
     for name, vertices in poses_mm(of.plan, of.inputs):
         written.append(folder / f"{name}.obj")
-        write_whole(written[-1], on_file(mesh, rig, vertices) if mesh else obj_bytes(vertices, rig.triangles))
+        write_whole(written[-1], on_file(mesh, rig, vertices) if mesh else obj_bytes(vertices, rig.triangles, said))
     frame = frame_of_file(rig) if mesh else frame_of_plan()
     return [*written, write_keyframes(of, folder), write_examples(of, folder, frame, mesh.name if mesh else "")]
 
@@ -65,6 +67,8 @@ def write_keyframes(of: Delivery, folder: Path) -> Path:
 def write_examples(of: Delivery, folder: Path, frame: Frame, file: str) -> Path:
     """The description of the examples, whose meshes lie in this frame on this file of the artist's, if on one."""
     examples = {
+        "plan": number_of(of.plan),
+        "head": head_words(of.plan),
         "template": "neutral.obj",
         "template_is": file or "the plan's own mesh",
         **frame.record(),
@@ -115,9 +119,10 @@ def polygons_as_obj(mesh: ArtistMesh, vertices: Float[np.ndarray, "n 3"], digits
     return ("\n".join(lines) + "\n").encode()
 
 
-def obj_bytes(vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"]) -> bytes:
-    """A mesh as Wavefront OBJ, to a ten-thousandth of a millimetre; vertices are numbered from 1."""
-    lines = [f"# {frame_of_plan().words()}"]
+def obj_bytes(vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"], said: str = "") -> bytes:
+    """A mesh as Wavefront OBJ, to a ten-thousandth of a millimetre; vertices are numbered from 1. A comment holds what
+    is `said` of it."""
+    lines = [f"# {text}" for text in (frame_of_plan().words(), one_line(said)) if text]
     lines += [f"v {x:.4f} {y:.4f} {z:.4f}" for x, y, z in vertices.tolist()]
     lines += [f"f {a} {b} {c}" for a, b, c in (triangles + 1).tolist()]
     return ("\n".join(lines) + "\n").encode()

@@ -1,7 +1,8 @@
 """The head as glTF: `head.glb`, for the web, Blender and Unreal. Metres, +y up, facing +z, as glTF has it.
 
 Head      the neutral, each expression a morph target by its name, all at weight 0
-Markers   a node by the name of each marker under one called markers, with a ball as wide as the dot
+Dots      a ball as wide as the dot for each marker, in the head's mesh: they move with its morph targets
+Markers   a node by the name of each marker under one called markers, where it stands on the neutral
 Own code of JSON and NumPy, because trimesh 5.2 writes no morph targets. Sections are those of glTF 2.0.
 
 Letters: v vertices, f triangles.
@@ -9,6 +10,7 @@ Letters: v vertices, f triangles.
 
 import json
 import struct
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -17,10 +19,11 @@ import numpy as np
 import trimesh
 from jaxtyping import Float, Int
 
-from capture_plan.exports.delivery import NEUTRAL, Delivery, dots_mm, head_of, poses_mm
+from capture_plan.exports.delivery import NEUTRAL, Delivery, dots_mm, head_of, posed_dots_mm, poses_mm
 from capture_plan.exports.marker_names import distinct_names
 from capture_plan.mesh import vertex_normals
 from capture_plan.output import write_whole
+from capture_plan.plan.record import head_words, number_of
 
 MM = 1000  # in a metre
 LONGEST = 200  # letters of a name
@@ -28,7 +31,7 @@ JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942  # 4.4.3
 VERTICES, INDICES = 34962, 34963  # 5.11.5: what a view is for
 FLOAT, UNSIGNED_INT = 5126, 5125  # 5.1.3
 SKIN, DOT = 0, 1  # materials
-ROUND = 2  # subdivisions of a dot's ball
+ROUND = 1  # subdivisions of a dot's ball
 
 
 @dataclass
@@ -71,7 +74,7 @@ def gltf_of(of: Delivery) -> tuple[dict[str, Any], bytes]:
     names = distinct_names(of.names, longest=LONGEST)
     places = (dots_mm(of.plan, of.inputs) / MM).tolist()
     dots = [
-        {"name": name, "translation": place, "mesh": 1, "extras": {"place": marker.label}}
+        {"name": name, "translation": place, "extras": {"place": marker.label}}
         for name, place, marker in zip(names, places, of.plan.layout.markers, strict=True)
     ]
     head = {"name": "head", "mesh": 0}
@@ -80,12 +83,18 @@ def gltf_of(of: Delivery) -> tuple[dict[str, Any], bytes]:
         "asset": {
             "version": "2.0",
             "generator": "capture-plan",
-            "extras": {"unit": "metre", "up": "+y", "facing": "+z"},
+            "extras": {
+                "unit": "metre",
+                "up": "+y",
+                "facing": "+z",
+                "plan": number_of(of.plan),
+                "of": head_words(of.plan),
+            },
         },
         "scene": 0,
         "scenes": [{"nodes": [0, 1]}],
         "nodes": [head, group, *dots],
-        "meshes": [head_mesh(of, binary), dot_mesh(of.plan.settings.landmarks.dot_mm / 2 / MM, binary)],
+        "meshes": [head_mesh(of, binary)],
         "materials": [material("skin", 0.8, 0.6, 0.5), material("marker", 0.02, 0.02, 0.02)],
     }
     made |= {"accessors": binary.accessors, "bufferViews": binary.views, "buffers": [{"byteLength": len(binary.data)}]}
@@ -93,34 +102,41 @@ def gltf_of(of: Delivery) -> tuple[dict[str, Any], bytes]:
 
 
 def head_mesh(of: Delivery, binary: Binary) -> dict[str, Any]:
-    """The neutral with a morph target for each expression."""
-    head = head_of(of.inputs)
-    targets, named = [], []
-    for name, vertices in poses_mm(of.plan, of.inputs):
-        if name != NEUTRAL:
-            targets.append({"POSITION": binary.points((vertices - head.neutral) / MM)})
-            named.append(name)
-    mesh = {"name": "head", "primitives": [primitive(head.neutral / MM, head.triangles, SKIN, binary)]}
-    if targets:
-        mesh["primitives"][0]["targets"] = targets
-        mesh |= {"weights": [0.0] * len(targets), "extras": {"targetNames": named}}
-    return mesh
+    """The neutral and its dots, with a morph target of both for each expression."""
+    head, named = head_of(of.inputs), list(of.poses)[1:]
+    moved = (vertices - head.neutral for name, vertices in poses_mm(of.plan, of.inputs) if name != NEUTRAL)
+    parts = [primitive(head.neutral / MM, head.triangles, SKIN, binary, (each / MM for each in moved))]
+    if of.names:
+        posed = posed_dots_mm(of.plan, of.inputs)
+        balls, corners, turns = dots_as_balls(of)
+        each_ball = (np.repeat(way, turns, axis=0) / MM for way in posed[1:] - posed[0])
+        parts.append(primitive(balls / MM, corners, DOT, binary, each_ball))
+    mesh = {"name": "head", "primitives": parts}
+    return mesh | ({"weights": [0.0] * len(named), "extras": {"targetNames": named}} if named else {})
 
 
-def dot_mesh(radius: float, binary: Binary) -> dict[str, Any]:
-    """A ball of this radius, metres."""
-    ball = trimesh.creation.icosphere(subdivisions=ROUND, radius=radius)
-    return {"name": "dot", "primitives": [primitive(np.asarray(ball.vertices), np.asarray(ball.faces), DOT, binary)]}
+def dots_as_balls(of: Delivery) -> tuple[Float[np.ndarray, "v 3"], Int[np.ndarray, "f 3"], int]:
+    """A ball as wide as the dot around every marker, millimetres, and how many vertices each has."""
+    ball = trimesh.creation.icosphere(subdivisions=ROUND, radius=of.plan.settings.landmarks.dot_mm / 2)
+    points, faces, places = np.asarray(ball.vertices), np.asarray(ball.faces), dots_mm(of.plan, of.inputs)
+    first = len(points) * np.arange(len(places))[:, None, None]
+    return (places[:, None] + points).reshape(-1, 3), (faces + first).reshape(-1, 3), len(points)
 
 
 def primitive(
-    vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"], of_material: int, binary: Binary
+    vertices: Float[np.ndarray, "v 3"],
+    triangles: Int[np.ndarray, "f 3"],
+    of_material: int,
+    binary: Binary,
+    moved: Iterable[Float[np.ndarray, "v 3"]],
 ) -> dict[str, Any]:
-    """A surface with smooth normals."""
+    """A surface with smooth normals, and how far each morph target has `moved` it."""
     normals = vertex_normals(vertices, triangles)
     normals[~normals.any(axis=1)] = (0, 0, 1)  # 3.7.2.1 wants unit vectors, also where nothing is drawn
     attributes = {"POSITION": binary.points(vertices), "NORMAL": binary.points(normals)}
-    return {"attributes": attributes, "indices": binary.corners(triangles), "material": of_material}
+    made = {"attributes": attributes, "indices": binary.corners(triangles), "material": of_material}
+    targets = [{"POSITION": binary.points(each)} for each in moved]
+    return made | ({"targets": targets} if targets else {})
 
 
 def material(name: str, red: float, green: float, blue: float) -> dict[str, Any]:

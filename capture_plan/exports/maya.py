@@ -8,15 +8,18 @@ from pathlib import Path
 from capture_plan.exports.delivery import Delivery, dots_mm
 from capture_plan.exports.marker_names import plain_names
 from capture_plan.output import write_whole
+from capture_plan.plan.record import words_of
 
 MM = 10  # in a centimetre
 LONGEST = 60  # letters of a name
 GROUP = "capture_plan_markers"
 HEAD = """//Maya ASCII 2020 scene
 //Markers of a capture plan: one unit is a centimetre, +y up, the face looks along +z.
+//{origin}
 //Codeset: UTF-8
 requires maya "2020";
 currentUnit -l centimeter -a degree -t film;
+fileInfo "capture_plan" "{origin}";
 createNode transform -n "{group}";
 """
 LOCATOR = """createNode transform -n "{name}" -p "|{group}";
@@ -33,7 +36,7 @@ def write(of: Delivery, folder: Path) -> list[Path]:
     """Write the scene; locators are as wide as the dots."""
     names = plain_names(of.names, longest=LONGEST)
     size = of.plan.settings.landmarks.dot_mm / MM / 2  # a locator reaches as far on either side
-    text = HEAD.format(group=GROUP)
+    text = HEAD.format(group=GROUP, origin=quoted(words_of(of.plan)))
     for name, marker, xyz in zip(names, of.plan.layout.markers, dots_mm(of.plan, of.inputs) / MM, strict=True):
         x, y, z = xyz.tolist()
         note = quoted(f"{marker.name}: {marker.label}")

@@ -4,10 +4,12 @@ import csv
 import io
 import re
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from capture_plan.output import write_whole
+
+Columns = Mapping[str, str]  # of one value each, by name
 
 FORMULA = re.compile(r"[\t\r\n]|\s*[=+\-@]")
 

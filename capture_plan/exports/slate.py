@@ -1,8 +1,9 @@
 """The shot list for who holds the slate: one line an item, with columns to tick and to write takes into."""
 
 from pathlib import Path
+from types import MappingProxyType
 
-from capture_plan.exports.rows import write_rows
+from capture_plan.exports.rows import Columns, write_rows
 from capture_plan.expressions.session import Item, Session
 
 TAKES = 3
@@ -20,9 +21,11 @@ ACTING = ("why_hard", "avoid", "if_it_does_not_work", "blendshapes", "weights", 
 TICKS = (*(f"take_{number}" for number in range(1, TAKES + 1)), "pass", "retake", "fallback_shot", "notes")
 
 
-def write_slate(session: Session, path: Path) -> Path:
-    """Everything that is shot, in order; the tick columns are empty, times in seconds and minutes."""
-    return write_rows(path, [[*COLUMNS, *ACTING, *TICKS], *(slate_row(item) for item in session.items)])
+def write_slate(session: Session, path: Path, *, of: Columns = MappingProxyType({})) -> Path:
+    """Everything that is shot, in order; the tick columns are empty, times in seconds and minutes. `of` are columns of
+    one value each."""
+    rows = ([*slate_row(item), *of.values()] for item in session.items)
+    return write_rows(path, [[*COLUMNS, *ACTING, *TICKS, *of], *rows])
 
 
 def slate_row(item: Item) -> list[object]:

@@ -3,15 +3,17 @@
 `landmarks.csv`   millimetres, +y up, facing +z; `vertex_in_file` is the vertex in the file or folder that `file` names,
                   `vertex_in_plan` the one in plan.json and rig.npz, both counted from 0; for every camera of the
                   session whether it sees the dot in every expression, and its least width in pixels
+All three end in which plan and whose head they are of: programs read a table's rows, none its comments.
 """
 
 from pathlib import Path
+from types import MappingProxyType
 
 from capture_plan.exports.delivery import Delivery
-from capture_plan.exports.rows import write_rows
+from capture_plan.exports.rows import Columns, write_rows
 from capture_plan.exports.slate import write_slate
 from capture_plan.layout.record import Layout, View
-from capture_plan.plan.record import SAMPLE, ActorHead, Plan
+from capture_plan.plan.record import SAMPLE, ActorHead, Plan, head_words, number_of
 
 
 def write(of: Delivery, folder: Path) -> list[Path]:
@@ -21,9 +23,11 @@ def write(of: Delivery, folder: Path) -> list[Path]:
     """
     plan = of.plan
     return [
-        write_landmarks(plan.layout, of.place(folder, "landmarks", ".csv"), file=file_name(plan), actor=plan.actor),
+        write_landmarks(
+            plan.layout, of.place(folder, "landmarks", ".csv"), file=file_name(plan), actor=plan.actor, of=origin(plan)
+        ),
         write_expressions(plan, of.place(folder, "expressions", ".csv")),
-        write_slate(plan.session, of.place(folder, "slate", ".csv")),
+        write_slate(plan.session, of.place(folder, "slate", ".csv"), of=origin(plan)),
     ]
 
 
@@ -32,11 +36,22 @@ def file_name(plan: Plan) -> str:
     return "MakeHuman's base.obj" if plan.rig.path == SAMPLE else Path(plan.rig.path).name
 
 
+def origin(plan: Plan) -> Columns:
+    """The last columns of every table: the plan's number, and whose head it shows."""
+    return {"plan": number_of(plan), "head": head_words(plan)}
+
+
 def write_landmarks(
-    layout: Layout, path: Path, *, file: str, moved_by: str = "blendshapes", actor: ActorHead | None = None
+    layout: Layout,
+    path: Path,
+    *,
+    file: str,
+    moved_by: str = "blendshapes",
+    actor: ActorHead | None = None,
+    of: Columns = MappingProxyType({}),
 ) -> Path:
     """One row a marker; `file` is the artist's, and one column is headed by what moves the marker. On an actor's head
-    places are those there, and stand in the head file's own coordinates besides."""
+    places are those there, and stand in the head file's own coordinates besides. `of` are columns of one value each."""
     cameras = [view.camera for view in layout.markers[0].views] if layout.markers else []
     header = ["name", "place", "side", "role", "x_mm", "y_mm", "z_mm", "vertex_in_file", "file", "vertex_in_plan"]
     views = [f"{camera} {what}" for camera in cameras for what in ("sees it", "least px")]
@@ -52,7 +67,7 @@ def write_landmarks(
         header += ["x_in_head_file", "y_in_head_file", "z_in_head_file", "gap_mm"]
         pairs = zip(rows, actor.dots, strict=True)
         rows = [[*row[:4], *dot.position, *row[7:], *dot.in_file, dot.gap_mm] for row, dot in pairs]
-    return write_rows(path, [header, *rows])
+    return write_rows(path, [[*header, *of], *([*row, *of.values()] for row in rows)])
 
 
 def view_cells(view: View) -> tuple[str, float]:
@@ -62,8 +77,9 @@ def view_cells(view: View) -> tuple[str, float]:
 
 def write_expressions(plan: Plan, path: Path) -> Path:
     """One row an expression, in the order of shooting."""
-    expressions = [
+    header, of = ["name", "sentence", "blendshapes", "gain_percent", "covered_percent"], origin(plan)
+    rows = [
         [e.name, e.sentence, " ".join(e.blendshapes), round(100 * e.gain, 2), round(100 * e.covered, 2)]
         for e in plan.in_session
     ]
-    return write_rows(path, [["slate", "actor", "blendshapes", "gain_percent", "covered_percent"], *expressions])
+    return write_rows(path, [[*header, *of], *([*row, *of.values()] for row in rows)])

@@ -22,6 +22,7 @@ from capture_plan.exports.delivery import Delivery, dots_mm, posed_dots_mm
 from capture_plan.exports.marker_names import distinct_names
 from capture_plan.formats.usd import SUFFIXES
 from capture_plan.output import write_whole
+from capture_plan.plan.record import head_words, number_of
 
 LONGEST = 200  # letters of a name
 PLACE = "/capture_plan_markers"
@@ -56,6 +57,7 @@ def markers_alone(of: Delivery) -> str:
     stage.SetStartTimeCode(0)
     stage.SetEndTimeCode(len(frames) - 1)
     poses = ", ".join(of.poses)
+    say_origin(stage, of)
     stage.GetRootLayer().comment = f"One unit is a millimetre, +y up, facing +z; poses by time code: {poses}"
     points = add_points(stage, of, frames[0], 1.0)
     for code, frame in enumerate(frames):
@@ -74,8 +76,15 @@ def markers_over(of: Delivery, rig_file: Path) -> str:
     stage.GetRootLayer().subLayerPaths.append(
         Path(os.path.relpath(rig_file.resolve(), of.stands_in.resolve())).as_posix()
     )
+    say_origin(stage, of)
     add_points(stage, of, rig.in_file(dots_mm(of.plan, of.inputs)), 1 / rig.unit_mm)
     return stage.GetRootLayer().ExportToString()
+
+
+def say_origin(stage: Any, of: Delivery) -> None:
+    """Which plan and whose head, in the layer's own data."""
+    plan = of.plan
+    stage.GetRootLayer().customLayerData = {"capture_plan": {"plan": number_of(plan), "head": head_words(plan)}}
 
 
 def add_points(stage: Any, of: Delivery, places: Float[np.ndarray, "m 3"], millimetre: float) -> Any:

@@ -28,16 +28,18 @@ from capture_plan.output.leavings import (
 from capture_plan.output.places import HOLDS_A_PLAN, IS_A_LINK, holds_plan
 from capture_plan.output.whole import flush, flush_folder, folder_of, in_one_line, keeping, write_whole
 from capture_plan.progress import tell
+from capture_plan.prose import in_series
 
 MEMORY = ".capture-plan.json"
-WRITTEN, OF = "written by capture-plan", "of"
+WRITTEN, OF, NUMBERS = "written by capture-plan", "of", "of plan"
 SHOWN = 60  # letters of a name
 
 
 @contextmanager
-def written_together(folder: Path, of: str = "") -> Iterator[Path]:
+def written_together(folder: Path, of: str = "", number: str = "") -> Iterator[Path]:
     """A folder to write into; once the block ends well all that is in it stands in `folder`. `of` names the head that
-    it shows, where it shows one: `refuse_another` asks for it.
+    it shows, where it shows one: `refuse_another` asks for it; `number` is the plan's that it was made of: what stays
+    beside it of another plan is told.
 
     Inside another such block nothing is moved twice: `folder` is then part of that one.
 
@@ -54,17 +56,17 @@ def written_together(folder: Path, of: str = "") -> Iterator[Path]:
             os.mkdir(made / NEW)
             yield made / NEW
             with alone_in(folder):
-                move(made, of)
+                move(made, of, number)
         finally:
             if not (made / MOVES).exists():  # else it could not be put back now: the next sweep will
                 shutil.rmtree(made, ignore_errors=True)
             release(lock)
 
 
-def move(made: Path, of: str) -> None:
+def move(made: Path, of: str, number: str) -> None:
     """Move what is in `new/` to its places, with what it takes the place of kept; all of it or nothing."""
     new, folder = made / NEW, made.parent
-    gone = remember(new, folder, files_in(new), of)
+    gone = remember(new, folder, files_in(new), of, number)
     names = files_in(new)
     for name in names:
         flush(new / name)
@@ -108,13 +110,13 @@ def _keep(made: Path, name: Path) -> bool:
     return True
 
 
-def remember(new: Path, folder: Path, names: list[Path], of: str) -> list[Path]:
+def remember(new: Path, folder: Path, names: list[Path], of: str, number: str) -> list[Path]:
     """Write into each folder of the set what we wrote there; keep what is not ours beside it. Returns what we wrote
     into its folders before and do not write now."""
     gone = []
     for inside in sorted({name.parent for name in names}):
         refuse_links(folder, inside, [name for name in names if name.parent == inside])
-        before = _ours(folder / inside)
+        before, numbers = _ours(folder / inside), _ours(folder / inside, NUMBERS)
         now = {name.name: digest_of(new / name) or "" for name in names if name.parent == inside}
         for name in now:
             if (place := folder / inside / name).exists() and digest_of(place) not in (before.get(name), now[name]):
@@ -126,15 +128,28 @@ def remember(new: Path, folder: Path, names: list[Path], of: str) -> list[Path]:
             gone += [inside / name for name in left if unchanged(folder / inside / name, before[name])]
             left = []
         memory = dict(sorted((now | {name: before[name] for name in left}).items()))
+        others = {name: numbers[name] for name in left if name in numbers and (folder / inside / name).exists()}
         retained = {WRITTEN: memory} | ({OF: of} if of else {})
+        if number:
+            retained[NUMBERS] = dict.fromkeys(now, number) | others
+            tell_of_another_plan(folder / inside, {name for name in others if others[name] != number}, number)
         write_whole(new / inside / MEMORY, json.dumps(retained, indent=1).encode() + b"\n")
     return gone
 
 
-def _ours(folder: Path) -> dict[str, str]:
-    """Names of the files that we wrote into a folder, with their digests."""
+def tell_of_another_plan(folder: Path, names: set[str], number: str) -> None:
+    """Say which files of a folder are of another plan than the one with this number, that was now written."""
+    if names:
+        kept = in_series(sorted(names))
+        tell(
+            [f"note: {folder} now holds two plans: {kept} not of plan {number}; make them again, or choose another -o"]
+        )
+
+
+def _ours(folder: Path, what: str = WRITTEN) -> dict[str, str]:
+    """Names of the files that we wrote into a folder, with their digests, or what else we remember of each."""
     try:
-        files = json.loads((folder / MEMORY).read_bytes())[WRITTEN]
+        files = json.loads((folder / MEMORY).read_bytes())[what]
         return {name: what for name, what in files.items() if Path(name).name == name and isinstance(what, str)}
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return {}

@@ -104,6 +104,22 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True):
         return tuple(structs.replace(of[item.name], covered=item.covered) for item in items)
 
 
+def number_of(plan: Plan) -> str:
+    """The plan's number, 16 hexadecimal digits that stand on all that is made of it: equal plans, equal numbers. The
+    seal in plan.json begins with it; drafts carry their plan's."""
+    return seal_of(structs.replace(plan, draft=()))[:16]
+
+
+def words_of(plan: Plan) -> str:
+    """Which plan, and whose head all that is made of it shows: 'plan 0123456789abcdef of hero, on anna's head'."""
+    return f"plan {number_of(plan)} of {head_words(plan)}"
+
+
+def head_words(plan: Plan) -> str:
+    """Whose head it shows: 'hero', or 'hero on anna's head' where the plan was carried onto an actor's."""
+    return f"{plan.rig.name} on {plan.actor.name}'s head" if plan.actor else plan.rig.name
+
+
 def with_meetings(plan: Plan, rig: Rig) -> Plan:
     """The plan with the dots that come too near to each other in its expressions."""
     found = meetings(rig, plan.layout.markers, plan.packing.poses, plan.settings.landmarks.dot_mm)

@@ -22,7 +22,7 @@ from capture_plan.plan.predicted import (
     upper_words,
     within,
 )
-from capture_plan.plan.record import Plan
+from capture_plan.plan.record import Plan, number_of
 from capture_plan.plan.summary import fit_words, unidentified_words
 from capture_plan.prose import count
 from capture_plan.report.proofs import minimum_proof, packing_proof, proofs
@@ -269,7 +269,8 @@ def rig_facts(plan: Plan) -> list[tuple[str, str]]:
         ("Can be distinguished at all", f"{audit.rank} mixes"),
         ("Unit read as", f"{audit.unit_mm:g} mm"),
         ("Up and facing", f"{audit.up} and {audit.facing}"),
-        ("Fingerprint", plan.rig.fingerprint),
+        ("Plan", number_of(plan)),
+        ("Fingerprint of the rig", plan.rig.fingerprint),
     ]
     if audit.interpupillary_mm is not None:
         facts.insert(4, ("Between the pupils", f"{audit.interpupillary_mm:.1f} mm"))

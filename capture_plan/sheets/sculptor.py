@@ -16,7 +16,7 @@ from capture_plan.expressions.record import Expression
 from capture_plan.face.anchors import Anchors
 from capture_plan.plan.carry import as_worn
 from capture_plan.plan.inputs import PlanInputs
-from capture_plan.plan.record import Plan
+from capture_plan.plan.record import Plan, head_words, number_of
 from capture_plan.progress import track
 from capture_plan.rig import Rig
 from capture_plan.sheets.expression_page import close_up, movement, portrait
@@ -35,7 +35,6 @@ from capture_plan.sheets.view import (
     picture,
     pixels,
 )
-from capture_plan.sheets.write import fingerprint
 
 TURNTABLE = (RIGHT_PROFILE, RIGHT, FRONT, LEFT, LEFT_PROFILE)  # as one walks around the head
 TOP_MM, GAP_MM, ROW_MM, FOOT_MM, LABEL_MM = 27.0, 2.0, 5.2, 12.0, 5.0
@@ -80,7 +79,7 @@ def draw_sculptor(plan: Plan, inputs: PlanInputs, *, sheet: str, dpi: int, mirro
     says = {one.name: one.words for one in plan.audit.details}
     rows = {e.name: moved_by(worn, regions, e, says) for e in expressions}
     pages = 1 + sum(len(_chunks(book, rows[e.name])) for e in expressions)
-    source = SheetSource(worn.name, f"plan {fingerprint(plan)}", pages)
+    source = SheetSource(head_words(plan), f"plan {number_of(plan)}", pages)
 
     def draw(posed: Posed, frames: list[PictureFrame], top: Number) -> None:
         """Five pictures of one height in a row."""

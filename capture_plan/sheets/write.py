@@ -24,7 +24,7 @@ from capture_plan.plan.carry import actor_words, as_worn
 from capture_plan.plan.consent import consent_lines
 from capture_plan.plan.inputs import PlanInputs
 from capture_plan.plan.predicted import headline_words
-from capture_plan.plan.record import Plan
+from capture_plan.plan.record import Plan, head_words, number_of
 from capture_plan.plan.summary import expression_words
 from capture_plan.progress import track
 from capture_plan.rig import Rig
@@ -73,7 +73,8 @@ def write_sheets(
         ('sheets.pdf', '01-markers-front.png')
     """
     given = inputs if isinstance(inputs, PlanInputs) else PlanInputs(inputs)
-    return write_booklet(draw_sheets(plan, given, sheet=paper, dpi=dpi), Path(folder), dpi, given.rig.name)
+    book = draw_sheets(plan, given, sheet=paper, dpi=dpi)
+    return write_booklet(book, Path(folder), dpi, given.rig.name, number_of(plan))
 
 
 def write_marker_sheets(
@@ -83,14 +84,14 @@ def write_marker_sheets(
     return write_booklet(draw_marker_sheets(layout, rig, sheet=paper, dpi=dpi), Path(folder), dpi, rig.name)
 
 
-def write_booklet(book: Booklet, folder: Path, dpi: int, of: str = "") -> tuple[Path, ...]:
-    """`sheets.pdf` and `pages/*.png` of a head, all or none.
+def write_booklet(book: Booklet, folder: Path, dpi: int, of: str = "", number: str = "") -> tuple[Path, ...]:
+    """`sheets.pdf` and `pages/*.png` of a head and the plan with a `number`, all or none.
 
     Raises:
         PlanError: the folder cannot be written.
     """
     pdf = book.bytes()
-    with written_together(folder, of) as made:
+    with written_together(folder, of, number) as made:
         write_whole(made / "sheets.pdf", pdf)
         (made / "pages").mkdir()
         names = _write_pages(pdf, book.titles, made / "pages", dpi)
@@ -119,8 +120,7 @@ def draw_sheets(plan: Plan, inputs: PlanInputs, *, sheet: str, dpi: int) -> Book
     count = len(plan.packing.expressions)
     maps = -(-count // (map_rows(book) * MAP_COLUMNS))
     pages = markers.count + len(lists) + overviews + count + maps
-    whose = f"{rig.name} on {plan.actor.name}'s head" if plan.actor else rig.name
-    source = SheetSource(whose, f"plan {fingerprint(plan)}", pages)
+    source = SheetSource(head_words(plan), f"plan {number_of(plan)}", pages)
 
     def add_page(title: str) -> None:
         book.add_page(title)
@@ -183,9 +183,9 @@ def draw_marker_sheets(layout: Layout, rig: Rig, *, sheet: str, dpi: int) -> Boo
     return book
 
 
-def fingerprint(record: Plan | Layout) -> str:
-    """16 hexadecimal digits of the SHA-256 of a plan or a layout: equal ones, equal fingerprints."""
-    return hashlib.sha256(msgspec.json.encode(record, order="deterministic")).hexdigest()[:16]
+def fingerprint(layout: Layout) -> str:
+    """16 hexadecimal digits of the SHA-256 of a layout: equal ones, equal fingerprints."""
+    return hashlib.sha256(msgspec.json.encode(layout, order="deterministic")).hexdigest()[:16]
 
 
 def packed_words(plan: Plan) -> str:

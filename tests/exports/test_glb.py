@@ -13,7 +13,7 @@ import trimesh
 from capture_plan.exports.delivery import poses_mm
 from capture_plan.exports.glb import glb_bytes, write
 from capture_plan.formats.gltf import read_gltf
-from tests.exports.deliveries import badly_named, dots, sample
+from tests.exports.deliveries import badly_named, dots, posed_dots, sample
 
 VALIDATE = """
 const validator = require('gltf-validator'), fs = require('fs')
@@ -63,10 +63,10 @@ def test_trimesh_finds_each_marker_as_a_node_and_the_head_in_metres(path):
     scene = trimesh.load(path)
     places = np.array([scene.graph.get(name)[0][:3, 3] for name in sample().names])
     assert np.abs(1000 * places - dots(sample())).max() < 0.01
-    (head,) = (mesh for name, mesh in scene.geometry.items() if name.startswith("head"))
+    head, balls = scene.geometry.values()
     assert np.abs(1000 * head.vertices - sample().inputs.rig.neutral).max() < 0.01
-    (dot,) = (mesh for name, mesh in scene.geometry.items() if name.startswith("dot"))
-    assert 1000 * dot.extents == pytest.approx(3 * [sample().plan.settings.landmarks.dot_mm], rel=0.01)
+    around = (1000 * balls.vertices).reshape(len(places), -1, 3) - dots(sample())[:, None]
+    assert np.linalg.norm(around, axis=2) == pytest.approx(sample().plan.settings.landmarks.dot_mm / 2, abs=0.01)
 
 
 def test_each_expression_is_a_morph_target_by_its_name(path):
@@ -76,6 +76,15 @@ def test_each_expression_is_a_morph_target_by_its_name(path):
     n = len(poses[0][1])
     for delta, (_, pose) in zip(raw.deltas, poses[1:], strict=True):
         assert np.abs(1000 * delta[:n] - (pose - poses[0][1])).max() < 0.01
+
+
+def test_the_dots_move_with_each_expression(path):
+    raw, posed = read_gltf(path), posed_dots(sample())
+    n, m = len(sample().inputs.rig.neutral), posed.shape[1]
+    for delta, places in zip(raw.deltas, posed[1:], strict=True):
+        balls = 1000 * delta[n:].reshape(m, -1, 3)
+        assert np.abs(balls - (places - posed[0])[:, None]).max() < 0.01
+    assert np.abs(posed[1:] - posed[0]).max() > 3
 
 
 def test_bad_names_stay_apart(tmp_path):

@@ -11,6 +11,8 @@ from capture_plan.exports import KINDS, WRITES, write_exports
 from capture_plan.exports.tables import write_expressions, write_landmarks
 from capture_plan.layout.record import View
 from capture_plan.plan.files import write_plan
+from capture_plan.plan.record import head_words, number_of, words_of
+from capture_plan.progress import listen
 from tests.command import run
 from tests.exports.deliveries import sample
 
@@ -53,12 +55,50 @@ def test_the_command_line_writes_the_same_bytes_and_says_units_and_what_is_next(
         assert any(unit in step for step in steps)
 
 
-def test_what_cannot_be_written_is_said_in_a_line_and_nothing_else_is_left(written):
+def test_a_kind_that_cannot_be_written_takes_no_other_with_it(written):
     folder, _ = written
-    done = run("export", "plan.json", "-o", "none", "--only", "trc", "--only", "wrap", cwd=folder)
+    done = run("export", "plan.json", "-o", "most", "--only", "trc", "--only", "wrap", "--only", "maya", cwd=folder)
+    assert done.returncode == 2
+    assert "all but wrap is written: no points for Wrap" in done.stderr.splitlines()[-1]
+    found = [path.name for path in sorted(folder.glob("most/*")) if not path.name.startswith(".")]
+    assert found == ["markers.ma", "markers.trc"]
+    assert all(f"wrote most/{name}" in done.stderr.replace("\\", "/") for name in found)
+
+
+def test_what_cannot_be_written_is_said_in_a_line_and_nothing_is_left(written):
+    folder, _ = written
+    done = run("export", "plan.json", "-o", "none", "--only", "wrap", cwd=folder)
     assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
     assert "no points for Wrap" in done.stderr
     assert not [path for path in folder.glob("none/*") if not path.name.startswith(".")]
+
+
+def test_every_file_that_has_room_for_it_says_which_plan_and_whose_head_it_is_of(written):
+    folder, plan = written[0] / "out", sample().plan
+    number = number_of(plan)
+    assert json.loads((written[0] / "plan.json").read_text())["seal"].startswith(number)
+    for name in ("landmarks.csv", "expressions.csv", "slate.csv"):
+        table = pd.read_csv(folder / name, dtype=str)
+        assert set(table["plan"]) == {number}
+        assert set(table["head"]) == {head_words(plan)} == {"MakeHuman head"}
+    for name in ("markers.ma", "markers_blender.py", "expressions/neutral.obj"):
+        assert words_of(plan) in (folder / name).read_text(), name
+    for name in ("markers.usda", "expressions/examples.json"):
+        assert number in (folder / name).read_text(), name
+    for name in ("markers.c3d", "head.glb"):
+        assert number.encode() in (folder / name).read_bytes(), name
+
+
+def test_a_folder_that_now_holds_two_plans_is_told(tmp_path):
+    of, told = sample(), []
+    fewer = replace(of.plan, layout=replace(of.plan.layout, landmarks=of.plan.layout.landmarks[:-1]))
+    with listen(told.extend):
+        write_exports(of.plan, of.inputs, tmp_path, only=["trc", "maya"])
+        write_exports(of.plan, of.inputs, tmp_path, only=["trc"])
+        assert told == []
+        write_exports(fewer, of.inputs, tmp_path, only=["trc"])
+    (line,) = told
+    assert "holds two plans: markers.ma not of plan " + number_of(fewer) in line
 
 
 def test_a_kind_that_is_none_is_refused_with_the_kinds_there_are(tmp_path):
@@ -103,5 +143,5 @@ def test_poses_and_rows_of_expressions_stand_in_the_order_of_shooting(tmp_path):
     shot = [item for item in of.plan.session.items if item.kind == "expression"]
     assert list(of.poses)[1:] == [item.name for item in shot] != [e.name for e in of.plan.packing.expressions]
     rows = pd.read_csv(write_expressions(of.plan, tmp_path / "e.csv"))
-    assert list(rows["slate"]) == [item.name for item in shot]
+    assert list(rows["name"]) == [item.name for item in shot]
     assert list(rows["covered_percent"]) == pytest.approx([100 * item.covered for item in shot], abs=0.01)
