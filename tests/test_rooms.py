@@ -45,6 +45,7 @@ ONLY_IN = {
     "OpenGL": {"sheets"},
     "PIL": {"sheets"},
     "fpdf": {"sheets"},
+    "segno": {"sheets"},
     "matplotlib": {"figures"},
     "manifold3d": {"mask"},
     "skimage": {"mask"},

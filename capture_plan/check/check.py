@@ -23,6 +23,7 @@ from capture_plan.check.list_claims import list_claims
 from capture_plan.check.motion_claims import motion_claims
 from capture_plan.check.reading_claims import reading_claims
 from capture_plan.check.refuted_claims import refuted_claims
+from capture_plan.check.ring_claims import ring_claims
 from capture_plan.check.sentence_claims import sentence_claims
 from capture_plan.expressions.certificate import falling, misplaced, packing_claims
 from capture_plan.layout.assembly import decided_in, follow
@@ -54,8 +55,8 @@ def check_plan(plan: Plan, inputs: Rig | PlanInputs) -> tuple[Claim, ...]:
 def claims_of(plan: Plan, inputs: Rig | PlanInputs, *, quick: bool = False) -> Iterator[Claim]:
     """The claims of `check_plan`, one after the other as they are found.
 
-    With `quick` the plan's word is taken for what costs most of the time: recorded takes, and which surfaces run
-    through each other; the audit may be one that was found before.
+    With `quick` the plan's word is taken for what costs most of the time: recorded takes, crews that place dots, and
+    which surfaces run through each other; the audit may be one that was found before.
     """
     given = inputs_for(inputs, plan.settings, takes=not quick)
     rig = given.rig
@@ -82,6 +83,7 @@ def claims_of(plan: Plan, inputs: Rig | PlanInputs, *, quick: bool = False) -> I
     yield from bound_claims(plan, task)
     yield from information_claims(plan, task)
     yield from refuted_claims(plan, task, decided)
+    yield from () if quick else ring_claims(plan, rig)
     yield from () if quick else motion_claims(plan, task, takes)
     yield from expression_claims(plan, given)
     yield from list_claims(plan, listed)

@@ -6,18 +6,23 @@ Error    squared it grows by  tau^2 [2 tr(E^T G A D) + tr(G A D D^T A^T)],  exac
 Crew     every dot anywhere within its ring, each place of the disc as likely as any other
 Alone    h_m(r)  mean growth over the disc of radius r while every other dot stands right, read off the skin itself:
          rows made linear at the place show two thirds of it
+Strict   s_m(a)  the same growth at the ring itself, both ways along the axis at angle a; where one axis costs STRICT
+         times as much as that across it, the dot has to be set most exactly along it
 Rings    r_m = argmin 1/r + mu h_m(r) between LEAST_MM and MOST_MM: exact where exactness is dear, loose where it is
          cheap; mu is halved upon until KEEP of the seeded crews stay within the limit
 Letters: m dots, c crews, d directions, r radii, k blendshapes. Lengths in millimetres.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial import KDTree
 
+from capture_plan.cache import Arrays, cached, code_digest, digest
 from capture_plan.evaluation.robustness import GROWTH
 from capture_plan.evaluation.tangent_chart import Chart, flatten
 from capture_plan.layout.face import Face
@@ -34,17 +39,33 @@ CREWS, KEEP = 2000, 0.955  # a little more than 95 %, so that other crews keep 9
 HALVINGS = 18
 AT_ONCE = 250  # crews whose rows are held together
 SEED = 0
+STRICT = 2.0
 OTHER = {"left": "right", "right": "left"}
+ROOMS = ("anatomy", "evaluation", "layout", "mesh")  # whose code an answer depends on
+ENTRIES = 50
+
+Direction = tuple[float, float, float]
+
+
+class Rings(NamedTuple):
+    """How far each marker may stand from its place, millimetres, by its name; of some the direction along the skin, a
+    unit vector, in which it has to stand most exactly; the share of crews that keep the error."""
+
+    mm: dict[str, float]
+    strict: dict[str, Direction]
+    kept: float
 
 
 @dataclass(frozen=True, eq=False)
 class Placing:
-    """Dots on a face with the skin around each; `moved[m]` are changes of its rows at every direction and radius."""
+    """Dots on a face with the skin around each; `moved[m]` are changes of its rows at every direction and radius,
+    directions counted in the plane of its `axes`."""
 
     observation: Observation
     vertices: Int[np.ndarray, " m"]
     moved: Float[np.ndarray, "m d r 3 k"]
     reach: Float[np.ndarray, " m"]
+    axes: Float[np.ndarray, "m 2 3"]
 
     @property
     def radii(self) -> Float[np.ndarray, " r"]:
@@ -76,6 +97,27 @@ class Placing:
         ring = PRIOR_SD**2 * more / self.moved.shape[1]
         share = np.maximum(2 * steps - 1, 0)  # of the disc of radius r, which ends between two steps
         return np.cumsum(share * ring, axis=1) / np.maximum(np.cumsum(share), 1)
+
+    def along(self, rings: Float[np.ndarray, " m"]) -> Float[np.ndarray, "m d"]:
+        """Growth of the squared error where a dot alone stands at its ring, in each direction."""
+        linear, square, _ = self._parts
+        M = len(self.vertices)
+        own = linear.reshape(M, 3, -1)
+        block = square.reshape(M, 3, M, 3)[np.arange(M), :, np.arange(M)]
+        moved = self.moved[np.arange(M), :, np.rint(rings / STEP_MM).astype(int)]
+        more = 2 * np.einsum("mdxk,mxk->md", moved, own)
+        return more + np.einsum("mdxk,mxy,mdyk->md", moved, block, moved, optimize=True)
+
+    def strictest(self, rings: Float[np.ndarray, " m"]) -> Float[np.ndarray, "m 3"]:
+        """The axis along the skin in which each dot has to stand most exactly, unit vectors; 0 where none has."""
+        growth = self.along(rings)
+        half = growth.shape[1] // 2
+        axis = np.maximum((growth[:, :half] + growth[:, half:]) / 2, 0)  # both ways along it
+        most = axis.argmax(axis=1)
+        across = np.take_along_axis(axis, (most[:, None] + half // 2) % half, axis=1)[:, 0]
+        angle = np.pi * most / half
+        found = np.cos(angle)[:, None] * self.axes[:, 0] + np.sin(angle)[:, None] * self.axes[:, 1]
+        return np.where((axis.max(axis=1) > STRICT * across)[:, None], found, 0.0)
 
     def kept(self, rings: Float[np.ndarray, " m"], *, crews: int, seed: int) -> float:
         """Share of seeded crews within the rings whose error grows by no more than GROWTH."""
@@ -109,7 +151,8 @@ def placing_of(face: Face, settings: LayoutSettings, vertices: Int[np.ndarray, "
             for chart, row in zip(charts, rows, strict=True)
         ]
     )
-    return Placing(observation, vertices, moved, np.array([_reach(chart, places) for chart in charts]))
+    reach = np.array([_reach(chart, places) for chart in charts])
+    return Placing(observation, vertices, moved, reach, np.stack([chart.axes for chart in charts]))
 
 
 def _reach(chart: Chart, places: Float[np.ndarray, "d r 2"]) -> float:
@@ -145,30 +188,48 @@ def rings(placing: Placing) -> Float[np.ndarray, " m"]:
     return at(high)
 
 
-def rings_of(
-    rig: Rig, used: tuple[str, ...], settings: LayoutSettings, landmarks: tuple[Landmark, ...]
-) -> dict[str, float]:
-    """The ring of every landmark by its name, millimetres, for the `used` blendshapes and the noise of the settings.
+def rings_of(rig: Rig, used: tuple[str, ...], settings: LayoutSettings, landmarks: tuple[Landmark, ...]) -> Rings:
+    """The rings of these landmarks for the `used` blendshapes and the noise of the settings, as pages print them.
 
     Example:
         >>> plan = read_plan("hero.plan.json")
         >>> found = rings_of(sample_rig(), plan.audit.used, plan.settings.landmarks, plan.layout.landmarks)
-        >>> len(found) == len(plan.layout.landmarks), min(found.values()) >= 0.5
+        >>> len(found.mm) == len(plan.layout.landmarks), min(found.mm.values()) >= 0.5
         (True, True)
     """
     if not landmarks:
-        return {}
-    face = Face(rig, used, np.zeros(len(rig.neutral)))
-    vertices = np.array([landmark.vertex for landmark in landmarks])
-    placing = placing_of(face, settings, vertices)
+        return Rings({}, {}, 1.0)
+    vertices, names = np.array([landmark.vertex for landmark in landmarks]), [one.name for one in landmarks]
+    labels = [landmark.label for landmark in landmarks]
+    key = digest([code_digest(*ROOMS), rig.fingerprint, rig.skin, *used, repr(settings), vertices, *labels])
+
+    def compute() -> Arrays:
+        placing = placing_for(rig, used, settings, vertices)
+        found = alike_on_both_sides(rings(placing), labels)
+        kept = placing.kept(found, crews=CREWS, seed=SEED)
+        return {"mm": found, "strict": placing.strictest(found), "kept": np.array(kept)}
+
+    answer = cached(compute, "rings", key, entries=ENTRIES)
+    axes = zip(names, answer["strict"].tolist(), strict=True)
+    return Rings(
+        dict(zip(names, answer["mm"].round(2).tolist(), strict=True)),
+        {name: (x, y, z) for name, (x, y, z) in axes if x or y or z},
+        float(answer["kept"]),
+    )
+
+
+def placing_for(rig: Rig, used: tuple[str, ...], settings: LayoutSettings, vertices: Int[np.ndarray, " m"]) -> Placing:
+    """Dots at these vertices of a rig, none of which may touch another, wherever they stand."""
+    placing = placing_of(Face(rig, used, np.zeros(len(rig.neutral))), settings, vertices)
     near = KDTree(rig.neutral[vertices]).query(rig.neutral[vertices], k=2)[0][:, 1] if len(vertices) > 1 else np.inf
-    clear = np.floor((near - settings.dot_mm) / 2 / EXACT_MM) * EXACT_MM  # two dots never touch, wherever they stand
-    found = rings(replace(placing, reach=np.minimum(placing.reach, clear)))
-    by_label = {landmark.label: ring for landmark, ring in zip(landmarks, found.tolist(), strict=True)}
-    return {
-        landmark.name: min(ring, by_label.get(_twin(landmark.label), ring))  # nobody learns two rings for one place
-        for landmark, ring in zip(landmarks, found.tolist(), strict=True)
-    }
+    clear = np.floor((near - settings.dot_mm) / 2 / EXACT_MM) * EXACT_MM
+    return replace(placing, reach=np.minimum(placing.reach, clear))
+
+
+def alike_on_both_sides(found: Float[np.ndarray, " m"], labels: Sequence[str]) -> Float[np.ndarray, " m"]:
+    """Nobody learns two rings for one place: the smaller one for both sides."""
+    ring = dict(zip(labels, found.tolist(), strict=True))
+    return np.array([min(mm, ring.get(_twin(label), mm)) for label, mm in zip(labels, found.tolist(), strict=True)])
 
 
 def _twin(label: str) -> str:

@@ -2,13 +2,16 @@
 
 `landmarks.csv`   millimetres, +y up, facing +z; `vertex_in_file` is the vertex in the file or folder that `file` names,
                   `vertex_in_plan` the one in plan.json and rig.npz, both counted from 0; for every camera of the
-                  session whether it sees the dot in every expression, and its least width in pixels
+                  session whether it sees the dot in every expression, and its least width in pixels; how far the dot
+                  may stand from its place (`evaluation/rings.py`)
 All three end in which plan and whose head they are of: programs read a table's rows, none its comments.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 
+from capture_plan.evaluation.rings import rings_of
 from capture_plan.exports.delivery import Delivery
 from capture_plan.exports.rows import Columns, write_rows
 from capture_plan.exports.slate import write_slate
@@ -24,7 +27,12 @@ def write(of: Delivery, folder: Path) -> list[Path]:
     plan = of.plan
     return [
         write_landmarks(
-            plan.layout, of.place(folder, "landmarks", ".csv"), file=file_name(plan), actor=plan.actor, of=origin(plan)
+            plan.layout,
+            of.place(folder, "landmarks", ".csv"),
+            file=file_name(plan),
+            actor=plan.actor,
+            rings=rings_of(of.inputs.rig, plan.audit.used, plan.settings.landmarks, plan.layout.landmarks).mm,
+            of=origin(plan),
         ),
         write_expressions(plan, of.place(folder, "expressions", ".csv")),
         write_slate(plan.session, of.place(folder, "slate", ".csv"), of=origin(plan)),
@@ -48,6 +56,7 @@ def write_landmarks(
     file: str,
     moved_by: str = "blendshapes",
     actor: ActorHead | None = None,
+    rings: Mapping[str, float] = MappingProxyType({}),
     of: Columns = MappingProxyType({}),
 ) -> Path:
     """One row a marker; `file` is the artist's, and one column is headed by what moves the marker. On an actor's head
@@ -67,6 +76,9 @@ def write_landmarks(
         header += ["x_in_head_file", "y_in_head_file", "z_in_head_file", "gap_mm"]
         pairs = zip(rows, actor.dots, strict=True)
         rows = [[*row[:4], *dot.position, *row[7:], *dot.in_file, dot.gap_mm] for row, dot in pairs]
+    if rings:
+        header += ["may_stand_off_mm"]
+        rows = [[*row, rings.get(marker.name, "")] for row, marker in zip(rows, layout.markers, strict=True)]
     return write_rows(path, [[*header, *of], *([*row, *of.values()] for row in rows)])
 
 

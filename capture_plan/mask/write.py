@@ -17,7 +17,7 @@ from capture_plan.mask.parts import Part
 from capture_plan.mask.record import LEAST_WALL_MM, Dot, MaskSettings, Mesh
 from capture_plan.output import write_whole, written_together
 from capture_plan.plan.inputs import PlanInputs
-from capture_plan.plan.record import Plan, number_of
+from capture_plan.plan.record import Plan, number_of, words_of
 from capture_plan.prose import in_series
 from capture_plan.sheets.solid import solid_picture
 
@@ -47,7 +47,9 @@ def write_mask(
         for name, part in names.items():
             write_whole(new / name, stl_bytes(part.printed))
         write_whole(new / f"{stem}.3mf", threemf_bytes(made.parts))
-        write_whole(new / f"{stem}.png", solid_picture(made.mesh.vertices, made.mesh.triangles, f"{head.name}: mask"))
+        write_whole(
+            new / f"{stem}.png", solid_picture(made.mesh.vertices, made.mesh.triangles, f"Mask: {words_of(plan)}")
+        )
     return made, tuple(folder / name for name in (*names, f"{stem}.3mf", f"{stem}.png"))
 
 

@@ -9,9 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from capture_plan.sheets.page import MARGIN_MM, Booklet
+from capture_plan.sheets.qr import draw_code
 from capture_plan.sheets.style import FAINT, INK, SOFT, Look, Number
 
-CHECK_BAR_MM = 50.0
+CHECK_BAR_MM, CODE_MM = 50.0, 16.0
 FIELDS = ("Production", "Actor", "Date")
 
 
@@ -26,10 +27,14 @@ class SheetSource(NamedTuple):
     pages: int
 
 
-def head_line(book: Booklet, title: str, words: HeadLine, *, fields: bool = True) -> None:
-    """Title on the left, lines for production, actor and date on the right, and a rule below."""
+def head_line(book: Booklet, title: str, words: HeadLine, *, fields: bool = True, code: str = "") -> None:
+    """Title on the left, lines for production, actor and date on the right, and a rule below; with a `code` that a
+    telephone reads."""
     right = book.paper.width - MARGIN_MM
     fields_x = right - 62 if fields else right
+    if code:
+        fields_x -= CODE_MM + 2
+        draw_code(book, code, fields_x, 22.4 - CODE_MM, CODE_MM)
     room = fields_x - MARGIN_MM - 4
     if len(words) == 1:
         book.text(MARGIN_MM, 15, title, 19, bold=True, fit=room)
@@ -41,8 +46,8 @@ def head_line(book: Booklet, title: str, words: HeadLine, *, fields: bool = True
     if fields:
         for row, name in enumerate(FIELDS):
             y = 10.6 + 5.2 * row
-            book.text(fields_x, y, name, 7, colour=SOFT)
-            book.line((fields_x + 15, y + 0.8), (right, y + 0.8), width=0.2, colour=SOFT)
+            book.text(right - 62, y, name, 7, colour=SOFT)
+            book.line((right - 47, y + 0.8), (right, y + 0.8), width=0.2, colour=SOFT)
     book.line((MARGIN_MM, 23.6), (right, 23.6), width=0.5, colour=INK)
 
 

@@ -106,7 +106,8 @@ def take_words(fit: MotionFit) -> str:
 class MarkerPages:
     """Draws the pages into a book; `add_page` begins one. `placing` are at most two lines under the title of
     every page, and `table` under that of the table. With `fallen` there is a card on what to do when a dot falls
-    off; `says` are the movements of blendshapes in words, `agreed` lines for the first page."""
+    off; `says` are the movements of blendshapes in words, `agreed` lines for the first page, `code` what
+    a telephone reads on each."""
 
     book: Booklet
     face: MarkedFace
@@ -117,6 +118,7 @@ class MarkerPages:
     fallen: Falling | None = None
     says: Mapping[str, str] = field(default_factory=dict)
     agreed: tuple[str, ...] = ()
+    code: str = ""
     shown: set[str] = field(default_factory=set)
 
     @cached_property
@@ -164,7 +166,7 @@ class MarkerPages:
     def _page(self, page: Placed, title: str) -> None:
         book, face = self.book, self.face
         draw_markers(book, page, face)
-        head_line(book, title, self.placing)
+        head_line(book, title, self.placing, code=self.code)
         if page.view.mirrored:  # nobody takes the one for the other
             book.box(MARGIN_MM, 23.6, book.paper.width - 2 * MARGIN_MM, 1.6, fill=ACCENT, line=None)
             words, middle = "AS THE MIRROR SHOWS IT", book.paper.width / 2
@@ -180,8 +182,8 @@ class MarkerPages:
         x = MARGIN_MM + 66
         wide = book.paper.width - MARGIN_MM - x
         counts = Counter(m.region for m in page.landmarks)
-        legend(book, x, y + 1.2, wide, {name: look for name, look in face.looks.items() if counts[name]}, counts)
-        book.paragraph(x, y + 6.9, self._notes(page), 7.2, width=wide, lines=3, colour=SOFT)
+        legend(book, x, y + 0.4, wide, {name: look for name, look in face.looks.items() if counts[name]}, counts)
+        book.paragraph(x, y + 7.3, self._notes(page), 7.2, width=wide, lines=3, colour=SOFT)
 
     def _agreed(self) -> None:
         """What was agreed with the actor, between the words that tell the sides."""
@@ -220,7 +222,8 @@ class MarkerPages:
             else []
         )
         if any(m.name in self.face.rings for m in page.landmarks):
-            notes.append("the whole dot stays within its ring")
+            thick = any(m.name in self.face.strict for m in page.landmarks)
+            notes.append("the whole dot stays within its ring" + (", exactest along its thick ends" if thick else ""))
         notes.append("every dot is round; its sign on paper tells the region, the point in it the middle")
         if any(m.role == "backup" for m in page.landmarks):
             notes.append("hollow: a spare")

@@ -20,6 +20,7 @@ from scipy.ndimage import minimum_filter
 
 from capture_plan.anatomy.zones import DOT_MM
 from capture_plan.errors import PlanError
+from capture_plan.evaluation.rings import Direction
 from capture_plan.face.anchors import Anchors
 from capture_plan.layout.record import Landmark
 from capture_plan.sheets.head import Posed
@@ -43,6 +44,7 @@ LETTER_MM = 1.6  # from the cross to the middle of its letter, sideways and in h
 PROBE_DPI = 60  # of the quick picture that tells what is seen
 SUNK_MM = 10.0  # a corner of an eye or of the mouth lies this deep in its fold
 SEEN_MM = 2.0  # a marker this much behind the surface in front of it is hidden
+FLAT = 0.5  # of a direction's length that a page shows, at least
 GRAZING = 0.12  # least cosine between the skin's normal and the view; below it a dot is only a stroke
 ABOVE_MM, BELOW_MM, BESIDE_MM = 25.0, 14.0, 13.0  # of the head shown around the markers of a page
 FADE_MM = 9.0
@@ -55,6 +57,7 @@ class MarkedFace:
 
     `tape` are the points that places are measured from, `rings` how far a marker may stand from its place, millimetres,
     by its name, and `dot_mm` the diameter of a marker. `own`: the face is the actor's own, and no model to be scaled.
+    `strict` are directions in which a marker has to stand most exactly.
     """
 
     posed: Posed
@@ -66,6 +69,7 @@ class MarkedFace:
     rings: Mapping[str, float] = field(default_factory=dict)
     dot_mm: float = DOT_MM
     own: bool = False
+    strict: Mapping[str, Direction] = field(default_factory=dict)
 
     @property
     def solid(self) -> Posed:
@@ -347,7 +351,10 @@ def draw_markers(book: Booklet, placed: Placed, face: MarkedFace) -> None:
     ):
         look, hollow = face.looks[landmark.region], landmark.role == "backup"
         if landmark.name in face.rings:
-            book.ring(x, y, face.rim_mm(landmark) / scale, colour=look.colour)
+            rim = face.rim_mm(landmark) / scale
+            book.ring(x, y, rim, colour=look.colour)
+            if (angle := seen_angle(face.strict.get(landmark.name), placed.view)) is not None:
+                book.thick_ends(x, y, rim, angle, colour=look.colour)
         book.marker(x, y, look, radius=radius * 0.95, hollow=hollow)
         book.ring(x, y, POINT_MM, colour=INK if hollow else "#ffffff", filled=True)
         high = NUMBER_PT * 25.4 / 72 * LETTER_HIGH
@@ -357,6 +364,15 @@ def draw_markers(book: Booklet, placed: Placed, face: MarkedFace) -> None:
         )
     for landmark, row in zip(placed.landmarks, placed.rows, strict=True):
         _draw_row(book, landmark, row, face)
+
+
+def seen_angle(direction: Direction | None, view: Viewpoint) -> Number | None:
+    """Where a direction along the skin leads on a page, degrees from its right counter-clockwise; None where it leads
+    towards the viewer."""
+    if direction is None:
+        return None
+    x, y, _ = view.project(np.array([direction]))[0].tolist()
+    return float(np.degrees(np.arctan2(y, x))) if np.hypot(x, y) > FLAT else None
 
 
 def _draw_cross(book: Booklet, point: TapePoint, x: float, y: float, marks: Float[np.ndarray, "n 2"]) -> None:

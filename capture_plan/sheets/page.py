@@ -21,6 +21,7 @@ from capture_plan.sheets.style import INK, Look, Number, outline, rgb
 Align = Literal["left", "centre", "right"]
 
 JPEG_QUALITY = 92  # no block is seen at 300 dpi on clay; a page of pictures stays near half a megabyte
+THICK_MM, THICK_DEGREES = 0.7, 28.0  # of the parts of a ring that are exacter
 POINT_MM = 25.4 / 72
 DRAFT, DRAFT_PT, DRAFT_TURN = "DRAFT", 170, 52  # points and degrees: from corner to corner of either paper
 DRAFT_INK, DRAFT_OPACITY = "#b3261e", 0.2  # what lies below is still read
@@ -223,6 +224,15 @@ class Booklet:
         """A circle around a place: a thin line, or a filled dot."""
         self._stroke(colour if filled else None, None if filled else colour, 0.18)
         self._pdf.circle(x, y, radius, style="F" if filled else "D")
+
+    def thick_ends(self, x: Number, y: Number, radius: Number, angle: Number, *, colour: str) -> None:
+        """The two parts of a circle that lie in a direction and against it, `angle` degrees from the page's right
+        counter-clockwise, thick."""
+        self._stroke(None, colour, THICK_MM)
+        for middle in (angle, angle + 180):
+            self._pdf.arc(
+                x - radius, y - radius, 2 * radius, middle - THICK_DEGREES, middle + THICK_DEGREES, clockwise=False
+            )
 
     def image(self, pixels: UInt8[np.ndarray, "p q 3"], x: Number, y: Number, w: Number, h: Number) -> None:
         """Place a picture on the page, millimetres."""

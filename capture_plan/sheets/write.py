@@ -24,7 +24,7 @@ from capture_plan.plan.carry import actor_words, as_worn
 from capture_plan.plan.consent import consent_lines
 from capture_plan.plan.inputs import PlanInputs
 from capture_plan.plan.predicted import headline_words
-from capture_plan.plan.record import Plan, head_words, number_of
+from capture_plan.plan.record import Plan, head_words, number_of, words_of
 from capture_plan.plan.summary import expression_words
 from capture_plan.progress import track
 from capture_plan.rig import Rig
@@ -106,14 +106,24 @@ def draw_sheets(plan: Plan, inputs: PlanInputs, *, sheet: str, dpi: int) -> Book
     shown, worn = as_worn(plan, inputs)
     head, dot_mm = make_head(worn), plan.settings.landmarks.dot_mm
     rings = rings_of(rig, plan.audit.used, plan.settings.landmarks, plan.layout.landmarks)
-    face = replace(marked_face(worn, head, shown.layout, rings, dot_mm), own=plan.actor is not None)
+    face = marked_face(worn, head, shown.layout, rings.mm, dot_mm)
+    face = replace(face, own=plan.actor is not None, strict=rings.strict)
     placing = placing_words(plan.layout, dot_mm, face.rings)
     placed: HeadLine = (actor_words(plan.actor), placing) if plan.actor else (placing,)
     chosen = plan.settings.landmarks
     says = {one.name: one.words for one in plan.audit.details}
     cared = falling(rig, plan.audit.used, chosen, plan.layout.landmarks, cameras=plan.settings.cameras is not None)
     markers = MarkerPages(
-        book, face, placed, placed, may_stand(face.rings), dpi, cared, says, agreed=consent_lines(plan.settings.consent)
+        book,
+        face,
+        placed,
+        placed,
+        may_stand(face.rings),
+        dpi,
+        cared,
+        says,
+        agreed=consent_lines(plan.settings.consent),
+        code=f"capture-plan: {words_of(plan)}",
     )
     lists, (rows, columns) = paged(book, plan.session), overview_grid(book, len(plan.packing.expressions))
     overviews = -(-len(plan.packing.expressions) // (rows * columns))

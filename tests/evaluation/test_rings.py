@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from capture_plan.evaluation.rings import EXACT_MM, LEAST_MM, MOST_MM, placing_of, rings, rings_of
+from capture_plan.evaluation.rings import EXACT_MM, LEAST_MM, MOST_MM, STEP_MM, placing_of, rings, rings_of
 from capture_plan.layout.face import Face
 from capture_plan.layout.observation import PRIOR_SD
 from capture_plan.layout.settings import LayoutSettings
@@ -71,7 +71,48 @@ def test_two_dots_never_touch_wherever_they_stand_in_their_rings():
     found = rings_of(rig, plan.audit.used, wide, landmarks)
     places = rig.neutral[[m.vertex for m in landmarks]]
     apart = np.linalg.norm(places[:, None] - places, axis=2) + 1e9 * np.eye(len(places))
-    mm = np.array([found[m.name] for m in landmarks])
+    mm = np.array([found.mm[m.name] for m in landmarks])
     room = apart - mm[:, None] - mm[None] - wide.dot_mm
     assert room[(mm[:, None] > LEAST_MM) & (mm[None] > LEAST_MM)].min() >= -1e-6
     assert (mm <= LEAST_MM + 1e-9).sum() >= 2  # the nearest two, which no ring of any width fits between
+
+
+def test_a_dot_costs_most_along_its_strict_axis(placing, found):
+    """By the definition: rows at the ring on either side, one dot moved at a time."""
+    axes, growth = placing.strictest(found), placing.along(found)
+    strict = np.flatnonzero(axes.any(axis=1))
+    assert 0.2 < len(strict) / len(found) < 0.9
+    assert np.linalg.norm(axes[strict], axis=1) == pytest.approx(1)
+    at = np.rint(found / STEP_MM).astype(int)
+    for m in strict[:6]:
+        by_direction = []
+        for d in range(growth.shape[1]):
+            D = np.zeros((len(found), *placing.moved.shape[3:]))
+            D[m] = placing.moved[m, d, at[m]]
+            by_direction.append(placing.growth(D.reshape(1, -1, D.shape[-1]))[0])
+        both = np.add(by_direction[:8], by_direction[8:])
+        angle = np.pi * both.argmax() / 8
+        assert abs((np.array([np.cos(angle), np.sin(angle)]) @ placing.axes[m]) @ axes[m]) == pytest.approx(1)
+
+
+def test_strict_axes_are_mirrored_on_the_other_side(placing, found):
+    landmarks = plan_of().layout.landmarks
+    axes = dict(zip([m.label for m in landmarks], placing.strictest(found), strict=True))
+    pairs = [(axes[label], axes[label.replace("left", "right", 1)]) for label in axes if label.startswith("left")]
+    both = [(a, b) for a, b in pairs if a.any() and b.any()]
+    assert len(both) > 4
+    alike = [abs((a * [-1, 1, 1]) @ b) for a, b in both]
+    assert np.median(alike) == pytest.approx(1, abs=1e-3)
+
+
+def test_rings_are_remembered_and_are_those_that_were_found():
+    rig, plan = sample_rig(), plan_of()
+    asked = (rig, plan.audit.used, plan.settings.landmarks, plan.layout.landmarks)
+    first, again = rings_of(*asked), rings_of(*asked)
+    assert first == again
+    assert first.kept >= 0.95
+    assert set(first.strict) <= set(first.mm)
+    for marker in plan.layout.landmarks:
+        twin = marker.label.replace("left", "?").replace("right", "left").replace("?", "right")
+        other = next((m for m in plan.layout.landmarks if m.label == twin), marker)
+        assert first.mm[marker.name] == first.mm[other.name]
