@@ -56,6 +56,9 @@ PlanPath = Annotated[Path, typer.Argument(metavar="PLAN", help="A plan.json that
 OtherRig = Annotated[str | None, typer.Option("--rig", help="Where the rig is now, if it moved.")]
 Force = Annotated[bool, typer.Option("--force", help="Go on where PLAN does not hold: everything says DRAFT.")]
 Replace = Annotated[bool, typer.Option("--replace", help="Replace FILE even where it holds work of another kind.")]
+Likeness = Annotated[
+    bool, typer.Option("--without-likeness", help="Draw a generic head instead of the actor's or the rig's.")
+]
 Folder = Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder to write into.")]
 UnitMm = Annotated[
     float | None,
@@ -606,12 +609,14 @@ def render(
         bool, typer.Option("--sculptor", help="Draw turntables with what moves how far instead: sculptor.pdf.")
     ] = False,
     as_mirror: Annotated[bool, typer.Option("--as-mirror", help="Cards and deck as in a mirror.")] = False,
+    without_likeness: Likeness = False,
     force: Force = False,
 ) -> None:
     """Draw the marker sheets and reference expressions of PLAN for print: one PDF at true scale, and PNG pages."""
     from capture_plan.check.gate import as_far_as_it_goes
     from capture_plan.errors import PlanError
     from capture_plan.output import refuse_folder
+    from capture_plan.plan.likeness import on_generic_head
     from capture_plan.progress import listen
     from capture_plan.sheets import write_on_set, write_sheets
     from capture_plan.sheets.on_set import file_of
@@ -625,6 +630,7 @@ def render(
         plan, rig, force=force, refuse=lambda read: refuse_folder(output, writes, inputs=read), into=output
     )
     with as_far_as_it_goes(made), listen(say):
+        given = on_generic_head(given) if without_likeness else given
         if kinds:
             say_written(write_on_set(made, given, output, kinds=kinds, paper=paper, dpi=dpi, as_mirror=as_mirror))
             return
@@ -676,6 +682,7 @@ def export(
         list[Export] | None,  # pyright: ignore[reportInvalidTypeForm]  # its members are the table's
         typer.Option(help="Write only this; may be given several times.", case_sensitive=False),
     ] = None,
+    without_likeness: Likeness = False,
     rig: OtherRig = None,
     force: Force = False,
 ) -> None:
@@ -688,12 +695,15 @@ def export(
     from capture_plan.exports.delivery import Delivery
     from capture_plan.output import refuse_folder, refuse_plan, same
     from capture_plan.plan.files import rig_file_of
+    from capture_plan.plan.likeness import on_generic_head
     from capture_plan.plan.record import number_of
     from capture_plan.prose import in_series
     from capture_plan.report import write_html
 
     usual = ["html", *(name for name, kind in KINDS.items() if kind.usual)]
-    wanted = [kind.value for kind in only] if only else usual
+    wanted = [kind.value for kind in only] if only else ["html"] if without_likeness else usual
+    if without_likeness and wanted != ["html"]:
+        raise PlanError("--without-likeness is for the HTML page and for render: give --only html, or nothing")
     if {"json", "verify"} & set(wanted) and not same(plan, output / "plan.json"):
         refuse_plan(output / "plan.json")
     made, given = open_plan(
@@ -709,7 +719,8 @@ def export(
     refused: dict[str, str] = {}
     with as_far_as_it_goes(made), together(output, written, given.rig.name, number_of(made)) as new:
         if "html" in wanted:
-            written.append(write_html(made, given, new / "plan.html"))
+            shown = on_generic_head(given) if without_likeness else given
+            written.append(write_html(made, shown, new / "plan.html"))
         for name in dict.fromkeys(wanted):
             if name in KINDS:
                 try:

@@ -105,17 +105,24 @@ def places_on(
 
 
 def as_worn(plan: Plan, inputs: PlanInputs) -> tuple[Plan, Rig]:
-    """The plan and the rig as pages show them: on the actor's own head where the plan was carried onto one.
+    """The plan and the rig as pages show them: on a generic head where the inputs have one, else on the actor's own
+    where the plan was carried onto it.
 
     Raises:
         PlanError: the plan was carried onto a head, and the inputs have none.
     """
-    if plan.actor is None:
+    if plan.actor is None and not inputs.generic:
         return plan, inputs.rig
     if inputs.worn is None:
-        raise PlanError(f"the plan stands on {plan.actor.name}'s head, which was not given: read it with `inputs_of`")
+        name = plan.actor.name if plan.actor else "a generic"
+        raise PlanError(f"the plan stands on {name}'s head, which was not given: read it with `inputs_of`")
     worn = inputs.worn_rig
-    x = {dot.name: dot.position for dot in plan.actor.dots}
+    if plan.actor and not inputs.generic:
+        x = {dot.name: dot.position for dot in plan.actor.dots}
+    else:
+        markers = plan.layout.markers
+        places = places_on(markers, worn.triangles, worn.neutral)
+        x = {marker.name: _three(place) for marker, place in zip(markers, places, strict=True)}
 
     def on_actor(markers: tuple[Landmark, ...]) -> tuple[Landmark, ...]:
         return tuple(structs.replace(marker, position=x[marker.name]) for marker in markers)
@@ -132,6 +139,13 @@ def actor_words(actor: ActorHead) -> str:
         how = f"an estimate: {actor.points} points"
     error = f"error about {actor.error_mm:.1f} mm, 95 % within {actor.error_95_mm:.1f} mm"
     return f"placed on {actor.name}'s head, {error} ({how})"
+
+
+def worn_words(plan: Plan, inputs: PlanInputs) -> str:
+    """What pages say of a head that is not the rig's own; nothing where it is."""
+    if inputs.generic:
+        return "drawn on a generic head, without the actor's likeness: no distance on it is the actor's"
+    return actor_words(plan.actor) if plan.actor else ""
 
 
 def actor_lines(plan: Plan) -> list[str]:

@@ -50,6 +50,7 @@ class PlanInputs:
         zones: skin that a person painted, by the name that `LayoutSettings.keep_out` has for it.
         worn: the rig's neutral laid on the actor's own head, millimetres, +y up, facing +z; None without one.
         head: the scan that it was laid on; None where nobody asks for it.
+        generic: `worn` is on a head that is nobody's (`plan/likeness.py`).
     """
 
     rig: Rig
@@ -60,6 +61,7 @@ class PlanInputs:
     zones: Mapping[str, Bool[np.ndarray, " v"]] = field(default_factory=dict)
     worn: Float[np.ndarray, "v 3"] | None = None
     head: HeadScan | None = None
+    generic: bool = False
 
     def __post_init__(self) -> None:
         v = len(self.rig.neutral)

@@ -115,8 +115,11 @@ def words_of(plan: Plan) -> str:
     return f"plan {number_of(plan)} of {head_words(plan)}"
 
 
-def head_words(plan: Plan) -> str:
-    """Whose head it shows: 'hero', or 'hero on anna's head' where the plan was carried onto an actor's."""
+def head_words(plan: Plan, *, generic: bool = False) -> str:
+    """Whose head it shows: 'hero', or 'hero on anna's head' where the plan was carried onto an actor's; 'hero on a
+    generic head'."""
+    if generic:
+        return f"{plan.rig.name} on a generic head"
     return f"{plan.rig.name} on {plan.actor.name}'s head" if plan.actor else plan.rig.name
 
 

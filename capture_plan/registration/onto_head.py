@@ -23,6 +23,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.interpolate import RBFInterpolator
 from scipy.sparse import csc_array, csr_array, diags_array
 from scipy.sparse.linalg import splu
+from scipy.spatial import KDTree
 
 from capture_plan.errors import RigError
 from capture_plan.face.anchors import face_anchors, face_surface
@@ -34,6 +35,7 @@ from capture_plan.registration.nonrigid_icp import graph_stiffness, spline_start
 from capture_plan.registration.pose_search import Face, Pose, face_points, find_pose, refined
 from capture_plan.registration.surface_samples import FACING_MM, Samples, sampled
 from capture_plan.rig import Rig
+from capture_plan.visibility import hemisphere_visibility
 
 FOOT = 0.75
 ROUNDS = (*((b, FOOT) for b in np.geomspace(5e4, 200, 11)), *((b, 1.0) for b in np.geomspace(200, 5, 4)))
@@ -49,6 +51,9 @@ HALF_WIDTH_MM = 25.0  # between picks: nearer together they give no pose
 MEDIAN_MM, TAIL_MM = 2.0, 5.0  # 16 heads with known places had medians of 0.8 to 2.3, 95th percentiles of 1.8 to 6.0
 MEDIAN_SHARE, TAIL_SHARE = 0.5, 1.3  # of the bending, where that says more
 STRAY_MM = 15.0  # from where the others lay a pick: honest ones on 8 people 3.6 at most; exchanged mouth corners 49
+OPEN, HIDDEN = 0.25, 0.1  # shares of the hemisphere that see a vertex of the skin, and of what lies below
+SUNK_MM, SINKINGS = 2.0, 6
+RAYS = 64
 CONTROLS = 400
 SPLINE_MM = 60.0
 
@@ -142,12 +147,14 @@ def estimated_error(bent_mm: Float[np.ndarray, " n"]) -> tuple[float, float]:
 @dataclass(frozen=True, eq=False)
 class Scene:
     """What a fit needs of a rig: the vertices `at` of all that hangs together with its skin, their triangles, LᵀL,
-    which of them are `drawn` to the scan, the face as vertices and triangles of these, and its points for the pose."""
+    which of them are `drawn` to the scan, the share of the hemisphere that sees each, the face as vertices and
+    triangles of these, and its points for the pose."""
 
     at: Int[np.ndarray, " n"]
     triangles: Int[np.ndarray, "f 3"]
     stiffness: csc_array
     drawn: Bool[np.ndarray, " n"]
+    openness: Float[np.ndarray, " n"]
     face: Int[np.ndarray, " a"]
     face_triangles: Int[np.ndarray, "g 3"]
     points: Face
@@ -167,7 +174,8 @@ def _scene(rig: Rig) -> Scene:
     face, own = face_part(rig, anchors)
     near = np.linalg.norm(rig.neutral - anchors.nose_tip, axis=1) < AROUND_NOSE * anchors.pupils
     points = face_points(rig.neutral, *surface_part(rig, surface & near), anchors.nose_tip)
-    return Scene(at, triangles, graph_stiffness(triangles, len(at)), surface[at], face, own, points)
+    openness = hemisphere_visibility(rig.neutral[at], triangles, np.arange(len(at)), rays=RAYS)
+    return Scene(at, triangles, graph_stiffness(triangles, len(at)), surface[at], openness, face, own, points)
 
 
 def fitted(rig: Rig, scan: Samples, pose: Pose, picks: Picks) -> Float[np.ndarray, "v 3"]:
@@ -180,7 +188,7 @@ def fitted(rig: Rig, scan: Samples, pose: Pose, picks: Picks) -> Float[np.ndarra
         start = start + bend(start / SPLINE_MM)
     else:
         start = _stretched(start, scene, scan)
-    p = _bent(start[scene.at], scene, scan, picks)
+    p = kept_inside(_bent(start[scene.at], scene, scan, picks), scene)
     laid = start.copy()
     laid[scene.at] = p
     rest = np.setdiff1d(np.unique(rig.triangles), scene.at)
@@ -211,6 +219,22 @@ def _stretched(start: Float[np.ndarray, "v 3"], scene: Scene, scan: Samples) -> 
         moved = np.linalg.solve((X.T * c) @ X + ridge, (X.T * c) @ goal)
     every = np.column_stack([(start - start[scene.face].mean(axis=0)) / size, np.ones(len(start))])
     return start + every @ moved
+
+
+def kept_inside(p: Float[np.ndarray, "n 3"], scene: Scene) -> Float[np.ndarray, "n 3"]:
+    """What is hidden on the rig, as the linings of nose and mouth are, hidden on the head: a smaller nose would show
+    them. What came out is sunk to `SUNK_MM` below the tangent plane at the nearest skin."""
+    p, skin = p.copy(), np.flatnonzero(scene.openness > OPEN)
+    hidden = np.flatnonzero(scene.openness < HIDDEN)
+    for _ in range(SINKINGS):
+        seen = hidden[hemisphere_visibility(p, scene.triangles, hidden, rays=RAYS) > OPEN]
+        if not len(seen):
+            break
+        normals = vertex_normals(p, scene.triangles)[skin]
+        near = KDTree(p[skin]).query(p[seen])[1]
+        above = np.einsum("ix,ix->i", p[seen] - p[skin][near], normals[near])
+        p[seen] -= np.maximum(above + SUNK_MM, 0)[:, None] * normals[near]
+    return p
 
 
 def _pairs(

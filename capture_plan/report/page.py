@@ -21,7 +21,7 @@ from capture_plan.expressions.record import Expression
 from capture_plan.expressions.session import Item
 from capture_plan.layout.record import Landmark
 from capture_plan.output import write_whole
-from capture_plan.plan.carry import actor_words, as_worn
+from capture_plan.plan.carry import as_worn, worn_words
 from capture_plan.plan.files import plan_bytes
 from capture_plan.plan.inputs import PlanInputs
 from capture_plan.plan.record import Plan
@@ -83,7 +83,7 @@ def page_html(plan: Plan, inputs: Rig | PlanInputs) -> str:
             expressions=[card(e, pictures[e.name], line_of[e.name]) for e in plan.in_session],
             shot_list=shot_rows(plan.session),
             markers=marker_rows(plan.layout.markers),
-            placed=actor_words(plan.actor) if plan.actor else "",
+            placed=worn_words(plan, given),
             marker_pictures=[plate(view, picture) for view, picture in plates.items()],
             head_json=script_json(json.dumps(plan_head(worn, shown))),
             plan_json=script_json(plan_bytes(plan).decode()),

@@ -229,7 +229,7 @@ class Booklet:
         """The two parts of a circle that lie in a direction and against it, `angle` degrees from the page's right
         counter-clockwise, thick."""
         self._stroke(None, colour, THICK_MM)
-        for middle in (angle, angle + 180):
+        for middle in (-angle, 180 - angle):  # fpdf2 counts them clockwise
             self._pdf.arc(
                 x - radius, y - radius, 2 * radius, middle - THICK_DEGREES, middle + THICK_DEGREES, clockwise=False
             )

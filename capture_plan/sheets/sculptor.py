@@ -79,7 +79,7 @@ def draw_sculptor(plan: Plan, inputs: PlanInputs, *, sheet: str, dpi: int, mirro
     says = {one.name: one.words for one in plan.audit.details}
     rows = {e.name: moved_by(worn, regions, e, says) for e in expressions}
     pages = 1 + sum(len(_chunks(book, rows[e.name])) for e in expressions)
-    source = SheetSource(head_words(plan), f"plan {number_of(plan)}", pages)
+    source = SheetSource(head_words(plan, generic=inputs.generic), f"plan {number_of(plan)}", pages)
 
     def draw(posed: Posed, frames: list[PictureFrame], top: Number) -> None:
         """Five pictures of one height in a row."""

@@ -20,7 +20,7 @@ from capture_plan.evaluation.rings import rings_of
 from capture_plan.layout.dot_contact import meeting_words
 from capture_plan.layout.record import Layout
 from capture_plan.output import write_whole, written_together
-from capture_plan.plan.carry import actor_words, as_worn
+from capture_plan.plan.carry import as_worn, worn_words
 from capture_plan.plan.consent import consent_lines
 from capture_plan.plan.inputs import PlanInputs
 from capture_plan.plan.predicted import headline_words
@@ -107,9 +107,10 @@ def draw_sheets(plan: Plan, inputs: PlanInputs, *, sheet: str, dpi: int) -> Book
     head, dot_mm = make_head(worn), plan.settings.landmarks.dot_mm
     rings = rings_of(rig, plan.audit.used, plan.settings.landmarks, plan.layout.landmarks)
     face = marked_face(worn, head, shown.layout, rings.mm, dot_mm)
-    face = replace(face, own=plan.actor is not None, strict=rings.strict)
+    face = replace(face, own=plan.actor is not None and not inputs.generic, strict=rings.strict)
     placing = placing_words(plan.layout, dot_mm, face.rings)
-    placed: HeadLine = (actor_words(plan.actor), placing) if plan.actor else (placing,)
+    on_head = worn_words(plan, inputs)
+    placed: HeadLine = (on_head, placing) if on_head else (placing,)
     chosen = plan.settings.landmarks
     says = {one.name: one.words for one in plan.audit.details}
     cared = falling(rig, plan.audit.used, chosen, plan.layout.landmarks, cameras=plan.settings.cameras is not None)
@@ -130,7 +131,7 @@ def draw_sheets(plan: Plan, inputs: PlanInputs, *, sheet: str, dpi: int) -> Book
     count = len(plan.packing.expressions)
     maps = -(-count // (map_rows(book) * MAP_COLUMNS))
     pages = markers.count + len(lists) + overviews + count + maps
-    source = SheetSource(head_words(plan), f"plan {number_of(plan)}", pages)
+    source = SheetSource(head_words(plan, generic=inputs.generic), f"plan {number_of(plan)}", pages)
 
     def add_page(title: str) -> None:
         book.add_page(title)

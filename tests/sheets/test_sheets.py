@@ -7,6 +7,7 @@ import io
 import numpy as np
 import pypdfium2
 import pytest
+import zxingcpp
 from msgspec.structs import fields, replace
 from PIL import Image
 
@@ -18,7 +19,7 @@ from capture_plan.expressions.session import session
 from capture_plan.expressions.session_settings import SessionSettings
 from capture_plan.layout.record import Information, Landmark, Layout
 from capture_plan.plan.consent import Consent
-from capture_plan.plan.record import FORMAT_VERSION, Plan, RigReference
+from capture_plan.plan.record import FORMAT_VERSION, Plan, RigReference, number_of
 from capture_plan.plan.settings import Settings
 from capture_plan.sheets import expression_pictures, marker_pictures, region_looks, write_sheets
 from capture_plan.sheets.expression_page import (
@@ -32,7 +33,7 @@ from capture_plan.sheets.expression_page import (
 )
 from capture_plan.sheets.furniture import CHECK_BAR_MM
 from capture_plan.sheets.head import curved_middles, make_head, pose, split_triangles
-from capture_plan.sheets.markers import MarkedFace, draw_markers, place_all
+from capture_plan.sheets.markers import MarkedFace, draw_markers, place_all, seen_angle
 from capture_plan.sheets.page import PAPERS, Booklet, paper
 from capture_plan.sheets.style import LOOKS, outline, rgb
 from capture_plan.sheets.tape import tape_points
@@ -425,3 +426,38 @@ def test_a_head_larger_than_the_paper_takes_more_pages_at_life_size_and_a_giant_
     assert sum(len(page.landmarks) for page in pages) == len(face.landmarks)
     assert len({page.scale for page in scaled(30.0)}) == 1
     assert scaled(30.0)[0].scale > 1
+
+
+def test_a_telephone_reads_on_every_marker_page_which_plan_it_is_of(rig, plan, tmp_path):
+    write_sheets(plan, rig, tmp_path, dpi=200)
+    for page in sorted((tmp_path / "pages").glob("*-markers-*.png")):
+        (code,) = zxingcpp.read_barcodes(Image.open(page).convert("L"))
+        assert code.text == f"capture-plan: plan {number_of(plan)} of {rig.name}"
+
+
+@pytest.mark.parametrize(("angle", "thick"), [(45, {"ne", "sw"}), (-45, {"nw", "se"})])
+def test_a_ring_is_thick_in_the_direction_that_is_asked_for(angle, thick):
+    book = Booklet(paper("a4"), "ring", ())
+    book.add_page("ring")
+    book.ring(100, 100, 10, colour="#000000")
+    book.thick_ends(100, 100, 10, angle, colour="#000000")
+    dark = np.asarray(pypdfium2.PdfDocument(book.bytes())[0].render(scale=10).to_pil().convert("L")) < 128
+    px = 10 * 72 / 25.4
+    corner = {"nw": (-1, -1), "ne": (1, -1), "sw": (-1, 1), "se": (1, 1)}
+
+    def ink(x, y):
+        row, column = round((100 + 7.07 * y) * px), round((100 + 7.07 * x) * px)
+        return dark[row - 25 : row + 25, column - 25 : column + 25].sum()
+
+    inks = {name: ink(*way) for name, way in corner.items()}
+    assert min(inks[name] for name in thick) > 2 * max(inks[name] for name in set(corner) - thick)
+
+
+def test_a_direction_leads_on_the_page_where_it_leads_on_the_face():
+    up_and_left = (0.6, 0.8, 0.0)  # the subject's own left is on the page's right
+    assert seen_angle(up_and_left, FRONT) == pytest.approx(np.degrees(np.arctan2(0.8, 0.6)))
+    assert seen_angle(up_and_left, dataclasses.replace(FRONT, mirrored=True)) == pytest.approx(
+        180 - np.degrees(np.arctan2(0.8, 0.6))
+    )
+    assert seen_angle((0.0, 0.1, 0.99), FRONT) is None
+    assert seen_angle(None, FRONT) is None
