@@ -9,7 +9,7 @@ Letters: v vertices, f triangles, p q pixel rows and columns. Camera space: x ri
 import ctypes
 import os
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from types import ModuleType, SimpleNamespace
 from typing import Any
@@ -52,7 +52,8 @@ def draw(
         gl.offscreen.viewport_width, gl.offscreen.viewport_height = size_px
         low = min(float(surface.vertices[:, 2].min()) for surface in surfaces) - MARGIN_MM
         high = max(float(surface.vertices[:, 2].max()) for surface in surfaces) + MARGIN_MM
-        scene = _scene(gl.pyrender, surfaces)
+        shown = [one for one in (in_frame(each, centre, size_mm) for each in surfaces) if len(one.triangles)]
+        scene = _scene(gl.pyrender, tuple(shown) or surfaces[:1])
         pose = np.eye(4)
         pose[:3, 3] = centre[0], centre[1], high + 1
         near, far = 1.0, high + 1 - low
@@ -60,6 +61,15 @@ def draw(
         scene.add(camera, pose=pose)
         colour, depth = gl.offscreen.render(scene, flags=gl.pyrender.RenderFlags.RGBA | gl.pyrender.RenderFlags.FLAT)
     return colour, _z_of_depth(depth, near, far, high + 1)
+
+
+def in_frame(surface: LitSurface, centre: tuple[float, float], size_mm: tuple[float, float]) -> LitSurface:
+    """The surface without triangles that lie beside the picture: most of a head, in a close-up."""
+    away = (surface.vertices[:, :2] - centre) / (np.array(size_mm) / 2)
+    beyond = np.concatenate([away > 1, away < -1], axis=1)  # on which of the four sides each vertex lies
+    a, b, c = surface.triangles.T
+    beside = (beyond[a] & beyond[b] & beyond[c]).any(axis=-1)
+    return replace(surface, triangles=surface.triangles[~beside]) if beside.any() else surface
 
 
 def _z_of_depth(depth: Float[np.ndarray, "p q"], near: float, far: float, camera_z: float) -> Float[np.ndarray, "p q"]:

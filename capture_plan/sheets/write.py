@@ -17,6 +17,7 @@ from capture_plan.anatomy.kinds import apart_lines
 from capture_plan.errors import PlanError
 from capture_plan.evaluation.fallen import falling
 from capture_plan.evaluation.rings import rings_of
+from capture_plan.expressions.record import Expression
 from capture_plan.layout.dot_contact import meeting_words
 from capture_plan.layout.record import Layout
 from capture_plan.output import write_whole, written_together
@@ -26,9 +27,9 @@ from capture_plan.plan.inputs import PlanInputs
 from capture_plan.plan.predicted import headline_words
 from capture_plan.plan.record import Plan, head_words, number_of, words_of
 from capture_plan.plan.summary import expression_words
-from capture_plan.progress import track
+from capture_plan.progress import track, track_in_threads
 from capture_plan.rig import Rig
-from capture_plan.sheets.expression_page import Sizes, near, shoot
+from capture_plan.sheets.expression_page import Shot, Sizes, near, shoot
 from capture_plan.sheets.furniture import HeadLine, SheetSource, foot_line
 from capture_plan.sheets.head import Head, make_head
 from capture_plan.sheets.marker_pages import (
@@ -55,6 +56,7 @@ from capture_plan.sheets.view import FRONT, pixels
 
 Sheet = Literal["a4", "letter", "a3"]  # the names in `page.PAPERS`
 WRITES = ("sheets.pdf", "pages")  # into a folder
+WORKERS = 2  # threads that compress pages
 
 
 def write_sheets(
@@ -162,7 +164,11 @@ def draw_expressions(
     _, large, tall, small, short = plates(book)
     sizes = Sizes(*(pixels(wide, high, markers.dpi) for wide, high in ((large, tall), (small, short), MAP_MM)))
     relaxed = near(markers.face.posed, markers.anchors, FRONT, sizes.small)
-    shots = [shoot(head, markers.anchors, e, mu=mu, sizes=sizes) for e in track(expressions, "Drawing expressions")]
+
+    def one(expression: Expression) -> Shot:
+        return shoot(head, markers.anchors, expression, mu=mu, sizes=sizes)
+
+    shots = list(track_in_threads(one, expressions, "Drawing expressions"))  # one traces shade while another draws
     line_of = {item.name: item for item in plan.session.items}
     first = 0
     for i in range(overviews):
@@ -210,12 +216,12 @@ def packed_words(plan: Plan) -> str:
 def _write_pages(pdf: bytes, titles: list[str], folder: Path, dpi: int) -> list[str]:
     document = pypdfium2.PdfDocument(pdf)
     names = [f"{i + 1:02}-{title}.png" for i, title in enumerate(titles)]
-    with ThreadPoolExecutor(1) as pool:  # compresses the last page while the next is rasterised
+    with ThreadPoolExecutor(WORKERS) as pool:  # compress pages while the next is rasterised
         saved: list[Future[None]] = []
         for i, name in enumerate(track(names, "Writing pages")):
             image = document[i].render(scale=dpi / 72).to_pil()  # pyright: ignore[reportArgumentType]
-            if saved:
-                saved[-1].result()
+            if len(saved) >= WORKERS:
+                saved[-WORKERS].result()
             saved.append(pool.submit(image.save, folder / name, compress_level=1, dpi=(dpi, dpi)))
         for each in saved:
             each.result()

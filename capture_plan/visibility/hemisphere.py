@@ -9,6 +9,9 @@ The rays are a Fibonacci spiral, cosine-weighted: a dot seen at a grazing angle 
 skin count less (this is ambient occlusion). Directions are fixed, so the same mesh gives the same answer.
 """
 
+import os
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 from jaxtyping import Float, Int
 
@@ -56,10 +59,17 @@ def hemisphere_visibility(
     spread = np.kron(fibonacci_hemisphere(rays).T, np.eye(3)).astype(np.float32)
     share = np.empty(len(at))
     step = max(1, RAYS_AT_ONCE // rays)
-    for start in range(0, len(at), step):
-        directions = (frames[start : start + step] @ spread).reshape(-1, 3)
-        hit = occluder.blocked(np.repeat(origins[start : start + step], rays, axis=0), directions)
-        share[start : start + step] = 1 - hit.reshape(-1, rays).mean(axis=1)
+
+    def trace(start: int) -> None:
+        some = slice(start, start + step)
+        hit = occluder.blocked(np.repeat(origins[some], rays, axis=0), (frames[some] @ spread).reshape(-1, 3))
+        share[some] = 1 - hit.reshape(-1, rays).mean(axis=1)
+
+    if len(at) <= step:
+        trace(0)
+    else:
+        with ThreadPoolExecutor(os.cpu_count()) as pool:  # embreex lets go of the interpreter while it traces
+            list(pool.map(trace, range(0, len(at), step)))
     share[~occluder.normals[at].any(axis=1)] = 0
     return share
 
