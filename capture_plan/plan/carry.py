@@ -58,6 +58,7 @@ def carried(
         points=len(points or {}),
         cost_mm=round(laid.cost_mm, DIGITS),
         dots=dots_on(plan.layout, rig.triangles, neutral, head, laid),
+        left_out_mm={name: round(mm, 1) for name, mm in laid.left_out_mm.items()},
     )
     return structs.replace(plan, actor=actor), neutral
 
@@ -156,6 +157,11 @@ def actor_lines(plan: Plan) -> list[str]:
     lines = [f"{len(actor.dots)} dots {words}.", f"One unit of {actor.name} was taken for {actor.unit_mm:g} mm."]
     if actor.stated == "estimated":
         lines.append("The error is no measurement: give four points or more with --points, and it is measured on them.")
+    if actor.left_out_mm:
+        worst = sorted(actor.left_out_mm.items(), key=lambda one: -one[1])
+        lines.append(
+            f"Each point from where the others lay it: {', '.join(f'{name} {mm:g} mm' for name, mm in worst)}."
+        )
     if off := off_surface(actor):
         lines.append(f"No surface within {ON_SURFACE_MM:g} mm (a hole, hair?), by the laid skin: {', '.join(off)}.")
     return lines

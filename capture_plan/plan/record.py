@@ -55,7 +55,8 @@ class ActorHead(Struct, frozen=True, forbid_unknown_fields=True):
     from the rig's pose to the file's axes: R x + t. `laid` is the rig's neutral laid onto it, an OBJ file in
     millimetres as the rig stands. The fingerprints are of what both files held. `error_mm` and `error_95_mm` are median
     and 95th percentile of the error of places along the skin; `stated` says where they are from, `points` how many were
-    picked. `cost_mm` is that of the pose (`registration/onto_head.py`).
+    picked, `left_out_mm` the distance of each that was left out from where the others lay it. `cost_mm` is that of the
+    pose (`registration/onto_head.py`).
     """
 
     name: str
@@ -72,6 +73,7 @@ class ActorHead(Struct, frozen=True, forbid_unknown_fields=True):
     points: int
     cost_mm: float
     dots: tuple[ActorDot, ...]
+    left_out_mm: dict[str, float] = {}
 
 
 class Plan(Struct, frozen=True, forbid_unknown_fields=True):

@@ -20,7 +20,8 @@ from capture_plan.reader.head_scan import HeadScan
 from capture_plan.rig import Rig
 from capture_plan.sheets.head import SKIN, Posed, Shown
 from capture_plan.sheets.markers import unhidden
-from capture_plan.sheets.page import MARGIN_MM, Booklet, PaperSize
+from capture_plan.sheets.number_places import place_numbers
+from capture_plan.sheets.page import MARGIN_MM, POINT_MM, Booklet, PaperSize
 from capture_plan.sheets.shots import on_page
 from capture_plan.sheets.style import ACCENT, INK, SOFT, region_looks
 from capture_plan.sheets.view import (
@@ -36,14 +37,14 @@ from capture_plan.sheets.view import (
 from capture_plan.visibility import hemisphere_visibility
 
 VIEWS = (RIGHT_PROFILE, FRONT, LEFT_PROFILE)  # as one walks round the head, from its right to its left
-HEAD_MM = (92.0, 118.0)  # of paper for each view
+HEAD_MM = (124.0, 159.0)  # of paper for each view
 HEADER_MM, FOOTER_MM = 26.0, 12.0
 DPI = 200
 AROUND = 0.12  # of the box around the laid face, on each side
 MOST_LINES = 6000
 SHADE_RAYS = 48
 MOST_SHADED = 60_000  # vertices; a finer scan is shaded by its normals alone
-DOT_MM, NAME_PT = 0.9, 6.0
+DOT_MM, NAME_PT = 0.9, 7.0
 UPRIGHT = "the scan as it was read, with the laid net on it; sides are the actor's own"
 
 
@@ -165,7 +166,15 @@ def _dots(
     looks = region_looks(markers)
     there = unhidden(x, normals, view, shown)
     places = on_page(shown, view.project(x)[:, :2], *corner, HEAD_MM[0])
-    for marker, at, seen in zip(markers, places, there.tolist(), strict=True):
-        if seen:
-            book.marker(at[0], at[1], looks[marker.region], radius=DOT_MM)
-            book.text(at[0] + DOT_MM + 0.5, at[1] + 0.8, marker.name, NAME_PT, bold=True)
+    shown_dots = np.flatnonzero(there)
+    high = NAME_PT * POINT_MM
+    sizes = np.array([(book.width(markers[i].name, NAME_PT, bold=True), 0.72 * high) for i in shown_dots])
+    radii = np.full(len(shown_dots), DOT_MM + 0.3)
+    room = (corner[0], corner[1], corner[0] + HEAD_MM[0], corner[1] + HEAD_MM[1])
+    numbers = place_numbers(places[shown_dots], sizes.reshape(-1, 2), radii, np.zeros((0, 4)), room)
+    beside = places[shown_dots] + [DOT_MM + 0.5 + high, 0] if numbers is None else numbers.middle
+    for start, end in () if numbers is None else numbers.ticks:
+        book.line(start, end, width=0.2)
+    for i, (x_mm, y_mm) in zip(shown_dots, beside.tolist(), strict=True):
+        book.marker(places[i, 0], places[i, 1], looks[markers[i].region], radius=DOT_MM)
+        book.text(x_mm, y_mm + 0.36 * high, markers[i].name, NAME_PT, bold=True, align="centre", halo="#ffffff")

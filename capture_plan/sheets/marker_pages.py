@@ -225,6 +225,8 @@ class MarkerPages:
             thick = any(m.name in self.face.strict for m in page.landmarks)
             notes.append("the whole dot stays within its ring" + (", exactest along its thick ends" if thick else ""))
         notes.append("every dot is round; its sign on paper tells the region, the point in it the middle")
+        if self.face.off_mm:
+            notes.append(f"the printed place itself may be off by {self.face.off_mm:.1f} mm: trust your eye")
         if any(m.role == "backup" for m in page.landmarks):
             notes.append("hollow: a spare")
         if any(m.role == "head" for m in page.landmarks):

@@ -56,7 +56,8 @@ class MarkedFace:
     """What every marker sheet draws: the neutral in its pose and its landmarks.
 
     `tape` are the points that places are measured from, `rings` how far a marker may stand from its place, millimetres,
-    by its name, and `dot_mm` the diameter of a marker. `own`: the face is the actor's own, and no model to be scaled.
+    by its name, and `dot_mm` the diameter of a marker. `own`: the face is the actor's own, and no model to be scaled;
+    `off_mm` is how far places on it are off, mostly.
     `strict` are directions in which a marker has to stand most exactly.
     """
 
@@ -69,6 +70,7 @@ class MarkedFace:
     rings: Mapping[str, float] = field(default_factory=dict)
     dot_mm: float = DOT_MM
     own: bool = False
+    off_mm: float = 0.0
     strict: Mapping[str, Direction] = field(default_factory=dict)
 
     @property
