@@ -14,14 +14,18 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial import KDTree
 
-from capture_plan.mesh import half_edges, pieces, vertex_normals
+from capture_plan.mesh import edges, half_edges, pieces, vertex_normals
 from capture_plan.rig import Rig
 from capture_plan.rig.parts import PartKind, part_kind
 from capture_plan.visibility import hemisphere_visibility
+from capture_plan.visibility.occluder import Occluder
 
 SHOWN_TRIANGLES = 60_000  # outlines of a head are smooth to 0.1 mm long before
 PULL = 0.75  # alpha of Boubekeur & Alexa 2008, their recommended value
 SHADE_RAYS = 64
+OUTSIDE = 0.15  # share of the hemisphere that sees the outside of the skin; the lining of the mouth is seen by less
+OUT_MM, BEHIND_MM = 12.0, 0.6  # teeth stand no further before a lip; how far behind it they are put
+HIDDEN, INSIDE_SHARE = 0.05, 0.7
 LASH_MM = 4.5  # where a lash strip has faded away
 IRIS_DEGREES, PUPIL_DEGREES = 27.0, 10.5  # half angles of a human iris (12 mm) and pupil (4.6 mm) on a 12 mm ball
 
@@ -80,11 +84,13 @@ class _Piece:
 
 @dataclass(frozen=True, eq=False)
 class Head:
-    """A rig made ready for drawing; `opaque` are the triangles that cast shade."""
+    """A rig made ready for drawing; `opaque` are the triangles that cast shade, `outside` those of the skin that are
+    seen on the neutral, which the linings of mouth and nose are not."""
 
     rig: Rig
     pieces: tuple[_Piece, ...]
     opaque: Int[np.ndarray, "f 3"]
+    outside: Int[np.ndarray, "g 3"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +124,10 @@ def make_head(rig: Rig) -> Head:
     share[SKIN] = np.logical_or(share.get(SKIN, np.zeros_like(on_skin)), on_skin)
     made = tuple(_piece(rig, m, rig.triangles[of_m]) for m, of_m in share.items() if of_m.any())
     solid = np.any([of_m for m, of_m in share.items() if m is not LASH], axis=0)
-    return Head(rig, made, rig.triangles[solid])
+    skin = np.flatnonzero(rig.skin)
+    seen = np.zeros(len(rig.neutral), dtype=bool)
+    seen[skin] = hemisphere_visibility(rig.neutral, rig.triangles[solid], skin, rays=SHADE_RAYS) > OUTSIDE
+    return Head(rig, made, rig.triangles[solid], rig.triangles[seen[rig.triangles].all(axis=1)])
 
 
 def pose(head: Head, vertices: Float[np.ndarray, "v 3"]) -> Posed:
@@ -126,8 +135,37 @@ def pose(head: Head, vertices: Float[np.ndarray, "v 3"]) -> Posed:
     used = np.unique(head.opaque)
     openness = np.ones(len(vertices))
     openness[used] = hemisphere_visibility(vertices, head.opaque, used, rays=SHADE_RAYS)
+    openness = softened(openness, head.opaque)
     normals = vertex_normals(vertices, head.opaque)
-    return Posed(vertices, normals, tuple(_shown(piece, vertices, openness) for piece in head.pieces))
+    x = behind_lips(head, vertices)
+    return Posed(vertices, normals, tuple(_shown(piece, x, openness) for piece in head.pieces))
+
+
+def softened(openness: Float[np.ndarray, " v"], triangles: Int[np.ndarray, "f 3"]) -> Float[np.ndarray, " v"]:
+    """Openness without teeth of shadow: where lips run into each other, every other vertex lies inside and is dark, and
+    triangles half in the light would fade to it. Half of each vertex is its neighbours' mean, of hidden ones all."""
+    a, b = edges(triangles).T
+    count = np.bincount(np.r_[a, b], minlength=len(openness))
+
+    def around(values: Float[np.ndarray, " v"]) -> Float[np.ndarray, " v"]:
+        total = np.bincount(np.r_[a, b], np.r_[values[b], values[a]], minlength=len(values))
+        return np.where(count > 0, total / np.maximum(count, 1), values)
+
+    lifted = np.where(openness < HIDDEN, np.maximum(openness, INSIDE_SHARE * around(openness)), openness)
+    return (lifted + around(lifted)) / 2
+
+
+def behind_lips(head: Head, vertices: Float[np.ndarray, "v 3"]) -> Float[np.ndarray, "v 3"]:
+    """The vertices, those of teeth and tongue that came out through the skin put back below it: no actor can show them
+    with the lips shut."""
+    inner = [p.vertices for p in head.pieces if p.material in (TEETH, TONGUE)]
+    if not inner or not len(head.outside):
+        return vertices
+    at, x = np.concatenate(inner), vertices.copy()
+    back = Occluder(vertices, head.outside).distance(x[at], np.tile([0.0, 0.0, -1.0], (len(at), 1)))
+    out = back < OUT_MM  # there is skin close behind it
+    x[at[out], 2] -= back[out] + BEHIND_MM
+    return x
 
 
 def split_triangles(triangles: Int[np.ndarray, "f 3"], v: int) -> Split:
@@ -165,8 +203,8 @@ def _piece(rig: Rig, material: Material, triangles: Int[np.ndarray, "f 3"]) -> _
     colours = np.tile(material.colour, (v, 1))
     if material is SKIN:
         inside = ~rig.skin[vertices]
-        for edges, _ in splits:
-            inside = np.concatenate([inside, inside[edges].all(axis=1)])
+        for sides, _ in splits:
+            inside = np.concatenate([inside, inside[sides].all(axis=1)])
         colours[inside] = INSIDE_COLOUR
     elif material is EYE:
         _paint_irises(colours, rig.neutral[vertices], first, tuple(splits))
@@ -203,8 +241,8 @@ def _paint_irises(
 def _refine(
     vertices: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "f 3"], splits: tuple[Split, ...]
 ) -> tuple[Float[np.ndarray, "u 3"], Int[np.ndarray, "g 3"]]:
-    for edges, finer in splits:
-        middles = curved_middles(vertices, vertex_normals(vertices, triangles), edges)
+    for sides, finer in splits:
+        middles = curved_middles(vertices, vertex_normals(vertices, triangles), sides)
         vertices, triangles = np.concatenate([vertices, middles]), finer
     return vertices, triangles
 
@@ -225,6 +263,6 @@ def _shown(piece: _Piece, vertices: Float[np.ndarray, "v 3"], openness: Float[np
 def spread_over(piece: _Piece, values: Float[np.ndarray, " v"]) -> Float[np.ndarray, " u"]:
     """Values at the rig's vertices, averaged to the vertices shown."""
     values = values[piece.vertices]
-    for edges, _ in piece.splits:
-        values = np.concatenate([values, values[edges].mean(axis=1)])
+    for sides, _ in piece.splits:
+        values = np.concatenate([values, values[sides].mean(axis=1)])
     return values
