@@ -619,7 +619,7 @@ def render(
     from capture_plan.plan.likeness import on_generic_head
     from capture_plan.progress import listen
     from capture_plan.sheets import write_on_set, write_sheets
-    from capture_plan.sheets.on_set import file_of
+    from capture_plan.sheets.on_set import NEXT, file_of
     from capture_plan.sheets.write import WRITES
 
     kinds = tuple(kind for kind, wanted in {"cards": cards, "deck": deck, "sculptor": sculptor}.items() if wanted)
@@ -632,7 +632,9 @@ def render(
     with as_far_as_it_goes(made), listen(say):
         given = on_generic_head(given) if without_likeness else given
         if kinds:
-            say_written(write_on_set(made, given, output, kinds=kinds, paper=paper, dpi=dpi, as_mirror=as_mirror))
+            paths = write_on_set(made, given, output, kinds=kinds, paper=paper, dpi=dpi, as_mirror=as_mirror)
+            say_written(paths)
+            say(f"Next: {NEXT[kind].format(path=path)}" for kind, path in zip(kinds, paths, strict=True))
             return
         say_written(write_sheets(made, given, output, paper=paper, dpi=dpi))
     say([f"Next: print {output / 'sheets.pdf'} at 100 % and hold a ruler to its 50 mm bar."])
@@ -661,6 +663,7 @@ def mask(
     from capture_plan.mask import MaskSettings, mask_lines, write_mask
     from capture_plan.mask.write import WRITES
     from capture_plan.output import refuse_folder
+    from capture_plan.plan.carry import actor_lines
     from capture_plan.progress import listen
 
     wanted = MaskSettings(gap_mm=gap_mm, wall_mm=wall_mm, volume_mm=volume_of(print_volume), halves=halves)
@@ -670,6 +673,7 @@ def mask(
     with as_far_as_it_goes(made), listen(say):
         printed, paths = write_mask(made, given, output, settings=wanted)
     answer(mask_lines(printed))
+    answer(actor_lines(made))
     say_written(paths)
     say([f"Next: look at {paths[-1]}; print at 100 % and hold the mask to the face before you mark through it."])
 
@@ -730,6 +734,7 @@ def export(
         if not written:
             raise PlanError("; ".join(refused.values()))
     if refused:
+        say(f"Next: {line}" for line in next_steps([name for name in wanted if name not in refused], output, of.suffix))
         raise PlanError(f"all but {in_series(list(refused))} is written: {'; '.join(refused.values())}")
     if not only:
         say([f"Next: open {output / 'plan.html'}; it needs no network. For other programs: export --only KIND."])

@@ -11,10 +11,10 @@ from scipy.spatial import KDTree
 
 from capture_plan.errors import PlanError
 from capture_plan.face.anchors import Anchors, face_anchors
-from capture_plan.mask.cover import cover, openings, outline
+from capture_plan.mask.cover import Opening, cover, openings, outline
 from capture_plan.mask.holes import holes_for
 from capture_plan.mask.labels import labels_for
-from capture_plan.mask.measure import Wall, gap_of, wall_of
+from capture_plan.mask.measure import Wall, gap_of, open_share, wall_of
 from capture_plan.mask.parts import Part, parts_of
 from capture_plan.mask.record import Dot, Hole, Label, MaskSettings, Mesh
 from capture_plan.mask.skin import Skin, sample_skin
@@ -24,6 +24,7 @@ from capture_plan.rig import Rig
 BEYOND_MM = 15.0  # of skin around the outline, so that its edge disturbs nothing
 SEAT = (0.11, 0.15)  # half width and half height of the seat on the bridge of the nose, of the pupil distance
 BRIDGE = -0.06  # its middle, below the eyes
+OPEN = 0.2  # of the places along an opening, seen out from
 HELD = 0.25  # of the skin under a ring that the shell covers
 ASTRAY_MM = 15.0  # from the nearest vertex of the skin: a dot of another head
 BESIDE_EAR = 0.35  # of the pupil distance: in front of the ears the mask ends
@@ -80,11 +81,18 @@ def make_mask(head: Rig, dots: tuple[Dot, ...], *, dot_mm: float, settings: Mask
         holes,
         labels,
         without,
-        tuple(notes),
+        (*notes, *shut(mesh, cut)),
         wall_of(mesh, skin, gap),
         gap_of(mesh, skin.points[beneath], skin.normals[beneath]),
         settings,
     )
+
+
+def shut(mesh: Mesh, cut: tuple[Opening, ...]) -> list[str]:
+    """Openings that the finished mask covers, in words."""
+    ways = {"nostrils": np.array([0.0, -1.0, 1.0])}
+    covered = [o.name for o in cut if open_share(mesh, o.core, ways.get(o.name, np.array([0.0, 0.0, 1.0]))) < OPEN]
+    return [f"the mask covers the {name}: cut them open before anybody wears it" for name in covered]
 
 
 def _out_of_reach(dots: tuple[Dot, ...], ears: float) -> dict[str, str]:

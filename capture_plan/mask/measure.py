@@ -2,6 +2,7 @@
 
 Wall    from the middle and the corners of every triangle that lies over the skin: the length of the ray through the
         plastic, against the triangle's normal, to where it leaves it
+Open    from points along an opening, forward (of a nostril forward and down): the share of rays that meet no plastic
 Gap     from every vertex of the skin beneath the mask: the ray along its normal to the plastic
 
 Letters: f triangles, n points of the skin; millimetres.
@@ -26,14 +27,15 @@ LEAST_MM2 = 1e-4  # of a triangle: slivers that the cutting leaves have no direc
 
 @dataclass(frozen=True)
 class Wall:
-    """Thickness of the plastic over the skin, millimetres: the least, the 1st percentile and the median by area; how
-    many of all rays are shorter than `LEAST_WALL_MM`."""
+    """Thickness of the plastic over the skin, millimetres: the least and where that is, the 1st percentile and the
+    median by area; how many of all rays are shorter than `LEAST_WALL_MM`."""
 
     least_mm: float
     percentile_mm: float
     median_mm: float
     rays: int
     thin: int
+    least_at: tuple[float, float, float]
 
 
 def wall_of(mesh: Mesh, skin: Skin, gap: Float[np.ndarray, " n"]) -> Wall:
@@ -48,6 +50,7 @@ def wall_of(mesh: Mesh, skin: Skin, gap: Float[np.ndarray, " n"]) -> Wall:
     start = np.einsum("rc,fcx->frx", CORNERS, corners[inside]).reshape(-1, 3)
     thick = START_MM + Occluder(mesh.vertices, mesh.triangles).distance(start + START_MM * into, into)
     order = np.argsort(thick)
+    x, y, z = start[order[0]]
     share = np.cumsum(np.repeat(area[inside], len(CORNERS))[order])
     first, middle = np.searchsorted(share, [0.01 * share[-1], 0.5 * share[-1]])
     return Wall(
@@ -56,7 +59,14 @@ def wall_of(mesh: Mesh, skin: Skin, gap: Float[np.ndarray, " n"]) -> Wall:
         float(thick[order][middle]),
         len(thick),
         int((thick < LEAST_WALL_MM).sum()),
+        (float(x), float(y), float(z)),
     )
+
+
+def open_share(mesh: Mesh, core: Float[np.ndarray, "n 3"], way: Float[np.ndarray, " 3"]) -> float:
+    """Share of the points of an opening from which one sees out along a way, as one does through no plastic."""
+    free = Occluder(mesh.vertices, mesh.triangles).distance(core, np.tile(way / np.linalg.norm(way), (len(core), 1)))
+    return float(np.isinf(free).mean())
 
 
 def gap_of(

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import cast
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from capture_plan.exports.delivery import dots_mm, head_of
 from capture_plan.exports.kinds import DRAFT, either
@@ -28,6 +29,7 @@ WRITES = (
 )
 MARKER = "M"  # what names of markers begin with: the number alone is engraved
 BETWEEN_MM = 10.0  # pieces in the 3MF
+REACH_MM, MIDDLE_MM, SHOWN = 5.0, 10.0, 3  # of a piece from the dots it holds; of one on neither side; names in a line
 
 
 def write_mask(
@@ -47,10 +49,14 @@ def write_mask(
         for name, part in names.items():
             write_whole(new / name, stl_bytes(part.printed))
         write_whole(new / f"{stem}.3mf", threemf_bytes(made.parts))
-        write_whole(
-            new / f"{stem}.png", solid_picture(made.mesh.vertices, made.mesh.triangles, f"Mask: {words_of(plan)}")
-        )
+        write_whole(new / f"{stem}.png", solid_picture(made.mesh.vertices, made.mesh.triangles, title_of(plan)))
     return made, tuple(folder / name for name in (*names, f"{stem}.3mf", f"{stem}.png"))
+
+
+def title_of(plan: Plan) -> str:
+    """What the picture is of, and for a carried plan how exactly places are known."""
+    off = f"; places off by about {plan.actor.error_mm:.1f} mm" if plan.actor else ""
+    return f"Mask: {words_of(plan)}{off}"
 
 
 def numbered(parts: tuple[Part, ...], plan: Plan) -> dict[str, Part]:
@@ -93,7 +99,7 @@ def mask_lines(mask: Mask) -> Iterator[str]:
     """What the mask measures, how it is printed, and which dots have no hole."""
     size = " x ".join(f"{side:.0f}" for side in np.ptp(mask.mesh.vertices, axis=0))
     low, middle, high = mask.gap_mm
-    thin = f" ({mask.wall.thin:,} rays below {LEAST_WALL_MM:g} mm)" if mask.wall.thin else ""
+    thin = f" near {_nearest(mask, np.array(mask.wall.least_at))} ({mask.wall.thin:,} rays below {LEAST_WALL_MM:g} mm)"
     yield (
         f"Mask of {size} mm (wide, high, deep) with {len(mask.holes)} holes of {2 * mask.holes[0].radius_mm:.1f} mm; "
         f"{len(mask.parts)} piece{'s' * (len(mask.parts) > 1)}."
@@ -101,14 +107,19 @@ def mask_lines(mask: Mask) -> Iterator[str]:
     yield (
         f"Wall measured by {mask.wall.rays:,} rays: {mask.wall.median_mm:.2f} mm, 1 % below "
         f"{mask.wall.percentile_mm:.2f} mm, {mask.wall.least_mm:.2f} mm at least"
-        f"{thin}."
+        f"{thin if mask.wall.thin else ''}."
     )
     yield (
         f"Gap to the skin: {middle:.2f} mm, 9 of 10 places {low:.2f} to {high:.2f} mm; on the bridge of the nose the "
         "mask sits on the skin."
     )
+    if mask.wall.thin:
+        thicker = "smooth the scan there, or print with a thicker wall (--wall-mm)"
+        yield f"Look at that place in the slicer before you print: plastic so thin may break; {thicker}."
     for i, part in enumerate(mask.parts):
-        yield _printing(part, f"piece {i + 1}" if len(mask.parts) > 1 else "it", mask)
+        yield _printing(part, f"piece {i + 1} ({part_words(part, mask)})" if len(mask.parts) > 1 else "it", mask)
+    if len(mask.parts) > 1:
+        yield "Pieces meet around whole eyelets: lay them on the face edge to edge and tape them from outside."
     numbered = {label.name for label in mask.labels}
     bare = [hole.dot.name for hole in mask.holes if hole.dot.name not in numbered]
     if bare:
@@ -120,7 +131,7 @@ def mask_lines(mask: Mask) -> Iterator[str]:
 
 def _printing(part: Part, what: str, mask: Mask) -> str:
     x, y, z = part.size_mm
-    near = min(mask.holes, key=lambda hole: float(np.linalg.norm(hole.dot.position - part.largest_at))).dot.name
+    near = _nearest(mask, part.largest_at)
     hangs = (
         f"{part.overhang_mm2 / 100:.1f} cm² hang over by more than 45° and want support, "
         f"{part.largest_mm2 / 100:.1f} cm² of it in one place near {near}"
@@ -129,6 +140,21 @@ def _printing(part: Part, what: str, mask: Mask) -> str:
     )
     bed = f"{x:.0f} x {y:.0f} mm on the bed, {z:.0f} mm high"
     return f"Print {what} as the file has it, {_standing(part)}: {bed}; {hangs}."
+
+
+def _nearest(mask: Mask, place: np.ndarray) -> str:
+    """The name of the dot whose hole is nearest to a place."""
+    return min(mask.holes, key=lambda hole: float(np.linalg.norm(hole.dot.position - place))).dot.name
+
+
+def part_words(part: Part, mask: Mask) -> str:
+    """Which of several pieces it is: "the actor's left, with M02, M04 and 12 more"."""
+    tree = KDTree(part.mesh.vertices)
+    held = [hole.dot.name for hole in mask.holes if tree.query(hole.dot.position)[0] < REACH_MM]
+    aside = float(part.mesh.vertices[:, 0].mean() - mask.mesh.vertices[:, 0].mean())
+    side = "the actor's left, " if aside > MIDDLE_MM else "the actor's right, " if aside < -MIDDLE_MM else ""
+    names = [*held[:SHOWN], *([f"{len(held) - SHOWN} more"] if len(held) > SHOWN else [])]
+    return f"{side}with {in_series(names)}" if names else f"{side}without a hole"
 
 
 def _standing(part: Part) -> str:

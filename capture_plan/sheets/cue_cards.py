@@ -19,6 +19,7 @@ from capture_plan.sheets.cues import (
     draw_fitted,
     draw_portrait,
     fitted,
+    name_sides,
     tell_small,
 )
 from capture_plan.sheets.page import MARGIN_MM, Booklet, landscape, paper
@@ -76,6 +77,7 @@ def _card(book: Booklet, cue: Cue, text: Fitted, number: str, *, mirrored: bool)
     draw_fitted(book, MARGIN_MM, TOP_MM + (height - text.height) / 2, text, width)
     x = book.paper.width - MARGIN_MM - _wide(book)
     draw_portrait(book, cue, x, MARGIN_MM, _wide(book), scale=1.4)
+    name_sides(book, cue, x, MARGIN_MM, _wide(book), mirrored=mirrored)
 
 
 def _next(book: Booklet, cue: Cue) -> None:

@@ -29,7 +29,9 @@ from capture_plan.sheets.view import WHITE, Picture, Viewpoint, picture
 READ_AT = 200  # distance over cap height
 CAP = 1456 / 2048  # cap height of Roboto over its size
 LEADING = 1.17  # from line to line, over the size
+SIDES_PT, SIDES_MM = 22, 3.0  # of the words that name sides, and from the edge of the picture
 FINEST_PT, LEAST_FIT_PT = 0.25, 12.0
+YOUR_SIDES = ("your right", "your left")  # below a portrait, as they are seen from before it
 AS_IN_A_MIRROR = "as in a mirror: your left is on the left"
 
 
@@ -97,6 +99,18 @@ def draw_portrait(book: Booklet, cue: Cue, x: Number, y: Number, width: Number, 
     for arrow in cue.arrows:
         start, end = on_page(cue.front, arrow, x, y, width)
         draw_arrow(book, start, end, scale)
+
+
+def name_sides(
+    book: Booklet, cue: Cue, x: Number, y: Number, width: Number, *, mirrored: bool, colour: str = INK
+) -> None:
+    """At the foot of a portrait, where it has faded, which side is the reader's left."""
+    if cue.front is None:
+        return
+    rows, columns = cue.front.rgb.shape[:2]
+    words, foot = YOUR_SIDES[::-1] if mirrored else YOUR_SIDES, y + width * rows / columns - SIDES_MM
+    book.text(x + SIDES_MM, foot, words[0], SIDES_PT, bold=True, colour=colour)
+    book.text(x + width - SIDES_MM, foot, words[1], SIDES_PT, bold=True, colour=colour, align="right")
 
 
 def fitted(book: Booklet, text: str, width: Number, height: Number, *, most_pt: Number) -> Fitted:

@@ -18,6 +18,7 @@ from capture_plan.sheets.cues import (
     draw_fitted,
     draw_portrait,
     fitted,
+    name_sides,
     tell_small,
 )
 from capture_plan.sheets.page import Booklet, PaperSize
@@ -65,6 +66,7 @@ def _page(book: Booklet, cue: Cue, number: str, *, draft: bool, mirrored: bool) 
     text = fitted(book, cue.words, right - EDGE_MM, height, most_pt=MOST_PT)
     draw_fitted(book, EDGE_MM, TOP_MM + (height - text.height) / 2, text, right - EDGE_MM, colour=LIGHT)
     book.text(EDGE_MM, SCREEN.height - 10, _foot(cue.item), NOTE_PT, colour=PALE, fit=right - EDGE_MM)
+    name_sides(book, cue, SCREEN.width - PORTRAIT_MM, 0, PORTRAIT_MM, mirrored=mirrored, colour=LIGHT)
     if draft:
         book.box(0, 0, SCREEN.width, DRAFT_MM, fill="#ffffff", line=None)
     return text

@@ -13,6 +13,7 @@ from capture_plan.expressions.active_sets import vertex_kinds
 from capture_plan.expressions.record import Expression
 from capture_plan.face.anchors import Anchors
 from capture_plan.rig import Rig
+from capture_plan.rig.parts import part_kind
 from capture_plan.sheets.head import Head, Posed, pose, spread_over
 from capture_plan.sheets.view import FRONT, LEFT, Picture, PictureFrame, Viewpoint, picture
 
@@ -21,6 +22,8 @@ ABOVE, BELOW, WIDE, FADE = 1.15, 0.75, 2.3, 0.18  # pupil distances: over the ey
 ASIDE = 0.75  # pupil distances, seen from the side
 SIDE_BLANK = 0.01  # what makes a picture fade at its sides too
 LEAST_ARROW_MM, ALIKE, APART, SEEN = 1.5, 0.9, 0.25, 0.15
+DEEP, TWIN_MM = 1.5, 6.0  # times as far forward or back as across; from the mirror image
+EYES, STRAIGHT = ("eye", "iris"), 0.9  # of a ball what faces the viewer goes where it looks
 HEAT_STOPS = (0.0, 0.25, 0.5, 0.75, 1.0)
 HEAT_COLOURS = ((0.86, 0.86, 0.85), (0.98, 0.83, 0.45), (0.95, 0.52, 0.22), (0.78, 0.16, 0.20), (0.36, 0.04, 0.22))
 
@@ -37,7 +40,8 @@ KIND_COLOURS = (
 class Shot:
     """One expression's pictures: from the front, three-quarter, how far each place moves up to `scale_mm`, and `kinds`,
     where the skin is still, smoothing or active (Carrigan et al. 2020, Fig. 2). `arrows` are the movements of its
-    blendshapes in the front view, from where to where, millimetres of view space.
+    blendshapes in the front view, from where to where, millimetres of view space, `side_arrows` those forward or back
+    in the three-quarter view.
     """
 
     expression: Expression
@@ -48,6 +52,7 @@ class Shot:
     scale_mm: float
     side: str | None
     arrows: Float[np.ndarray, "a 2 2"]
+    side_arrows: Float[np.ndarray, "b 2 2"]
 
 
 def close_up(anchors: Anchors, view: Viewpoint, aspect: float) -> PictureFrame:
@@ -69,16 +74,25 @@ def arrows_of(
     vertices: Float[np.ndarray, "v 3"],
     normals: Float[np.ndarray, "v 3"],
     anchors: Anchors,
+    view: Viewpoint = FRONT,
 ) -> Float[np.ndarray, "a 2 2"]:
-    """For each blendshape where it moves the skin that is seen from the front most, nearest to the middle of equal
-    places, and to where the whole expression takes it; none within APART pupil distances of a longer one."""
-    seen, found = rig.skin & (normals[:, 2] > SEEN), []
+    """For each blendshape where it moves the skin or the eyes that are seen from the front most, and to where the whole
+    expression takes it; with the mirror image, where it moves that as far. None within APART pupil distances of a
+    longer one. What moves forward or back above all is shown in `view` from the side, and no other way."""
+    eyes = np.array([part_kind(name) in EYES for name in rig.part_names])[rig.parts]
+    seen, found = (rig.skin & (normals[:, 2] > SEEN)) | (eyes & (normals[:, 2] > STRAIGHT)), []
     for name in expression.blendshapes:
-        own = np.linalg.norm(rig.deltas[rig.names.index(name)][:, :2], axis=1) * seen
+        delta = rig.deltas[rig.names.index(name)] * seen[:, None]
+        own = np.linalg.norm(delta, axis=1)
         most = np.flatnonzero((own > ALIKE * own.max()) & (own > 0))
-        if len(most):
-            v = int(most[np.abs(rig.neutral[most, 0] - anchors.midline).argmin()])
-            found.append(FRONT.project(np.stack([rig.neutral[v], vertices[v]]))[:, :2])
+        if not len(most):
+            continue
+        v = int(most[np.abs(rig.neutral[most, 0] - anchors.midline).argmin()])
+        deep = abs(delta[v, 2]) > DEEP * np.hypot(*delta[v, :2])
+        if deep == (view == FRONT):
+            continue
+        ends = [np.stack([rig.neutral[at], vertices[at]]) for at in both_sides(rig, anchors, v, own)]
+        found += [view.project(both)[:, :2] for both in ends]
     found.sort(key=lambda arrow: -float(np.linalg.norm(arrow[1] - arrow[0])))
     kept: list[Float[np.ndarray, "2 2"]] = []
     for arrow in found:
@@ -86,6 +100,17 @@ def arrows_of(
         if clear and np.linalg.norm(arrow[1] - arrow[0]) >= LEAST_ARROW_MM:
             kept.append(arrow)
     return np.stack(kept) if kept else np.zeros((0, 2, 2))
+
+
+def both_sides(rig: Rig, anchors: Anchors, v: int, own: Float[np.ndarray, " v"]) -> list[int]:
+    """A vertex that moves `own` far, and that of its mirror image where it lies aside and moves about as far."""
+    aside = rig.neutral[v, 0] - anchors.midline
+    if abs(aside) < APART * anchors.pupils / 2:
+        return [v]
+    image = rig.neutral[v] - [2 * aside, 0, 0]
+    far = np.flatnonzero(own > ALIKE * ALIKE * own[v])
+    twin = int(far[np.linalg.norm(rig.neutral[far] - image, axis=1).argmin()])
+    return [v, twin] if np.linalg.norm(rig.neutral[twin] - image) < TWIN_MM else [v]
 
 
 def portrait(rig: Rig, anchors: Anchors, view: Viewpoint, aspect: float) -> PictureFrame:
@@ -163,6 +188,7 @@ def shoot(head: Head, anchors: Anchors, expression: Expression, *, mu: float, si
         scale,
         moved_side(rig, anchors, moved),
         arrows_of(rig, expression, vertices, posed.normals, anchors),
+        arrows_of(rig, expression, vertices, posed.normals, anchors, LEFT),
     )
 
 

@@ -50,7 +50,11 @@ SLUGS = {
 EXACT_MM = 1.0  # what a steady hand places a dot to
 MEASURED = "On the face, with callipers, straight, own side, {mm}, from "
 MODEL, OWN = "the model's mm (factor: see the table)", "the actor's own mm"
+TIMES_FACTOR = "These are the model's mm: multiply by the factor, see the table."
+KEY_SHARE = 0.5  # of the paper's width: from there on the key to the letters
 EACH_S = 35.0  # to measure, dot and check a marker: an assumption of ours, as are all times
+NOT_FOR_PLACING = "NOT FOR PLACING"
+PROMISED = 0.95  # of crews within their rings keep the error
 ORDER_MM = 24.0  # of height for the order in which dots are placed
 SIDE_WORDS_MM = 52.0  # as wide as ACTOR'S RIGHT with its arrow
 FOOT_MM = 27.0  # above the lower edge of the paper
@@ -174,16 +178,19 @@ class MarkerPages:
         sides(book, HEADER_MM - 0.5, left_on_right=not page.view.mirrored)
         if len(book.titles) == 1:
             self._agreed()
-        self._order(page)
+        keyed = self._beside(page)
         y = book.paper.height - FOOT_MM
-        check_bar(book, MARGIN_MM, y)
-        size = "LIFE SIZE 1:1" if page.scale == 1 else f"SCALE 1:{page.scale:g}"
+        if self.face.nobodys:
+            size = NOT_FOR_PLACING
+        else:
+            check_bar(book, MARGIN_MM, y)
+            size = "LIFE SIZE 1:1" if page.scale == 1 else f"SCALE 1:{page.scale:g}"
         book.text(MARGIN_MM, y + 13.2, size, 15, bold=True)
         x = MARGIN_MM + 66
         wide = book.paper.width - MARGIN_MM - x
         counts = Counter(m.region for m in page.landmarks)
         legend(book, x, y + 0.4, wide, {name: look for name, look in face.looks.items() if counts[name]}, counts)
-        book.paragraph(x, y + 7.3, self._notes(page), 7.2, width=wide, lines=3, colour=SOFT)
+        book.paragraph(x, y + 7.3, self._notes(page, keyed=keyed), 7.2, width=wide, lines=3, colour=SOFT)
 
     def _agreed(self) -> None:
         """What was agreed with the actor, between the words that tell the sides."""
@@ -193,13 +200,21 @@ class MarkerPages:
             y += 3.1
             book.text(book.paper.width / 2, y, words, 7, colour=SOFT, align="centre", fit=room)
 
-    def _order(self, page: Placed) -> None:
-        """In which order the dots of a page are placed, where there is room below the face."""
-        book, face, left = self.book, self.face, MARGIN_MM
+    def _beside(self, page: Placed) -> bool:
+        """In which order the dots of a page are placed, and from where they are measured, where there is room below the
+        face; says whether there was."""
+        book = self.book
         below = page.corner[1] + page.picture.frame.height / page.scale
         y = book.paper.height - FOOT_MM - ORDER_MM
-        if len(page.landmarks) == 1 or max(below, *(row.y + 5 for row in page.rows)) > y - 4:
-            return
+        if max(below, *(row.y + 5 for row in page.rows)) > y - 4:
+            return False
+        if len(page.landmarks) > 1:
+            self._order(page, y)
+        self._key(page, y)
+        return True
+
+    def _order(self, page: Placed, y: float) -> None:
+        book, face, left = self.book, self.face, MARGIN_MM
         exact = exact_ones(face.rings)
         middle = [m.name for m in page.landmarks if m.side == "middle"]
         near = [m.name for m in page.landmarks if m.name in exact and m.name not in middle]
@@ -208,23 +223,46 @@ class MarkerPages:
         steps = {"the middle line": middle, f"what has to be within {EXACT_MM:g} mm": near, "the others": rest}
         for n, (what, names) in enumerate([(what, names) for what, names in steps.items() if names]):
             words = f"{n + 1}  {what}: {', '.join(names)}"
-            book.text(left, y + 4.6 * (n + 1), words, 8, fit=book.paper.width - 2 * MARGIN_MM)
+            book.text(left, y + 4.6 * (n + 1), words, 8, fit=KEY_SHARE * book.paper.width - MARGIN_MM - 3)
 
-    def _notes(self, page: Placed) -> str:
-        """What the signs on a page mean."""
+    def _points(self, page: Placed) -> list[tuple[str, str]]:
+        """Letter and name of each point that the dots of a page are measured from."""
         drawn = {(p.letter, p.name) for p, _ in page.crosses}
         measures = [self.face.measure(m) for m in page.landmarks]
         used = {(p.letter, p.name) for measure in measures if measure for p in measure.points}
-        points = [(a, name if (a, name) in drawn else f"{name} (not on this page)") for a, name in sorted(used)]
+        return [(a, name if (a, name) in drawn else f"{name} (not here)") for a, name in sorted(used)]
+
+    def _key(self, page: Placed, y: float) -> None:
+        """What the letters stand for, and what is done with the millimetres."""
+        book, points = self.book, self._points(page)
+        if not points:
+            return
+        x = KEY_SHARE * book.paper.width
+        column = (book.paper.width - MARGIN_MM - x) / 2
+        book.text(x, y, "MEASURE FROM, WITH CALLIPERS, STRAIGHT, ON ITS OWN SIDE", 8, bold=True, fit=2 * column)
+        for n, (letter, name) in enumerate(points):
+            at_x, at_y = x + column * (n % 2), y + 4.6 * (n // 2 + 1)
+            book.text(at_x, at_y, letter, 8, bold=True)
+            book.text(at_x + 3, at_y, name, 8, fit=column - 4)
+        words = "These are the actor's own mm." if self.face.own else TIMES_FACTOR
+        book.text(x, y + 4.6 * (-(-len(points) // 2) + 1), words, 8, bold=True, fit=2 * column)
+
+    def _notes(self, page: Placed, *, keyed: bool) -> str:
+        """What the signs on a page mean."""
+        points = self._points(page)
         notes = (
             [MEASURED.format(mm=OWN if self.face.own else MODEL) + ", ".join(f"{a} {name}" for a, name in points)]
-            if points
+            if points and not keyed
             else []
         )
         if any(m.name in self.face.rings for m in page.landmarks):
             thick = any(m.name in self.face.strict for m in page.landmarks)
             notes.append("the whole dot stays within its ring" + (", exactest along its thick ends" if thick else ""))
-        notes.append("every dot is round; its sign on paper tells the region, the point in it the middle")
+            if self.face.kept < PROMISED:
+                notes.append(
+                    f"only {self.face.kept:.0%} of crews then keep the error: measure each dot where it stands"
+                )
+        notes.append("every dot is round, its sign tells the region")
         if self.face.off_mm:
             notes.append(f"the printed place itself may be off by {self.face.off_mm:.1f} mm: trust your eye")
         if any(m.role == "backup" for m in page.landmarks):

@@ -58,7 +58,8 @@ class MarkedFace:
     `tape` are the points that places are measured from, `rings` how far a marker may stand from its place, millimetres,
     by its name, and `dot_mm` the diameter of a marker. `own`: the face is the actor's own, and no model to be scaled;
     `off_mm` is how far places on it are off, mostly.
-    `strict` are directions in which a marker has to stand most exactly.
+    `strict` are directions in which a marker has to stand most exactly, `kept` is the share of crews within all rings
+    that keep the error. `nobodys`: the face is a generic one, nothing is measured on it.
     """
 
     posed: Posed
@@ -72,6 +73,8 @@ class MarkedFace:
     own: bool = False
     off_mm: float = 0.0
     strict: Mapping[str, Direction] = field(default_factory=dict)
+    kept: float = 1.0
+    nobodys: bool = False
 
     @property
     def solid(self) -> Posed:
@@ -93,7 +96,9 @@ class MarkedFace:
         return self.dot_mm / 2 + self.rings.get(landmark.name, 0.0)
 
     def measure(self, landmark: Landmark) -> Measure | None:
-        """From where the place of a marker is measured."""
+        """From where the place of a marker is measured; None where it cannot be, or on nobody's face."""
+        if self.nobodys:
+            return None
         return measured_from(landmark, self.posed.normals[landmark.vertex], self.tape)
 
 
@@ -233,7 +238,9 @@ def _frame(face: MarkedFace, view: Viewpoint, at: Int[np.ndarray, " n"], wide: f
     top = min(max(need.top, float(max(y.max(), marks[:, 1].max())) + ABOVE_MM), need.bottom + high)
     top = max(min(top, float(skin[:, 1].max()) + 2), need.top)
     bottom = max(min(need.bottom, float(y.min()) - BELOW_MM), top - high)
-    middle = float(view.project(features)[:, 0].mean()) if view.azimuth == 0 else (need.left + need.right) / 2
+    x = view.project(features)[:, 0]
+    left, right = min(need.left, float(x.min()) - BESIDE_MM), max(need.right, float(x.max()) + BESIDE_MM)
+    middle = float(x.mean()) if view.azimuth == 0 else (left + right) / 2
     middle = float(np.clip(middle, need.right - wide / 2, need.left + wide / 2))
     return PictureFrame(middle - wide / 2, middle + wide / 2, bottom, top, FADE_MM, SIDE_BLANK, SIDE_BLANK, FADE_MM)
 

@@ -21,6 +21,13 @@ from capture_plan.sheets.write import Sheet, refuse_other_rig
 DRAWN: Mapping[str, Callable[..., Booklet]] = MappingProxyType(
     {"cards": draw_cue_cards, "deck": draw_deck, "sculptor": draw_sculptor}
 )
+NEXT = MappingProxyType(
+    {
+        "cards": "print {path} and hold each card beside the camera, in the order of the pages.",
+        "deck": "open {path} on the whole screen of a monitor beside the camera; the arrow keys step.",
+        "sculptor": "send {path} to who sculpts the expressions: millimetres of the head as it is planned on.",
+    }
+)
 TO_IMITATE = ("cards", "deck")  # what an actor imitates
 
 

@@ -121,8 +121,12 @@ def _pictures(book: Booklet, shot: Shot, relaxed: Picture) -> None:
     below = top + short + 5
     book.image(relaxed.rgb, x, below, small, short)
     book.text(x, below + short + 2.2, "relaxed, to compare", 7.4, colour=SOFT)
-    for start, end in shot.arrows:
-        draw_arrow(book, *on_page(shot.front, np.stack([start, end]), left, top, large))
+    for arrow in shot.arrows:
+        start, end = on_page(shot.front, arrow, left, top, large)
+        draw_arrow(book, start, end)
+    for arrow in shot.side_arrows:
+        start, end = on_page(shot.three_quarter, arrow, x, top, small)
+        draw_arrow(book, start, end, 0.7)
 
 
 def on_page(

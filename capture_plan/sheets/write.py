@@ -110,7 +110,8 @@ def draw_sheets(plan: Plan, inputs: PlanInputs, *, sheet: str, dpi: int) -> Book
     rings = rings_of(rig, plan.audit.used, plan.settings.landmarks, plan.layout.landmarks)
     face = marked_face(worn, head, shown.layout, rings.mm, dot_mm)
     actor = None if inputs.generic else plan.actor
-    face = replace(face, own=actor is not None, off_mm=actor.error_mm if actor else 0.0, strict=rings.strict)
+    face = replace(face, own=actor is not None, off_mm=actor.error_mm if actor else 0.0)
+    face = replace(face, strict=rings.strict, kept=rings.kept, nobodys=inputs.generic)
     placing = placing_words(plan.layout, dot_mm, face.rings)
     on_head = worn_words(plan, inputs)
     placed: HeadLine = (on_head, placing) if on_head else (placing,)

@@ -21,7 +21,7 @@ from capture_plan.plan.settings import Settings
 from capture_plan.progress import listen
 from capture_plan.sheets import write_on_set
 from capture_plan.sheets.cue_cards import READ_FROM_MM, draw_cue_cards
-from capture_plan.sheets.cues import AS_IN_A_MIRROR, CAP, READ_AT, Portrait, cues, fitted
+from capture_plan.sheets.cues import AS_IN_A_MIRROR, CAP, READ_AT, YOUR_SIDES, Portrait, cues, fitted
 from capture_plan.sheets.deck import GROUND, draw_deck
 from capture_plan.sheets.page import PAPERS, POINT_MM, Booklet
 from capture_plan.sheets.sculptor import TURNTABLE, draw_sculptor, facing_in, moved_by, turntable, way_words
@@ -89,10 +89,16 @@ def sizes(page):
     return [size_of(each) for each in page.get_objects(filter=[pypdfium2.raw.FPDF_PAGEOBJ_TEXT])]
 
 
+def names_sides(each):
+    """Whether an object says whose left is left, on the foot of a portrait, which has faded there."""
+    return isinstance(each, pypdfium2.PdfTextObj) and each.extract().strip() in YOUR_SIDES
+
+
 def overlaps(page):
     """Pairs of lines of text or pictures on a page that lie upon each other, by more than half a millimetre."""
     kinds = [pypdfium2.raw.FPDF_PAGEOBJ_TEXT, pypdfium2.raw.FPDF_PAGEOBJ_IMAGE]
-    boxes = [np.array(each.get_bounds()) * 25.4 / 72 for each in page.get_objects(filter=kinds)]
+    objects = page.get_objects(filter=kinds, textpage=page.get_textpage())
+    boxes = [np.array(each.get_bounds()) * 25.4 / 72 for each in objects if not names_sides(each)]
     found = []
     for k, (left, bottom, right, top) in enumerate(boxes):
         for other in boxes[:k]:
@@ -128,7 +134,7 @@ def test_the_sentence_of_a_card_is_read_from_the_actors_seat(cards):
     for page, item in zip(cards, EXPRESSIONS, strict=True):
         objects = page.get_objects(filter=[pypdfium2.raw.FPDF_PAGEOBJ_TEXT], textpage=page.get_textpage())
         of = next(e for e in PLAN.packing.expressions if e.name == item.name)
-        said = [each for each in objects if each.extract().strip() in of.sentence]
+        said = [each for each in objects if each.extract().strip() in of.sentence and not names_sides(each)]
         assert " ".join(each.extract().strip() for each in said) == of.sentence
         assert min(CAP * size_of(each) * POINT_MM for each in said) * READ_AT > READ_FROM_MM
 
@@ -214,6 +220,14 @@ def test_a_deck_has_a_page_of_16_to_9_for_every_item_of_the_session_in_its_order
         assert min(sizes(page)) >= 6.99
         shown = list(page.get_objects(filter=[pypdfium2.raw.FPDF_PAGEOBJ_IMAGE]))
         assert len(shown) == (AS_IN_A_MIRROR in text) == (item.kind in ("neutral", "turned", "expression"))
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_portraits_say_whose_left_is_left(mirrored):
+    page = pages_of(draw_cue_cards(planned(("jawOpen",)), PlanInputs(RIG), sheet="a4", dpi=DPI, mirrored=mirrored))[0]
+    objects = page.get_objects(filter=[pypdfium2.raw.FPDF_PAGEOBJ_TEXT], textpage=page.get_textpage())
+    at = {each.extract().strip(): each.get_bounds()[0] for each in objects if names_sides(each)}
+    assert (at["your left"] < at["your right"]) == mirrored
 
 
 def test_a_deck_opens_on_the_whole_screen_and_is_dark_at_every_border(deck):

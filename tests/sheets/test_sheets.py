@@ -461,3 +461,13 @@ def test_a_direction_leads_on_the_page_where_it_leads_on_the_face():
     )
     assert seen_angle((0.0, 0.1, 0.99), FRONT) is None
     assert seen_angle(None, FRONT) is None
+
+
+def test_what_moves_both_sides_alike_has_an_arrow_on_each_and_what_comes_forward_is_shown_from_the_side(rig, face):
+    shown = expression("puff", "Raise your brows and puff out your cheeks.", 1.0, "browInnerUp", "cheekPuff")
+    vertices, _ = movement(rig, shown)
+    front, side = (arrows_of(rig, shown, vertices, face.posed.normals, face.anchors, v) for v in (FRONT, LEFT))
+    assert (front[:, 1, 1] > front[:, 0, 1]).all()  # brows, up; no cheeks
+    assert len(front) == 1  # the two would lie too near to each other
+    assert abs(front[0, 0, 0] - face.anchors.midline) < 8
+    assert len(side) == 2  # a cheek on each side
