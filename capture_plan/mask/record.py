@@ -31,7 +31,7 @@ class MaskSettings:
             )
         if not LEAST_WALL_MM + 0.2 <= self.wall_mm <= 4:
             raise PlanError(f"a wall of {self.wall_mm:g} mm: give {LEAST_WALL_MM + 0.2:g} to 4 mm")
-        if min(self.volume_mm) < 60:
+        if not all(60 <= side < np.inf for side in self.volume_mm):
             size = "x".join(f"{side:g}" for side in self.volume_mm)
             raise PlanError(f"a print volume of {size} mm: give three lengths of at least 60 mm, as in 220x220x250")
 

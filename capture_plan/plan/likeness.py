@@ -39,5 +39,11 @@ def on_generic_head(inputs: PlanInputs) -> PlanInputs:
         own = named_vertices(sample)
         points = {name: (float(x[v, 0]), float(x[v, 1]), float(x[v, 2])) for name, v in own.items()}
         both = {name: points[name] for name in named_vertices(rig) if name in points}
-        laid = lay_onto_head(rig, head, picks_on(rig, both, {}))
+        try:
+            laid = lay_onto_head(rig, head, picks_on(rig, both, {}))
+        except RigError:
+            raise RigError(
+                f"{rig.name} cannot be drawn on a generic head: its face is too unlike a person's, or not found; give "
+                "away pages without pictures of it, or draw it as it is"
+            ) from None
     return replace(inputs, worn=laid.in_file(laid.neutral), head=None, generic=True)

@@ -108,7 +108,7 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True):
 
 def number_of(plan: Plan) -> str:
     """The plan's number, 16 hexadecimal digits that stand on all that is made of it: equal plans, equal numbers. The
-    seal in plan.json begins with it; drafts carry their plan's."""
+    seal in plan.json begins with it, but for a draft, which has the number of its plan."""
     return seal_of(structs.replace(plan, draft=()))[:16]
 
 

@@ -6,6 +6,7 @@ Ending   .obj, .ply, .stl, .3mf, .glb, .off; what hangs together is welded, tria
 """
 
 import io
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -45,6 +46,8 @@ def read_head(path: Path | str, unit_mm: float | None = None) -> HeadScan:
         RigError: missing, too large, of another kind, without a surface, or of no unit in which it is a head.
     """
     path = Path(path)
+    if unit_mm is not None and not 0 < unit_mm < math.inf:
+        raise RigError(f"one unit of {path.name} cannot be {unit_mm:g} mm: give a length above 0, as --unit-mm 10")
     if path.suffix.lower() not in HEAD_FORMATS:
         raise RigError(f"{path.name} is no scan of a known kind: give one of {', '.join(HEAD_FORMATS)}")
     if not path.exists():

@@ -16,6 +16,7 @@ import jinja2
 import numpy as np
 from jaxtyping import Float
 from markupsafe import Markup
+from msgspec import structs
 
 from capture_plan.expressions.record import Expression
 from capture_plan.expressions.session import Item
@@ -39,6 +40,7 @@ SHADE_RAYS = 64  # smooth enough for the eye; the plan's own visibility uses mor
 MARKER_PICTURE_PX, EXPRESSION_PICTURE_PX = 900, 420
 WEBP_QUALITY = 84
 VIEWS = {"front": "From the front", "left": "From the actor's left", "right": "From the actor's right"}
+NOBODYS = "this page shows a generic head and holds nothing of the rig's: check the plan itself"
 # Inside a script element these could end it, open a comment, or break a line of JavaScript.
 UNSAFE = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026", "\u2028": "\\u2028", "\u2029": "\\u2029"}
 
@@ -82,12 +84,12 @@ def page_html(plan: Plan, inputs: Rig | PlanInputs) -> str:
             **contents(plan, plan.session),
             expressions=[card(e, pictures[e.name], line_of[e.name]) for e in plan.in_session],
             shot_list=shot_rows(plan.session),
-            markers=marker_rows(plan.layout.markers),
+            markers=marker_rows((shown if given.generic else plan).layout.markers),
             placed=worn_words(plan, given),
             marker_pictures=[plate(view, picture) for view, picture in plates.items()],
             head_json=script_json(json.dumps(plan_head(worn, shown))),
-            plan_json=script_json(plan_bytes(plan).decode()),
-            evidence_json=script_json(json.dumps(evidence(plan, inputs))),
+            plan_json=script_json(plan_bytes(structs.replace(shown, actor=None) if given.generic else plan).decode()),
+            evidence_json=script_json(json.dumps({"missing": NOBODYS} if given.generic else evidence(plan, inputs))),
             css=asset("style.css"),
             scripts=script,
             policy=policy(script),

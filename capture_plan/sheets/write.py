@@ -25,7 +25,7 @@ from capture_plan.plan.carry import as_worn, worn_words
 from capture_plan.plan.consent import consent_lines
 from capture_plan.plan.inputs import PlanInputs
 from capture_plan.plan.predicted import headline_words
-from capture_plan.plan.record import Plan, head_words, number_of, words_of
+from capture_plan.plan.record import Plan, head_words, number_of
 from capture_plan.plan.summary import expression_words
 from capture_plan.progress import track, track_in_threads
 from capture_plan.rig import Rig
@@ -128,7 +128,7 @@ def draw_sheets(plan: Plan, inputs: PlanInputs, *, sheet: str, dpi: int) -> Book
         cared,
         says,
         agreed=consent_lines(plan.settings.consent),
-        code=f"capture-plan: {words_of(plan)}",
+        code=f"capture-plan: plan {number_of(plan)} of {head_words(plan, generic=inputs.generic)}",
     )
     lists, (rows, columns) = paged(book, plan.session), overview_grid(book, len(plan.packing.expressions))
     overviews = -(-len(plan.packing.expressions) // (rows * columns))

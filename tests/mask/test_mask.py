@@ -194,7 +194,16 @@ def test_the_closing_lines_name_what_was_left_out(mask):
     assert "11 holes of 3.4 mm" in text
 
 
-@pytest.mark.parametrize("wrong", [{"gap_mm": 0.1}, {"gap_mm": 2}, {"wall_mm": 1.2}, {"volume_mm": (20, 200, 200)}])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"gap_mm": 0.1},
+        {"gap_mm": 2},
+        {"wall_mm": 1.2},
+        {"volume_mm": (20, 200, 200)},
+        {"volume_mm": (float("nan"), 200, 200)},
+    ],
+)
 def test_settings_that_nobody_can_wear_or_print_are_refused(wrong):
     with pytest.raises(PlanError, match="mm"):
         MaskSettings(**wrong)

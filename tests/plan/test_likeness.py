@@ -1,17 +1,19 @@
 """Pages without the actor's likeness: shapes are the bundled head's, places and movements the rig's."""
 
+import json
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from capture_plan.face.anchors import face_anchors
 from capture_plan.mesh.nearest import nearest_on_surface
 from capture_plan.plan.carry import as_worn, worn_words
 from capture_plan.plan.inputs import PlanInputs
 from capture_plan.plan.likeness import on_generic_head
-from capture_plan.plan.record import head_words, number_of
+from capture_plan.plan.record import ActorDot, ActorHead, head_words, number_of
 from capture_plan.report.page import page_html
 from capture_plan.rig import Rig
 from capture_plan.sample import sample_rig
@@ -64,3 +66,21 @@ def test_the_html_page_shows_the_generic_head_and_keeps_the_plans_number():
     assert "drawn on a generic head" in page
     assert number_of(plan) in page
     assert "drawn on a generic head" not in page_html(plan, sample_rig())
+
+
+def test_no_place_on_the_rig_or_on_the_actor_stands_in_the_page():
+    rig = stranger()
+    plan = structs.replace(plan_of(QUICK), rig=structs.replace(plan_of(QUICK).rig, fingerprint=rig.fingerprint))
+    at = {m.name: rig.neutral[m.vertex].astype(float).round(4).tolist() for m in plan.layout.landmarks}
+    dots = tuple(ActorDot(name, (1.234567, *place[1:]), (7.654321, 0.0, 0.0), 0.1) for name, place in at.items())
+    actor = ActorHead(
+        "anna", "anna.ply", "f" * 16, 1.0, (), (0.0, 0.0, 0.0), "", "", 1.0, 2.0, "estimated", 0, 1.0, dots
+    )
+    page = page_html(structs.replace(plan, actor=actor), on_generic_head(PlanInputs(rig)))
+    held = json.loads(page.split('id="plan-data"')[1].split(">", 1)[1].split("</script>")[0])
+    assert "actor" not in held or held["actor"] is None
+    assert "anna.ply" not in page
+    assert "1.234567" not in page
+    assert "7.654321" not in page
+    for marker in held["layout"]["landmarks"]:
+        assert np.abs(np.array(marker["position"]) - at[marker["name"]]).max() > 0.01
