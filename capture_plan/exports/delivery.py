@@ -65,8 +65,10 @@ def dots_mm(plan: Plan, inputs: PlanInputs) -> Float[np.ndarray, "m 3"]:
 
 
 def posed_dots_mm(plan: Plan, inputs: PlanInputs) -> Float[np.ndarray, "e m 3"]:
-    """Where every marker stands on the neutral, then in each expression, millimetres, +y up, facing +z."""
-    return np.stack([_dots_on(plan, inputs, vertices) for _, vertices in poses_mm(plan, inputs)])
+    """Where every marker stands on the neutral, then in each expression, millimetres, +y up, facing +z. On a scan they
+    move from where they lie there as the skin does that was laid on it."""
+    posed = np.stack([_dots_on(plan, inputs, vertices) for _, vertices in poses_mm(plan, inputs)])
+    return posed + (dots_mm(plan, inputs) - posed[0])
 
 
 def poses_mm(plan: Plan, inputs: PlanInputs) -> Iterator[tuple[str, Float[np.ndarray, "v 3"]]]:

@@ -28,6 +28,7 @@ WRITES = (
     *(name for i in range(1, PIECES + 1) for name in either(f"mask-{i}.stl")),
 )
 MARKER = "M"  # what names of markers begin with: the number alone is engraved
+STL_HEADER = 80  # bytes
 BETWEEN_MM = 10.0  # pieces in the 3MF
 REACH_MM, MIDDLE_MM, SHOWN = 5.0, 10.0, 3  # of a piece from the dots it holds; of one on neither side; names in a line
 
@@ -47,7 +48,7 @@ def write_mask(
     names = {f"{stem}.stl": made.parts[0]} if len(made.parts) == 1 else numbered(made.parts, plan)
     with written_together(folder, head.name, number_of(plan)) as new:
         for name, part in names.items():
-            write_whole(new / name, stl_bytes(part.printed))
+            write_whole(new / name, stl_bytes(part.printed, title_of(plan)))
         write_whole(new / f"{stem}.3mf", threemf_bytes(made.parts))
         write_whole(new / f"{stem}.png", solid_picture(made.mesh.vertices, made.mesh.triangles, title_of(plan)))
     return made, tuple(folder / name for name in (*names, f"{stem}.3mf", f"{stem}.png"))
@@ -72,11 +73,13 @@ def dots_of(plan: Plan, inputs: PlanInputs) -> tuple[Dot, ...]:
     )
 
 
-def stl_bytes(mesh: Mesh) -> bytes:
-    """A closed surface as the bytes of a binary STL file, millimetres."""
+def stl_bytes(mesh: Mesh, said: str) -> bytes:
+    """A closed surface as the bytes of a binary STL file, millimetres; its header holds what is `said` of it."""
     import trimesh
 
-    return cast("bytes", trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False).export(file_type="stl"))
+    data = cast("bytes", trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False).export(file_type="stl"))
+    head = said.encode("ascii", "replace")[:STL_HEADER]  # which must not begin with 'solid'
+    return head.ljust(STL_HEADER, b"\0") + data[STL_HEADER:]
 
 
 def threemf_bytes(parts: tuple[Part, ...]) -> bytes:

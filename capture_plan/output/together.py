@@ -32,6 +32,7 @@ from capture_plan.prose import in_series
 
 MEMORY = ".capture-plan.json"
 WRITTEN, OF, NUMBERS = "written by capture-plan", "of", "of plan"
+OF_NO_PLAN = ".schema.json"
 SHOWN = 60  # letters of a name
 
 
@@ -132,9 +133,17 @@ def remember(new: Path, folder: Path, names: list[Path], of: str, number: str) -
         retained = {WRITTEN: memory} | ({OF: of} if of else {})
         if number:
             retained[NUMBERS] = dict.fromkeys(now, number) | others
-            tell_of_another_plan(folder / inside, {name for name in others if others[name] != number}, number)
+            mixed = {name for name, one in others.items() if one != number and not name.endswith(OF_NO_PLAN)}
+            tell_of_another_plan(folder / inside, mixed | folders_of_others(folder / inside, names, number), number)
         write_whole(new / inside / MEMORY, json.dumps(retained, indent=1).encode() + b"\n")
     return gone
+
+
+def folders_of_others(folder: Path, names: list[Path], number: str) -> set[str]:
+    """Folders inside, not written into now, that hold files of another plan than the one with this number."""
+    now = {name.parts[0] for name in names if len(name.parts) > 1}
+    inside = [place for place in folder.iterdir() if place.name not in now] if folder.is_dir() else []
+    return {f"{place.name}/" for place in inside if set(_ours(place, NUMBERS).values()) - {number}}
 
 
 def tell_of_another_plan(folder: Path, names: set[str], number: str) -> None:

@@ -43,6 +43,8 @@ def read_points(path: Path) -> dict[str, Point]:
         found = msgspec.convert(document, dict[str, Point], strict=kind != ".csv")
     except (msgspec.DecodeError, msgspec.ValidationError, UnicodeDecodeError, RecursionError) as error:
         raise PlanError(f"{path} holds no points ({error}): {GIVE}") from None
+    if not found:
+        raise PlanError(f"{path} holds no points: {GIVE}")
     if len(found) > MOST_POINTS or not all(math.isfinite(x) for point in found.values() for x in point):
         raise PlanError(f"{path} holds {len(found)} points, expected at most {MOST_POINTS}, all of finite numbers")
     return found

@@ -101,6 +101,16 @@ def test_a_folder_that_now_holds_two_plans_is_told(tmp_path):
     assert "holds two plans: markers.ma not of plan " + number_of(fewer) in line
 
 
+def test_a_folder_in_the_folder_is_told_too_and_what_is_of_no_plan_is_not(tmp_path):
+    of, told = sample(), []
+    fewer = replace(of.plan, layout=replace(of.plan.layout, landmarks=of.plan.layout.landmarks[:-1]))
+    with listen(told.extend):
+        write_exports(of.plan, of.inputs, tmp_path, only=["meshes", "json"])
+        write_exports(fewer, of.inputs, tmp_path, only=["trc"])
+    (line,) = [each for each in told if "two plans" in each]
+    assert "holds two plans: expressions/ and plan.json not of plan " + number_of(fewer) in line
+
+
 def test_a_kind_that_is_none_is_refused_with_the_kinds_there_are(tmp_path):
     with pytest.raises(PlanError, match="'fbx' is no kind of export: choose among csv, json"):
         write_exports(sample().plan, sample().inputs, tmp_path, only=["fbx"])

@@ -61,6 +61,9 @@ def dots(head):
     )
 
 
+SAID = "Mask: plan 0123456789abcdef of " + 60 * "a"
+
+
 @pytest.fixture(scope="module")
 def mask(head, dots):
     return make_mask(head, dots, dot_mm=3.0, settings=SETTINGS)
@@ -70,9 +73,15 @@ def mask(head, dots):
 def printed(mask):
     """The STL as a program of others reads it, moved back to the head."""
     (part,) = mask.parts
-    mesh = trimesh.load(io.BytesIO(stl_bytes(part.printed)), file_type="stl")
+    mesh = trimesh.load(io.BytesIO(stl_bytes(part.printed, SAID)), file_type="stl")
     mesh.vertices = (mesh.vertices - part.shift) @ part.turn
     return mesh
+
+
+def test_the_file_says_which_plan_it_is_of(mask):
+    data = stl_bytes(mask.parts[0].printed, SAID)
+    assert data[:80] == SAID[:80].encode()
+    assert len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")
 
 
 def test_the_file_is_one_closed_solid(printed):

@@ -12,7 +12,7 @@ from PIL import Image
 
 from capture_plan.check.actor_claims import actor_claims
 from capture_plan.errors import PlanError
-from capture_plan.exports.delivery import Delivery, dots_mm
+from capture_plan.exports.delivery import Delivery, dots_mm, posed_dots_mm
 from capture_plan.exports.tables import write
 from capture_plan.plan.carry import actor_words, as_worn, off_surface
 from capture_plan.plan.files import inputs_of, read_plan, write_plan
@@ -67,6 +67,13 @@ def test_dots_lie_on_the_scan_in_its_own_coordinates(folder, carried):
     truth = made_up_people(inputs.rig, 1)[0].neutral[[m.vertex for m in plan.layout.markers]]
     truth = np.stack([truth[:, 0], -truth[:, 2], truth[:, 1]], axis=1)
     assert np.median(np.linalg.norm(10 * there - truth, axis=1)) < 1.5
+
+
+def test_dots_of_every_pose_begin_where_they_lie_on_the_scan(carried):
+    plan, inputs = carried
+    posed = posed_dots_mm(plan, inputs)
+    np.testing.assert_allclose(posed[0], [dot.position for dot in plan.actor.dots], atol=1e-9)
+    assert np.linalg.norm(posed[1:] - posed[0], axis=2).max() > 3
 
 
 def test_what_was_laid_stands_as_the_rig_stands(carried):

@@ -157,7 +157,15 @@ def test_points_are_read_from_small_files(tmp_path, name, text):
 
 @pytest.mark.parametrize(
     ("name", "text"),
-    [("p.json", '{"chin": [1, 2]}'), ("p.csv", "chin,a,b,c\nnose_tip,1,2,x\n"), ("p.toml", "chin ="), ("p.txt", "")],
+    [
+        ("p.json", '{"chin": [1, 2]}'),
+        ("p.csv", "chin,a,b,c\nnose_tip,1,2,x\n"),
+        ("p.toml", "chin ="),
+        ("p.txt", ""),
+        ("empty.csv", ""),
+        ("head.csv", "chin,a,b,c\n"),
+        ("empty.json", "{}"),
+    ],
 )
 def test_files_without_points_are_refused_in_one_line(tmp_path, name, text):
     (tmp_path / name).write_text(text)
