@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from capture_plan.audit.audit import audit_rig
+    from capture_plan.camera import Camera
     from capture_plan.check.check import check_plan
     from capture_plan.errors import CapturePlanError, InfeasibleError, PlanError, RigError, SettingsError
     from capture_plan.evaluation.compare import compare_layouts
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from capture_plan.sequence import Sequence, read_sequence
     from capture_plan.sheets import write_sheets
     from capture_plan.shell.takes import takes_of
-    from capture_plan.visibility.camera import Camera
 
 __all__ = [
     "Camera",
@@ -67,7 +67,7 @@ __all__ = [
 ]
 
 _HOME = {
-    "Camera": "visibility.camera",
+    "Camera": "camera",
     "CapturePlanError": "errors",
     "InfeasibleError": "errors",
     "Layout": "layout.record",

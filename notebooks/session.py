@@ -8,12 +8,12 @@ with app.setup:
 
     from capture_plan import notebooks_support as parts
     from capture_plan.audit.audit import audit_rig
+    from capture_plan.camera import cameras_for
     from capture_plan.expressions.pack import pack
     from capture_plan.layout.design import design_layout
     from capture_plan.layout.face import see_face
     from capture_plan.plan.collide import collide
     from capture_plan.plan.make import assemble_plan
-    from capture_plan.visibility import cameras_for
 
 
 @app.cell(hide_code=True)

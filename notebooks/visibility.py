@@ -8,8 +8,8 @@ with app.setup:
 
     from capture_plan import notebooks_support as parts
     from capture_plan.audit.audit import audit_rig
+    from capture_plan.camera import cameras_for
     from capture_plan.layout.face import see_face
-    from capture_plan.visibility import cameras_for
 
 
 @app.cell(hide_code=True)

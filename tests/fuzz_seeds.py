@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from capture_plan.camera import look_at
 from capture_plan.mesh.decimate import decimate
 from capture_plan.reader.read import read_raw, rig_from_raw
 from capture_plan.rig import Rig
-from capture_plan.visibility.camera import look_at
 from tests.face_heads import cut, sample_head, visible_skin
 from tests.fbx_files import HEAD, MESH, channel, deformer, mesh, model, scene
 from tests.formats.test_gltf import Writer, primitive

@@ -43,7 +43,7 @@ CHIEF = {
     "sheets.write": ("write_sheets",),
     "shell.optimise": ("optimise",),
     "shell.takes": ("takes_of",),
-    "visibility.camera": ("look_at",),
+    "camera": ("look_at",),
 }
 EXAMPLES = [(module, name) for module, names in CHIEF.items() for name in names]
 

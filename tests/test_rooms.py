@@ -17,7 +17,7 @@ PACKAGE = Path(__file__).parents[1] / "capture_plan"
 FLOORS = (  # a room imports only from rooms below it; a room is a folder, or a module that stands alone
     {"errors", "glossary", "once", "progress", "prose", "terminal"},
     {"input", "output", "mesh", "solver", "notebook_guard"},
-    {"cache", "names"},
+    {"cache", "names", "camera"},
     {"rig", "visibility"},
     {"formats"},
     {"face", "curves"},
@@ -35,6 +35,8 @@ FLOORS = (  # a room imports only from rooms below it; a room is a folder, or a 
 )
 ONLY_IN = {
     "embreex": {"visibility"},
+    "yaml": {"input"},
+    "cv2": set(),
     "bpy": {"exports"},
     "ezc3d": {"exports"},
     "pxr": {"formats", "exports"},

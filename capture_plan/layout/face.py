@@ -13,6 +13,7 @@ from capture_plan.anatomy.performed_deltas import performed_deltas
 from capture_plan.anatomy.regions import FaceRegions, face_regions
 from capture_plan.anatomy.zones import Ground, check_zone, ground_of
 from capture_plan.audit.audit_cache import audit_once
+from capture_plan.camera import Camera, why_blind
 from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.layout.contact_pairs import met_in
 from capture_plan.layout.observation import Observation
@@ -25,7 +26,7 @@ from capture_plan.mesh.mirror import mirror_map
 from capture_plan.once import once
 from capture_plan.registration.empirical_layouts import place_ibug68, place_layout
 from capture_plan.rig import Rig
-from capture_plan.visibility import Camera, camera_visibility, global_visibility, why_blind
+from capture_plan.visibility import camera_visibility, global_visibility
 from capture_plan.visibility.views import Views, camera_views
 
 SIXTY_EIGHT = "68 points (iBUG)"

@@ -18,10 +18,11 @@ from jaxtyping import Bool, Float, Int
 
 from capture_plan.anatomy.performed_deltas import performed_deltas
 from capture_plan.anatomy.regions import FaceRegions, face_regions
+from capture_plan.camera import Camera
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.face import Face
 from capture_plan.layout.record import HeadPose
-from capture_plan.visibility import Camera, camera_visibility, global_visibility
+from capture_plan.visibility import camera_visibility, global_visibility
 
 SECTORS = ("left temple", "right temple", "middle forehead", "nose bridge", "left forehead", "right forehead")
 HEAD_LAYOUTS = {3: (0, 1, 2), 4: (0, 1, 2, 3), 5: (0, 1, 3, 4, 5)}  # number of markers: sectors that get one each

@@ -20,6 +20,7 @@ from msgspec import structs
 
 from capture_plan.anatomy.painted_zone import painted_zone
 from capture_plan.anatomy.zones import ZONES
+from capture_plan.camera import PRESETS, Camera, cameras_for
 from capture_plan.errors import PlanError
 from capture_plan.expressions.rules import Rules, read_rules
 from capture_plan.names.name_map import read_name_map
@@ -32,7 +33,6 @@ from capture_plan.rig import Rig
 from capture_plan.sequence import read_sequence
 from capture_plan.shell.takes import Takes, takes_of
 from capture_plan.transfer.deformation import deformation_transfer
-from capture_plan.visibility import PRESETS, Camera, cameras_for
 
 IN_PYTHON = "given in Python"  # stands in a plan's settings where else a file does
 

@@ -23,7 +23,17 @@ from capture_plan.rig.understood import Understood
 ENTRIES = 8  # rigs; of 27,000 vertices and 57 blendshapes 20 MB each
 WHOLE = (".npz", ".glb", ".vrm", ".fbx", ".zip", ".usdz")
 PARTS = (".obj", ".ply", ".csv", ".target")
-ROOMS = ("input", "mesh", "names", "rig", "visibility", "formats", "face", "reader")  # every room that reading asks
+ROOMS = (
+    "input",
+    "mesh",
+    "names",
+    "rig",
+    "visibility",
+    "camera",
+    "formats",
+    "face",
+    "reader",
+)  # every room that reading asks
 
 
 def remembered_rig(read: Callable[[], Rig], path: Path, given: tuple[float | str | None, ...]) -> Rig:

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from capture_plan.visibility.camera import Camera
+from capture_plan.camera import Camera
 from capture_plan.visibility.occluder import Occluder
 from capture_plan.visibility.shapes import least_over_shapes, remembered
 

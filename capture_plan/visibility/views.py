@@ -19,8 +19,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from capture_plan.cache import Arrays, cached, digest
+from capture_plan.camera import Camera
 from capture_plan.progress import track_in_threads
-from capture_plan.visibility.camera import Camera
 from capture_plan.visibility.hemisphere import tangent_frames
 from capture_plan.visibility.occluder import Occluder
 from capture_plan.visibility.seen import seen_by

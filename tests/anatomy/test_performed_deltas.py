@@ -4,7 +4,8 @@ import numpy as np
 
 from capture_plan.anatomy.performed_deltas import performed_deltas
 from capture_plan.anatomy.regions import face_regions
-from capture_plan.visibility import camera_views, cameras_for
+from capture_plan.camera import cameras_for
+from capture_plan.visibility import camera_views
 
 
 def test_a_corrective_moves_with_what_it_corrects_and_all_others_alone(rig):

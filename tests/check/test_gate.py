@@ -13,6 +13,7 @@ from PIL import Image
 
 from capture_plan.audit import audit_cache as audited
 from capture_plan.audit.audit import audit_rig
+from capture_plan.camera import cameras_for
 from capture_plan.check import gate
 from capture_plan.check.check import check_plan, claims_of
 from capture_plan.check.gate import NAMED, as_draft, as_far_as_it_goes, lies
@@ -22,7 +23,6 @@ from capture_plan.plan.files import read_plan, write_plan
 from capture_plan.plan.inputs import PlanInputs
 from capture_plan.plan.record import sealed
 from capture_plan.sheets.page import DRAFT, Booklet, paper
-from capture_plan.visibility import cameras_for
 from tests.command import run
 from tests.once import QUICK, plan_of
 from tests.tampering import answers_kept, tampered

@@ -5,6 +5,7 @@ import pytest
 from msgspec.structs import replace
 
 from capture_plan.audit.audit import audit_rig
+from capture_plan.camera import cameras_for
 from capture_plan.check.check import check_plan
 from capture_plan.errors import InfeasibleError, RigError, SettingsError
 from capture_plan.evaluation.alternatives import alternatives
@@ -18,7 +19,6 @@ from capture_plan.layout.settings import LayoutSettings
 from capture_plan.mesh import geodesic_distance
 from capture_plan.plan.summary import head_words
 from capture_plan.sample import sample_rig
-from capture_plan.visibility import cameras_for
 from tests.once import QUICK, plan_of
 
 COVER = LayoutSettings(method="cover")

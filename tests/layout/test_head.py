@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from capture_plan.anatomy.regions import face_regions
+from capture_plan.camera import cameras_for, look_at
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.face import Face
 from capture_plan.layout.head_sites import (
@@ -22,7 +23,6 @@ from capture_plan.layout.head_sites import (
     sectors_for,
 )
 from capture_plan.sample import sample_rig
-from capture_plan.visibility import cameras_for, look_at
 
 TRIANGLE = np.array([[60.0, 20, 0], [-60, 20, 0], [0, 80, 40]])
 

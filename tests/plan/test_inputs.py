@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from capture_plan.camera import cameras_for
 from capture_plan.check.check import check_plan
 from capture_plan.errors import PlanError
 from capture_plan.expressions.rules import Rules
@@ -16,7 +17,6 @@ from capture_plan.plan.revise import edited_plan
 from capture_plan.plan.settings import Settings
 from capture_plan.sample.motion import sample_motion
 from capture_plan.shell.takes import takes_of
-from capture_plan.visibility import cameras_for
 from tests.once import QUICK, plan_of
 
 EVERY = msgspec.convert(

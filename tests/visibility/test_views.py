@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from capture_plan.visibility import Camera, camera_views, camera_visibility, look_at
+from capture_plan.camera import Camera, look_at
+from capture_plan.visibility import camera_views, camera_visibility
 from capture_plan.visibility.views import FEWEST_PIXELS, smaller_diameter
 from tests.solids import patch, sphere, square, together
 

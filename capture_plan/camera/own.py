@@ -1,4 +1,4 @@
-"""Cameras from a TOML file: one [[cameras]] table each, in OpenCV's convention, in the rig's millimetres.
+"""Cameras from a TOML file of our own: one [[cameras]] table each, in OpenCV's convention, in the rig's millimetres.
 
     [[cameras]]
     name = "boom top"
@@ -8,7 +8,8 @@
     fy = 2100.0
     cx = 767.5                          # image centre, pixels; left out: the middle of the image
     cy = 1023.5
-    dist = [0.0, 0.0, 0.0, 0.0, 0.0]    # k1 k2 p1 p2 k3; left out: no distortion
+    dist = [0.0, 0.0, 0.0, 0.0, 0.0]    # k1 k2 p1 p2 k3, or 4, 8, 12 or 14 numbers as OpenCV has them; left out: none
+    fisheye = false                     # true where dist is k1 k2 k3 k4 of OpenCV's fisheye lens
     R = [[1, 0, 0], [0, -1, 0], [0, 0, -1]]   # world to camera, or rvec = [rx, ry, rz] in radians (Rodrigues)
     t = [0.0, 760.0, 400.0]             # millimetres: camera = R world + t
 
@@ -22,13 +23,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
+from capture_plan.camera.calibration import Calibration
+from capture_plan.camera.camera import Camera, look_at
+from capture_plan.camera.fields import distinct, fisheye_lens, matrix, numbers, pinhole_lens, turned, whole_pixels
 from capture_plan.errors import RigError
-from capture_plan.input.documents import read_toml
-from capture_plan.visibility.camera import Camera, look_at
 
-MOST = 1e9  # millimetres or pixels: larger ones are slips, whose squares cannot be reckoned with
 POSES = ("R and t", "rvec and t", "position and look_at")
 KEYS = {
     "name",
@@ -39,6 +39,7 @@ KEYS = {
     "cx",
     "cy",
     "dist",
+    "fisheye",
     "R",
     "rvec",
     "t",
@@ -48,27 +49,13 @@ KEYS = {
 }
 
 
-def read_cameras(path: str | Path) -> tuple[Camera, ...]:
-    """The cameras of a TOML file; RigError says what to change in it."""
-    return cameras_of(read_toml(Path(path), RigError, "give a camera file"), Path(path))
-
-
-def cameras_of(content: dict[str, Any], path: Path) -> tuple[Camera, ...]:
+def read_own(content: dict[str, Any], path: Path) -> Calibration:
     """The cameras of its [[cameras]] tables."""
     tables = content.get("cameras")
     if not isinstance(tables, list) or not tables or not all(isinstance(table, dict) for table in tables):
         raise RigError(f"{path}: has no cameras: write one [[cameras]] table for each, or one [head_mounted] table")
     cameras = tuple(camera_from(table, f"{path}, camera {number}") for number, table in enumerate(tables, start=1))
-    return distinct(cameras, path)
-
-
-def distinct(cameras: tuple[Camera, ...], path: Path) -> tuple[Camera, ...]:
-    """The cameras. RigError where two have one name."""
-    names = [camera.name for camera in cameras]
-    if len(set(names)) < len(names):
-        twice = next(name for name in names if names.count(name) > 1)
-        raise RigError(f"{path}: two cameras are called '{twice}': give each its own name")
-    return cameras
+    return Calibration("[[cameras]]", distinct(cameras, str(path)), "millimetres", in_head_frame=True)
 
 
 def camera_from(table: dict[str, Any], where: str) -> Camera:
@@ -83,15 +70,18 @@ def camera_from(table: dict[str, Any], where: str) -> Camera:
     fx, fy = (float(numbers(table, key, where)) for key in ("fx", "fy"))
     cx = float(numbers(table, "cx", where)) if "cx" in table else (width - 1) / 2
     cy = float(numbers(table, "cy", where)) if "cy" in table else (height - 1) / 2
-    lens = numbers(table, "dist", where, (4,), (5,)) if "dist" in table else np.zeros(5)
+    if not isinstance(fisheye := table.get("fisheye", False), bool):
+        raise RigError(f"{where}: 'fisheye' must be true or false, found {str(fisheye)[:60]}")
+    given = numbers(table, "dist", where, *[(n,) for n in (4, 5, 8, 12, 14)]) if "dist" in table else np.zeros(0)
     position, rotation = _pose(table, where)
     return Camera(
         name=str(table.get("name", where.rpartition(", ")[2])),
         position=position,
         rotation=rotation,
-        intrinsics=np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]),
+        intrinsics=matrix(fx, fy, cx, cy),
         size_px=(width, height),
-        distortion=np.resize(np.append(lens, 0.0), 5) if len(lens) == 4 else lens,
+        distortion=fisheye_lens(given, where) if fisheye else pinhole_lens(given, where),
+        fisheye=fisheye,
     )
 
 
@@ -107,33 +97,8 @@ def _pose(table: dict[str, Any], where: str) -> tuple[np.ndarray, np.ndarray]:
     if given == {"R", "t"}:
         rotation = numbers(table, "R", where, (3, 3))
     elif given == {"rvec", "t"}:
-        rotation = Rotation.from_rotvec(numbers(table, "rvec", where, (3,))).as_matrix()
+        rotation = turned(numbers(table, "rvec", where, (3,)), where)
     else:
         found = ", ".join(sorted(given)) or "nothing"
         raise RigError(f"{where}: its pose is given by {found}: give {' or '.join(POSES)}")
     return -rotation.T @ numbers(table, "t", where, (3,)), rotation
-
-
-def numbers(table: dict[str, Any], key: str, where: str, *shapes: tuple[int, ...]) -> np.ndarray:
-    """table[key] as floats of one of these shapes, a single number where no shape is given."""
-    shapes = shapes or ((),)
-    if key not in table:
-        raise RigError(f"{where}: '{key}' is missing")
-    try:
-        array = np.array(table[key], dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        array = None
-    fits = array is not None and not isinstance(table[key], bool | str) and array.shape in shapes
-    if array is None or not fits or not (np.abs(array) < MOST).all():
-        wanted = " or ".join("x".join(map(str, shape)) + " numbers" if shape else "one number" for shape in shapes)
-        wanted += f" below {MOST:g}" if fits else ""
-        raise RigError(f"{where}: '{key}' must be {wanted}, found {str(table[key])[:60]}")
-    return array
-
-
-def whole_pixels(table: dict[str, Any], key: str, where: str) -> int:
-    """table[key] as a whole number of pixels above 0."""
-    number = float(numbers(table, key, where))
-    if number < 1 or number != round(number):
-        raise RigError(f"{where}: '{key}' must be a whole number of pixels, found {number:g}")
-    return int(number)

@@ -1,4 +1,4 @@
-"""Cameras for teams without a calibration, placed relative to the face: by name, or from what a tape measures.
+"""The cameras of a plan in the frame of its head: a preset by name, what a tape measures, or a calibration.
 
     [head_mounted]            # in a TOML file; every line may be left out
     boom_mm = 250             # from the upper philtrum straight ahead to the lens
@@ -8,6 +8,11 @@
     field_degrees = 50        # angle that the image's height covers
     width = 1536              # pixels
     height = 2048
+
+    [calibration]             # a file of another program; what is left out is found from where the head stands upright
+    file = "session.xcp"      # beside this file
+    unit = "metres"           # also axes, pose, mirrored and world, as `frame.py` lists them
+    size = [4096, 3000]       # of the images, where the format does not hold it
 
 Image centres lie on the upper philtrum, as makers of head-mounted cameras ask (Epic Games, MetaHuman documentation).
 
@@ -26,11 +31,15 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 
+from capture_plan.camera.blind import misplaced
+from capture_plan.camera.calibration import UNITS, Calibration
+from capture_plan.camera.camera import Camera, look_at
+from capture_plan.camera.fields import numbers, whole_pixels
+from capture_plan.camera.frame import AXES, POSES, WORLDS, find_frame
+from capture_plan.camera.read import GIVE, read_cameras
 from capture_plan.errors import RigError
 from capture_plan.input.documents import read_toml
-from capture_plan.visibility.calibration import is_calibration, read_calibration
-from capture_plan.visibility.camera import Camera, look_at
-from capture_plan.visibility.camera_file import cameras_of, numbers, whole_pixels
+from capture_plan.progress import tell
 
 PRESETS = ("frontal", "head-mounted-pair")
 BOOM, BASELINE = 1.5, 0.6  # of W
@@ -43,16 +52,66 @@ def cameras_for(spec: str, neutral: Float[np.ndarray, "v 3"], skin: Bool[np.ndar
     if spec in PRESETS:
         return _placed(spec, neutral[skin])
     path = Path(spec)
-    if not os.path.isfile(path):
+    if not os.path.exists(path):
         raise RigError(f"cameras: '{spec}' is neither a file nor one of {', '.join(PRESETS)}")
-    content = read_toml(path, RigError, "give a camera file")
-    if "cameras" not in content and is_calibration(content):
-        return read_calibration(content, path, neutral[skin])
-    if "head_mounted" not in content:
-        return cameras_of(content, path)
-    if "cameras" in content:
+    content = read_toml(path, RigError, GIVE) if path.suffix.lower() == ".toml" and path.is_file() else {}
+    if "head_mounted" in content and "cameras" in content:
         raise RigError(f"{path}: has [[cameras]] and [head_mounted]: keep the one that you measured")
-    return head_mounted(content["head_mounted"], f"{path}, head_mounted", neutral[skin])
+    if "head_mounted" in content:
+        return head_mounted(content["head_mounted"], f"{path}, head_mounted", neutral[skin])
+    if "calibration" in content and "cameras" not in content:
+        return stated_calibration(content["calibration"], path, neutral[skin])
+    return in_head_frame(read_cameras(path), str(path), neutral[skin])
+
+
+def in_head_frame(
+    read: Calibration, what: str, head: Float[np.ndarray, "v 3"], given: dict[str, object] | None = None
+) -> tuple[Camera, ...]:
+    """The cameras of a calibration in the frame of a head (millimetres); how they were read is told.
+
+    RigError where no camera has the head in its picture; `what` opens its line.
+    """
+    if not np.ptp(head, axis=0).all():  # no head to judge by
+        return read.cameras
+    if not read.in_head_frame or given:
+        found = find_frame(read, head, what, given)
+        tell([f"{what}: {line}" for line in (found.said, *read.notes)])
+        return found.cameras
+    wrong = [line for camera in read.cameras if (line := misplaced(camera, head))]
+    if len(wrong) == len(read.cameras):
+        raise RigError(f"{what}: {wrong[0]}")
+    tell([f"{what}: {line}" for line in wrong if "behind the head" not in line])
+    return read.cameras
+
+
+def stated_calibration(table: Any, path: Path, head: Float[np.ndarray, "v 3"]) -> tuple[Camera, ...]:
+    """The cameras of the file that a [calibration] table names, in the convention that it states, left open or not."""
+    where = f"{path}, calibration"
+    allowed: dict[str, tuple[object, ...]] = {
+        "unit": tuple(UNITS),
+        "axes": AXES[:2],
+        "pose": POSES,
+        "world": WORLDS,
+        "mirrored": (True, False),
+    }
+    if not isinstance(table, dict) or not isinstance(table.get("file"), str):
+        raise RigError(f"{where}: write file = the camera file, and what you know of {', '.join(allowed)} and size")
+    for key, value in table.items():
+        if key not in {*allowed, "file", "size"}:
+            raise RigError(f"{where}: unknown key '{key}': known are file, size, {', '.join(allowed)}")
+        if key in allowed and value not in allowed[key]:
+            choices = ", ".join(
+                str(choice).lower() if isinstance(choice, bool) else str(choice) for choice in allowed[key]
+            )
+            raise RigError(f"{where}: {key} is '{str(value)[:40]}', expected one of {choices}")
+    size = None
+    if "size" in table:
+        width, height = numbers(table, "size", where, (2,))
+        size = (round(width), round(height))
+    read = read_cameras(path.parent / table["file"], size_px=size)
+    return in_head_frame(
+        read, str(path.parent / table["file"]), head, {key: table[key] for key in allowed if key in table}
+    )
 
 
 def _placed(preset: str, face: Float[np.ndarray, "v 3"]) -> tuple[Camera, ...]:

@@ -5,9 +5,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from capture_plan.anatomy.regions import face_regions
+from capture_plan.camera import PRESETS, Camera, cameras_for, look_at, read_cameras
 from capture_plan.errors import RigError
 from capture_plan.sample import sample_rig
-from capture_plan.visibility import PRESETS, Camera, camera_visibility, cameras_for, look_at, read_cameras
+from capture_plan.visibility import camera_visibility
 from tests.solids import patch, sphere, square, together
 
 
@@ -172,7 +173,7 @@ look_at = [0, 10, 0]
 def test_a_file_gives_the_same_camera_by_matrix_by_vector_and_by_tape(tmp_path):
     path = tmp_path / "rig.toml"
     path.write_text(FILE)
-    top, turned, tape = read_cameras(path)
+    top, turned, tape = read_cameras(path).cameras
     assert (top.name, top.size_px) == ("top", (640, 480))
     assert top.position == pytest.approx([0, 10, 500])
     for other in (turned, tape):

@@ -1,0 +1,106 @@
+"""A camera as OpenCV describes it.
+
+World     a stated frame in millimetres; a plan's is the rig's own: +y up, the face looks along +z
+Camera    x to the right of the image, y down, z forward:  (x, y, z) = R (X - position) = R X + t
+Lens      (a', b') of the direction (x, y, z), `lens.py`
+Pixel     u = fx a' + skew b' + cx,  v = fy b' + cy;  the centre of the first pixel is (0, 0)
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from capture_plan.camera.lens import FISHEYE, SIZES, bend, straighten
+from capture_plan.errors import RigError
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """One camera with its lens.
+
+    `position` in millimetres; `rotation` world to camera; `intrinsics` [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] in
+    pixels; `size_px` width and height; `distortion` in OpenCV's order: k1 k2 p1 p2 k3, or 8, 12 or 14 numbers, or
+    k1 k2 k3 k4 of a `fisheye` lens.
+    """
+
+    name: str
+    position: Float[np.ndarray, "3"]
+    rotation: Float[np.ndarray, "3 3"]
+    intrinsics: Float[np.ndarray, "3 3"]
+    size_px: tuple[int, int]
+    distortion: Float[np.ndarray, " n"]
+    fisheye: bool = False
+
+    def __post_init__(self) -> None:
+        for what in ("position", "rotation", "intrinsics", "distortion"):
+            object.__setattr__(self, what, np.array(getattr(self, what), dtype=float))
+            if not np.isfinite(getattr(self, what)).all():
+                raise RigError(f"camera '{self.name}': {what} holds a number that is not finite")
+        if np.abs(self.rotation @ self.rotation.T - np.eye(3)).max() > 1e-3:
+            raise RigError(
+                f"camera '{self.name}': its rotation is not a rotation (orthogonal, determinant +1): "
+                "export it as OpenCV, world to camera"
+            )
+        if np.linalg.det(self.rotation) < 0:
+            raise RigError(
+                f"camera '{self.name}': its rotation mirrors, so it is not a rotation (determinant -1, expected +1): "
+                "its world or its axes are left-handed: export it right-handed, or negate one axis of the world"
+            )
+        if min(self.size_px) < 1 or min(self.intrinsics[0, 0], self.intrinsics[1, 1]) <= 0:
+            raise RigError(
+                f"camera '{self.name}': image size and focal lengths must be above 0 pixels, found "
+                f"{self.size_px[0]} x {self.size_px[1]}, fx {self.intrinsics[0, 0]:g}, fy {self.intrinsics[1, 1]:g}"
+            )
+        wanted = (FISHEYE,) if self.fisheye else SIZES
+        if self.distortion.shape not in [(n,) for n in wanted]:
+            kind = "fisheye lens" if self.fisheye else "lens"
+            raise RigError(
+                f"camera '{self.name}': a {kind} of {self.distortion.size} numbers, expected "
+                f"{' or '.join(map(str, wanted))}: calibrate it with k1 k2 {'k3 k4' if self.fisheye else 'p1 p2 k3'}"
+            )
+        for array in (self.position, self.rotation, self.intrinsics, self.distortion):
+            array.flags.writeable = False
+
+    def project(self, points: Float[np.ndarray, "p 3"]) -> Float[np.ndarray, "p 2"]:
+        """Pixel of each point; NaN behind the camera and where the lens model folds back on itself."""
+        directions = (points - self.position) @ self.rotation.T
+        bent = bend(directions, self.distortion, self.fisheye)
+        return bent @ self.intrinsics[:2, :2].T + self.intrinsics[:2, 2]
+
+    def rays(self, pixels: Float[np.ndarray, "p 2"]) -> Float[np.ndarray, "p 3"]:
+        """Unit directions in the world that each pixel looks along, the lens undone; NaN where the lens has none."""
+        bent = (pixels - self.intrinsics[:2, 2]) @ np.linalg.inv(self.intrinsics[:2, :2]).T
+        return straighten(bent, self.distortion, self.fisheye) @ self.rotation
+
+    @property
+    def translation(self) -> Float[np.ndarray, "3"]:
+        """t of camera = R world + t, millimetres."""
+        return -self.rotation @ self.position
+
+    @cached_property
+    def numbers(self) -> Float[np.ndarray, " n"]:
+        """Everything that decides what the camera sees, in one row."""
+        arrays = [self.position, self.rotation.ravel(), self.intrinsics.ravel(), self.size_px, self.distortion]
+        return np.concatenate([*arrays, [1.0]] if self.fisheye else arrays)
+
+    def in_image(self, points: Float[np.ndarray, "p 3"]) -> Bool[np.ndarray, " p"]:
+        """Whether each point projects onto the image, whatever lies in between."""
+        pixels = self.project(points)
+        return np.all((pixels >= -0.5) & (pixels < np.array(self.size_px) - 0.5), axis=1)
+
+
+def look_at(position: Float[np.ndarray, "3"], target: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
+    """World-to-camera rotation that puts `target` in the image centre and the world's +y up in the image.
+
+    Example:
+        >>> look_at(np.array([0, 0, 500.0]), np.zeros(3)).astype(int).tolist()
+        [[1, 0, 0], [0, -1, 0], [0, 0, -1]]
+    """
+    forward = target - position
+    right = np.cross(forward, [0.0, 1.0, 0.0])
+    if not np.linalg.norm(right) > 1e-9 * np.linalg.norm(forward):
+        raise RigError("a camera that looks straight up or down, or at itself, needs R or rvec instead of look_at")
+    forward, right = forward / np.linalg.norm(forward), right / np.linalg.norm(right)
+    return np.stack([right, np.cross(forward, right), forward])
