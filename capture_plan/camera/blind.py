@@ -49,9 +49,7 @@ def why(camera: Camera, skin: Float[np.ndarray, "v 3"]) -> str:
         if other.unit != "millimetres":
             away = f"{stand.away:.4g} mm from the middle of the face"
             return f"{place}, {away}, which would fit in {other.unit}: write {_words(moved.position)} ({FRAME})"
-        if other.mirrored:
-            return f"{place}, and its axes are left-handed: export it right-handed, or negate one axis ({FRAME})"
-        return f"{place}, and {MENDS[other.axes if other.pose == AS_STATED else other.pose]} ({FRAME})"
+        return f"{place}, and {mends(other)} ({FRAME})"
     if not stand.outside:
         return f"{place}, inside the head, {stand.away:.0f} mm from the middle of the face: write its place in {FRAME}"
     if not stand.before:
@@ -63,6 +61,14 @@ def why(camera: Camera, skin: Float[np.ndarray, "v 3"]) -> str:
     if abs(stand.roll) > 135:
         return f"{place}, and has the face upside down: its y axis is to point down in the image ({FRAME})"
     return f"{place} and looks at the face, but other parts of the head hide it: move it to the front"
+
+
+def mends(other: Convention) -> str:
+    """What to change in a file that is meant as another convention."""
+    if other.mirrored:
+        return "its axes are left-handed: export it right-handed, or negate one axis of the world"
+    turned = other.axes if other.pose == AS_STATED else other.pose
+    return MENDS.get(turned, f"its unit and axes are others: write it in {FRAME}")
 
 
 def fitting(camera: Camera, points: Float[np.ndarray, "p 3"]) -> Convention | None:

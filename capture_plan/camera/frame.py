@@ -11,8 +11,8 @@ Convention  what the file may mean otherwise
 Holds       a camera stands outside the head and has more than `SHOWN` of it in its picture, the face at most `ROLL`
             degrees from upright, and at least `LEAST_FILL` of the picture's height wide
 Score       (cameras that hold + those of them in front of the face) / 2c - `PRICE` x (parts meant otherwise)
-The highest score is taken. Where the file has to be read otherwise than its format says, and another reading of as many
-holding cameras is as likely and puts them elsewhere, nothing is taken: the person says which.
+The highest score is taken. Where another reading of as many cameras is as likely, or means one more part otherwise and has
+the head far nearer to the middle of the pictures, and puts cameras elsewhere, nothing is taken: the person says which.
 """
 
 from collections.abc import Iterator, Sequence
@@ -31,7 +31,8 @@ from capture_plan.prose import in_series
 
 SHOWN, ROLL, LEAST_FILL = 0.05, 60.0, 0.02
 USUAL_FILL = 0.7  # of the picture's height: what a unit is judged by where nothing else tells it
-PRICE, AIM = 0.1, 0.1
+PRICE, LEAST_SCORE = 0.1, 0.4
+AIM = 0.05  # of the picture's height: less apart two readings are aimed as well
 LEVEL = 0.2  # of the head's up that lies in the picture: a camera that looks straight down has no roll
 APART_MM, APART_DEGREES = 5.0, 1.0  # two readings that differ by less are one
 MOST_POINTS = 300  # of the head
@@ -164,25 +165,25 @@ def standing(camera: Camera, head: Float[np.ndarray, "v 3"]) -> Standing:
 def might_hold(
     R: Float[np.ndarray, "c 3 3"],
     C: Float[np.ndarray, "c 3"],
-    cameras: Sequence[Camera],
+    lenses: Float[np.ndarray, "c 3"],
     head: Float[np.ndarray, "v 3"],
 ) -> Bool[np.ndarray, " c"]:
-    """Where cameras of these lenses, in other places, can have the head upright in their pictures: false only where
-    `standing` does not hold."""
+    """Where cameras of these lenses (`reach`) can have the head upright in their pictures, from these places: false
+    only where `standing` does not hold."""
     middle = head.mean(axis=0)
     radius = np.linalg.norm(head - middle, axis=1)
     x, y, depth = np.einsum("cij,cj->ci", R, middle - C).T
-    focal, height, reach = np.array([_reach(camera) for camera in cameras]).T
+    focal, height, widest = lenses.T
     up = R[:, :, 1]
     upright = (np.abs(np.arctan2(up[:, 0], -up[:, 1])) <= np.radians(ROLL)) | (np.hypot(up[:, 0], up[:, 1]) <= LEVEL)
     angle = np.arctan2(np.hypot(x, y), depth)
     away = np.hypot(np.hypot(x, y), depth)
     wide = np.arcsin(np.minimum(radius.max() / np.maximum(away, 1e-9), 1))
     large = 2 * radius.mean() * focal >= LEAST_FILL * height * depth
-    return (depth > 0) & upright & large & (angle - wide <= reach) & (away > radius.mean())
+    return (depth > 0) & upright & large & (angle - wide <= widest) & (away > radius.mean())
 
 
-def _reach(camera: Camera) -> tuple[float, float, float]:
+def reach(camera: Camera) -> tuple[float, float, float]:
     """Focal length and height in pixels, and the widest angle (radians) between the optical axis and a corner."""
     width, height = camera.size_px
     corners = np.array([[x, y] for x in (-0.5, width - 0.5) for y in (-0.5, height - 0.5)])
@@ -219,19 +220,20 @@ def find_frame(
     given, points = given or {}, sampled(head)
     stated_mm, c = UNITS[read.unit or "millimetres"], len(read.cameras)
     R, C = (np.stack([getattr(camera, part) for camera in read.cameras]) for part in ("rotation", "position"))
-    tried = []
+    lenses, tried = np.array([reach(camera) for camera in read.cameras]), []
     for one in conventions(read.unit, given):
-        if 2 * might_hold(*one.poses(R, C, stated_mm), read.cameras, points).sum() < c:
+        if 2 * might_hold(*one.poses(R, C, stated_mm), lenses, points).sum() < c:
             continue
         cameras = tuple(one.of(camera, stated_mm) for camera in read.cameras)
         held = [stand for camera in cameras if (stand := standing(camera, points)).holds]
         if 2 * len(held) >= c:
             tried.append(Reading.of(one, one.otherwise(read.unit), cameras, held))
+    tried = [each for each in tried if each.score >= LEAST_SCORE]
     if not tried:
         raise RigError(f"{what}: {_misread(read, points, given)}")
-    best, *rest = sorted(tried, key=lambda each: (each.score, -each.oddness), reverse=True)
+    best, *rest = sorted(tried, key=lambda each: (round(each.score, 6), -each.oddness), reverse=True)
     others = [each for each in rest if each.votes >= best.votes and _apart(best.cameras, each.cameras)]
-    if best.price and (doubtful := [each for each in others if _doubtful(best, each)]):
+    if doubtful := [each for each in others if _doubtful(best, each)]:
         choices = "; or ".join(each.convention.words(read.unit) for each in (best, *doubtful[:2]))
         raise RigError(
             f"{what}: several readings have the head upright in the pictures ({choices}): say which, in a TOML file "
@@ -276,10 +278,12 @@ def _but_unit(best: Reading, other: Reading) -> bool:
 
 
 def _doubtful(best: Reading, other: Reading) -> bool:
-    """Whether another reading is as likely: of no more parts and aimed as well, or of more and aimed far better."""
+    """Whether another reading is as likely: of no more parts and aimed as well, or of one more and aimed far better."""
     if _but_unit(best, other):
         return False
-    return other.off <= 2 * best.off + AIM if other.price <= best.price else other.off + AIM < best.off / 2
+    if other.price > best.price:
+        return len(best.cameras) > 1 and other.price == best.price + 1 and other.off + AIM < best.off / 2
+    return best.price > 0 and other.off <= 2 * best.off
 
 
 def _said(read: Calibration, best: Reading, points: Float[np.ndarray, "p 3"], units: list[str]) -> str:

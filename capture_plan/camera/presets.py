@@ -31,7 +31,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 
-from capture_plan.camera.blind import misplaced
+from capture_plan.camera.blind import mends, misplaced
 from capture_plan.camera.calibration import UNITS, Calibration
 from capture_plan.camera.camera import Camera, look_at
 from capture_plan.camera.fields import numbers, whole_pixels
@@ -80,8 +80,26 @@ def in_head_frame(
     wrong = [line for camera in read.cameras if (line := misplaced(camera, head))]
     if len(wrong) == len(read.cameras):
         raise RigError(f"{what}: {wrong[0]}")
+    if wrong:
+        check_together(read, what, head)
     tell([f"{what}: {line}" for line in wrong if "behind the head" not in line])
     return read.cameras
+
+
+def check_together(read: Calibration, what: str, head: Float[np.ndarray, "v 3"]) -> None:
+    """RigError where cameras that are written in the head's frame have the head upright in more of their pictures when
+    they are read otherwise."""
+    try:
+        found = find_frame(read, head, what)
+    except RigError as error:
+        if "several readings" in str(error):
+            raise
+        return  # what is wrong with each is told
+    if (how := found.convention.words(read.unit)) != "nothing":
+        mend = mends(found.convention)
+        raise RigError(
+            f"{what}: {len(found.cameras)} cameras have the head upright in their pictures only with {how}: {mend}"
+        )
 
 
 def stated_calibration(table: Any, path: Path, head: Float[np.ndarray, "v 3"]) -> tuple[Camera, ...]:

@@ -79,8 +79,8 @@ def check_picture(camera: Camera, where: str) -> None:
     fx, middle = camera.intrinsics[0, 0], camera.intrinsics[:2, 2]
     if fx < LEAST_FOCAL * width:
         raise RigError(
-            f"{where}: its focal length is {fx:.4g} px for an image {width} px wide: it is in millimetres or in parts of "
-            "the image: write it in pixels (millimetres x width in pixels / width of the sensor in millimetres)"
+            f"{where}: its focal length is {fx:.4g} px for an image {width} px wide: it is in millimetres or in "
+            "parts of the image: write it in pixels (millimetres x image width / sensor width in millimetres)"
         )
     if np.any(np.abs(middle / [width, height] - 0.5) > MOST_OFF_MIDDLE):
         raise RigError(

@@ -1,4 +1,4 @@
-"""Files in wrong conventions: each is read right by itself, or ends with a line that names the mend; none in silence."""
+"""Files in wrong conventions: each is read right by itself or ends with a line that names the mend."""
 
 import json
 from dataclasses import replace
@@ -80,9 +80,9 @@ def in_degrees(folder, cameras):
 def own(folder, cameras):
     text = ""
     for one in cameras:
-        text += f'[[cameras]]\nname = "{one.name}"\nwidth = {one.size[0]}\nheight = {one.size[1]}\nfx = {one.K[0, 0]:.17g}\n'
-        text += f"fy = {one.K[1, 1]:.17g}\ncx = {one.K[0, 2]:.17g}\ncy = {one.K[1, 2]:.17g}\ndist = {list(map(float, one.lens))}\n"
-        text += f"R = {one.R.tolist()}\nt = {one.t.tolist()}\n"
+        text += f'[[cameras]]\nname = "{one.name}"\nwidth = {one.size[0]}\nheight = {one.size[1]}\n'
+        text += f"fx = {one.K[0, 0]:.17g}\nfy = {one.K[1, 1]:.17g}\ncx = {one.K[0, 2]:.17g}\ncy = {one.K[1, 2]:.17g}\n"
+        text += f"dist = {list(map(float, one.lens))}\nR = {one.R.tolist()}\nt = {one.t.tolist()}\n"
     (folder / "own.toml").write_text(text)
     return folder / "own.toml"
 
@@ -109,7 +109,7 @@ FILES = {
     "Pose2Sim with OpenGL's axes": (write.pose2sim, both(in_unit(METRES), GL), READ),
     "Pose2Sim with OpenGL's camera to world": (write.pose2sim, both(in_unit(METRES), GL_TO_WORLD), READ),
     "Pose2Sim in millimetres with OpenGL's camera to world": (write.pose2sim, GL_TO_WORLD, READ),
-    "Pose2Sim with R transposed": (write.pose2sim, both(in_unit(METRES), TRANSPOSED), READ),
+    "Pose2Sim with R transposed": (write.pose2sim, both(in_unit(METRES), TRANSPOSED), 'pose = "rotation inverted"'),
     "Pose2Sim left-handed": (write.pose2sim, both(in_unit(METRES), LEFT_HANDED), READ),
     "Pose2Sim z up": (write.pose2sim, both(in_unit(METRES), in_world("+z up, facing -y")), READ),
     "Pose2Sim z up, facing +x": (write.pose2sim, both(in_unit(METRES), in_world("+z up, facing +x")), READ),
