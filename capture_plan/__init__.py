@@ -67,7 +67,7 @@ __all__ = [
 ]
 
 _HOME = {
-    "Camera": "camera",
+    "Camera": "camera.camera",
     "CapturePlanError": "errors",
     "InfeasibleError": "errors",
     "Layout": "layout.record",

@@ -254,7 +254,11 @@ def plan(
         LandmarkOption(metavar="N", help="Markers for the head's own motion, 3 to 5; by default none."),
     ] = None,
     cameras: Annotated[
-        str | None, SessionOption(metavar="CAMERAS", help="Camera file (TOML), or frontal, or head-mounted-pair.")
+        str | None,
+        SessionOption(
+            metavar="CAMERAS",
+            help="Camera file (TOML, or a calibration of another program), or frontal, or head-mounted-pair.",
+        ),
     ] = None,
     expressions: Annotated[
         Packer | None,

@@ -17,6 +17,8 @@ from tests.once import QUICK, plan_of
 CHIEF = {
     "anatomy.regions": ("face_regions",),
     "audit.audit": ("audit_rig",),
+    "camera.camera": ("look_at",),
+    "camera.read": ("read_cameras",),
     "check.check": ("check_plan",),
     "evaluation.carrigan2020.mu_sweep": ("mu_sweep",),
     "evaluation.compare": ("compare_layouts",),
@@ -43,7 +45,6 @@ CHIEF = {
     "sheets.write": ("write_sheets",),
     "shell.optimise": ("optimise",),
     "shell.takes": ("takes_of",),
-    "camera": ("look_at",),
 }
 EXAMPLES = [(module, name) for module, names in CHIEF.items() for name in names]
 

@@ -11,8 +11,9 @@ Convention  what the file may mean otherwise
 Holds       a camera stands outside the head and has more than `SHOWN` of it in its picture, the face at most `ROLL`
             degrees from upright, and at least `LEAST_FILL` of the picture's height wide
 Score       (cameras that hold + those of them in front of the face) / 2c - `PRICE` x (parts meant otherwise)
-The highest score is taken. Where another reading of as many cameras is as likely, or means one more part otherwise and has
-the head far nearer to the middle of the pictures, and puts cameras elsewhere, nothing is taken: the person says which.
+The highest score is taken. Of other readings that put cameras elsewhere, and of which as many hold, one is as likely
+that means no more parts otherwise and has the head at most twice as far from the middle of the pictures, or one part
+more and no farther; against what the format says, one part and far nearer. Then nothing is taken: the person is asked.
 """
 
 from collections.abc import Iterator, Sequence
@@ -32,7 +33,7 @@ from capture_plan.prose import in_series
 SHOWN, ROLL, LEAST_FILL = 0.05, 60.0, 0.02
 USUAL_FILL = 0.7  # of the picture's height: what a unit is judged by where nothing else tells it
 PRICE, LEAST_SCORE = 0.1, 0.4
-AIM = 0.05  # of the picture's height: less apart two readings are aimed as well
+AIM = 0.05  # of the picture's height, or of a distance in it: less apart two readings are aimed as well
 LEVEL = 0.2  # of the head's up that lies in the picture: a camera that looks straight down has no roll
 APART_MM, APART_DEGREES = 5.0, 1.0  # two readings that differ by less are one
 MOST_POINTS = 300  # of the head
@@ -278,12 +279,12 @@ def _but_unit(best: Reading, other: Reading) -> bool:
 
 
 def _doubtful(best: Reading, other: Reading) -> bool:
-    """Whether another reading is as likely: of no more parts and aimed as well, or of one more and aimed far better."""
-    if _but_unit(best, other):
+    """Whether another reading is as likely: see the module."""
+    if _but_unit(best, other) or other.price > best.price + 1:
         return False
-    if other.price > best.price:
-        return len(best.cameras) > 1 and other.price == best.price + 1 and other.off + AIM < best.off / 2
-    return best.price > 0 and other.off <= 2 * best.off
+    if best.price == 0:
+        return other.price == 1 and len(best.cameras) > 1 and other.off + AIM < best.off / 2
+    return other.off <= (2 if other.price <= best.price else 1 + AIM) * best.off
 
 
 def _said(read: Calibration, best: Reading, points: Float[np.ndarray, "p 3"], units: list[str]) -> str:

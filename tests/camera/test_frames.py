@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from capture_plan.camera import cameras_for
-from capture_plan.camera.frame import to_head
+from capture_plan.camera import Calibration, Camera, cameras_for, find_frame, looked_at, misplaced
+from capture_plan.camera.frame import WORLDS, standing, to_head
 from capture_plan.errors import RigError
 from capture_plan.progress import listen
 from tests.camera import camera_files as write
@@ -113,7 +114,11 @@ FILES = {
     "Pose2Sim left-handed": (write.pose2sim, both(in_unit(METRES), LEFT_HANDED), READ),
     "Pose2Sim z up": (write.pose2sim, both(in_unit(METRES), in_world("+z up, facing -y")), READ),
     "Pose2Sim z up, facing +x": (write.pose2sim, both(in_unit(METRES), in_world("+z up, facing +x")), READ),
-    "Pose2Sim facing -z": (write.pose2sim, both(in_unit(METRES), in_world("+y up, facing -z")), READ),
+    "Pose2Sim facing -z": (
+        write.pose2sim,
+        both(in_unit(METRES), in_world("+y up, facing -z")),
+        r"several readings .*world = .*facing -z",
+    ),
     "Pose2Sim y down": (write.pose2sim, both(in_unit(METRES), in_world("-y up, facing -z")), READ),
     "Pose2Sim in degrees": (in_degrees, in_unit(METRES), "is in degrees"),
     "OpenCV in metres": (write.opencv, in_unit(METRES), READ),
@@ -181,3 +186,91 @@ def test_a_file_in_another_convention_is_read_right_or_names_its_mend(tmp_path, 
         assert camera.position == pytest.approx(known.centre, abs=0.01)
         assert camera.rotation == pytest.approx(known.R, abs=1e-5)
     assert "upright in their pictures" in said[0]
+
+
+def calibration(known, unit=None):
+    cameras = [Camera(k.name, k.centre, k.R, k.K, k.size, np.zeros(5), k.fisheye) for k in known]
+    return Calibration("test", tuple(cameras), unit)
+
+
+@pytest.mark.parametrize("world", WORLDS)
+def test_every_world_turns_up_to_y_and_the_face_to_z(world):
+    W = to_head(world)
+    assert pytest.approx(np.eye(3)) == W @ W.T
+    assert np.linalg.det(W) == pytest.approx(1)
+
+
+def test_where_cameras_look_is_where_their_axes_meet():
+    known = [replace(one, R=one.R) for one in stage()]
+    meeting = looked_at(calibration(known).cameras)
+    assert np.linalg.norm(meeting - [5, 690, 100]) < 10  # they look at x = 0, 5 and 10
+    assert looked_at(calibration(known[:1] * 2).cameras) is None
+
+
+def test_a_rolled_camera_has_the_face_rolled_by_as_much(rig):
+    (one,) = calibration(stage()[:1]).cameras
+    head = rig.neutral[rig.skin]
+    for degrees in (30.0, 90.0, 170.0):
+        turned = replace(one, rotation=Rotation.from_euler("z", degrees, degrees=True).as_matrix() @ one.rotation)
+        rolled = standing(turned, head).roll - standing(one, head).roll
+        assert abs(rolled) == pytest.approx(degrees)
+
+
+@pytest.mark.parametrize("share", [1, 2, 3])
+def test_a_camera_that_looks_elsewhere_does_not_turn_the_others(rig, share):
+    """One of four may look at something else; of two or more, nobody knows which are right."""
+    known = [*stage(), replace(stage()[0], name="c4")]
+    away = calibration(known, "millimetres")
+    spun = [
+        replace(one, rotation=one.rotation @ Rotation.from_euler("y", 150, degrees=True).as_matrix())
+        for one in away.cameras
+    ]
+    mixed = replace(away, cameras=(*spun[:share], *away.cameras[share:]))
+    if share > 1:
+        with pytest.raises(RigError):
+            find_frame(mixed, rig.neutral[rig.skin], "a")
+        return
+    found = find_frame(mixed, rig.neutral[rig.skin], "a")
+    assert found.convention.words("millimetres") == "nothing"
+    assert f"{4 - share} of 4 cameras" in found.said
+
+
+def test_what_a_person_states_of_a_calibration_is_taken(tmp_path, rig):
+    write.pose2sim(tmp_path, both(in_unit(METRES), TRANSPOSED)(stage()))
+    own = tmp_path / "own.toml"
+    own.write_text('[calibration]\nfile = "Calib.toml"\npose = "rotation inverted"\n')
+    cameras = cameras_for(str(own), rig.neutral, rig.skin)
+    assert cameras[1].rotation == pytest.approx(stage()[1].R, abs=1e-5)
+    (folder := tmp_path / "xmp").mkdir()
+    write.reality_xmp(folder, with_square_pixels(stage()), images=False)
+    own.write_text('[calibration]\nfile = "xmp"\nsize = [1920, 1080]\nunit = "millimetres"\n')
+    assert cameras_for(str(own), rig.neutral, rig.skin)[1].size_px == (1920, 1080)
+
+
+@pytest.mark.parametrize(
+    ("lines", "says"),
+    [
+        ("unit = 'metres'", "write file = the camera file"),
+        ("file = 'none.xcp'", "does not exist"),
+        ("file = 'a'\nunit = 'yards'", "unit is 'yards', expected one of millimetres, centimetres, metres, inches"),
+        ("file = 'a'\nmirrored = 3", "expected one of true, false"),
+        ("file = 'a'\nscale = 3", "unknown key 'scale': known are file, size, unit"),
+    ],
+)
+def test_a_wrong_calibration_table_is_refused_in_one_line(tmp_path, rig, lines, says):
+    (tmp_path / "own.toml").write_text("[calibration]\n" + lines)
+    with pytest.raises(RigError, match=says):
+        cameras_for(str(tmp_path / "own.toml"), rig.neutral, rig.skin)
+
+
+def test_one_misplaced_camera_is_named_with_its_mend(rig):
+    head, (one, *_) = rig.neutral[rig.skin], calibration(stage()).cameras
+    assert misplaced(one, head) is None
+    aside = Rotation.from_euler("y", 100, degrees=True).as_matrix()
+    for wrong, says in (
+        (replace(one, position=one.position / 1000), "would fit in metres"),
+        (replace(one, position=one.position * [1, 1, -1]), "behind the head"),
+        (replace(one, rotation=OPENGL @ one.rotation), "OpenGL's axes"),
+        (replace(one, rotation=one.rotation @ aside), "looks past it"),
+    ):
+        assert says in (misplaced(wrong, head) or "")
