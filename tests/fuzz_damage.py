@@ -234,6 +234,7 @@ def members_of(data: bytes, rng: random.Random) -> bytes:
 Damage = Callable[[bytes, random.Random], bytes]
 STRUCTURED: dict[str, Damage] = {
     **dict.fromkeys((".obj", ".ply", ".csv", ".target", ".usda", ".toml"), text_of),
+    **dict.fromkeys((".yml", ".yaml", ".xml", ".xcp", ".txt"), text_of),
     **dict.fromkeys((".gltf", ".json"), document_of), **dict.fromkeys((".glb", ".vrm"), glb_of), ".npz": archive_of,
 }  # fmt: skip
 

@@ -13,6 +13,7 @@ import msgspec
 import numpy as np
 
 from capture_plan.audit.audit import audit_rig
+from capture_plan.camera import cameras_for
 from capture_plan.check.check import check_plan
 from capture_plan.errors import CapturePlanError
 from capture_plan.expressions.settings import Edits, PackingSettings
@@ -26,6 +27,7 @@ from capture_plan.reader.read import read_raw, rig_from_raw
 from capture_plan.rig import Rig
 from capture_plan.sequence import read_sequence
 from tests import fuzz_seeds as seeds
+from tests.camera import camera_files
 from tests.fbx_files import ascii_text, binary
 from tests.fuzz_seeds import NAMES, small_rig
 
@@ -104,6 +106,12 @@ def through_cameras(path: Path, n: int) -> None:
     planned(small_rig(path.parent), msgspec.structs.replace(cheap("cover"), cameras=str(path)))
 
 
+def through_calibration(path: Path, n: int) -> None:
+    """Cameras of another program stand before the head."""
+    rig = small_rig(path.parent)
+    assert cameras_for(str(path), rig.neutral, rig.skin)
+
+
 def through_plan(path: Path, n: int) -> None:
     """A plan is checked, and edited."""
     plan = read_plan(path)
@@ -119,6 +127,35 @@ def plan_json(path: Path) -> None:
     path.write_bytes(
         plan_bytes(make_plan(rig, cheap("cover"), reference=refer_to(rig, str(path.parent / "small.npz"), path)))
     )
+
+
+CALIBRATIONS: dict[str, Callable[[Path, list[camera_files.Known]], Path]] = {
+    "storage.yml": camera_files.opencv,
+    "camchain.yaml": camera_files.kalibr,
+    "colmap": camera_files.colmap,
+    "colmap_binary": lambda folder, cameras: camera_files.colmap(folder, cameras, binary=True),
+    "transforms.json": camera_files.nerfstudio,
+    "metashape.xml": camera_files.metashape,
+    "session.xcp": camera_files.vicon,
+    "calibration.qca.txt": camera_files.qualisys,
+    "cameras.csv": camera_files.reality_csv,
+    "KRT": camera_files.multiface,
+}
+
+
+def calibration(write: Callable[[Path, list[camera_files.Known]], Path]) -> Callable[[Path], None]:
+    """A writer of three cameras to a path: a folder's files lie in it."""
+
+    def to(path: Path) -> None:
+        (folder := path.parent / f"{path.name}.made").mkdir()
+        made = write(folder, camera_files.stage())
+        made.rename(path)
+        if made != folder:
+            for beside in folder.iterdir():
+                beside.rename(path.parent / beside.name)
+            folder.rmdir()
+
+    return to
 
 
 Seed = tuple[str, Callable[[Path], Any], Callable[[Path, int], None]]
@@ -145,6 +182,7 @@ SEEDS: dict[str, Seed] = {
     "rules": ("rules.toml", seeds.rules_toml, through_rules),
     "cameras": ("cameras.toml", seeds.cameras_toml, through_cameras),
     "calibration": ("calib.toml", seeds.calibration_toml, through_cameras),
+    **{name: (name, calibration(write), through_calibration) for name, write in CALIBRATIONS.items()},
     "plan": ("plan.json", plan_json, through_plan),
 }
 

@@ -15,6 +15,8 @@ from jaxtyping import Bool, Float
 from capture_plan.camera.lens import FISHEYE, SIZES, bend, straighten
 from capture_plan.errors import RigError
 
+MOST_PIXELS = 1_000_000  # of an image side: the largest sensors have 20,000
+
 
 @dataclass(frozen=True, eq=False)
 class Camera:
@@ -47,6 +49,10 @@ class Camera:
             raise RigError(
                 f"camera '{self.name}': its rotation mirrors, so it is not a rotation (determinant -1, expected +1): "
                 "its world or its axes are left-handed: export it right-handed, or negate one axis of the world"
+            )
+        if max(self.size_px) > MOST_PIXELS:
+            raise RigError(
+                f"camera '{self.name}': its image has a side of more than {MOST_PIXELS:,} px: correct its size"
             )
         if min(self.size_px) < 1 or min(self.intrinsics[0, 0], self.intrinsics[1, 1]) <= 0:
             raise RigError(

@@ -172,6 +172,12 @@ def placed(
     return Camera(name, centre, world_to_camera, intrinsics, size_px, lens, fisheye)
 
 
+def listed(names: Sequence[str]) -> str:
+    """The first few of some names, and how many more there are."""
+    more = f" and {len(names) - 5} more" if len(names) > 5 else ""
+    return ", ".join(name[:60] for name in names[:5]) + more
+
+
 def distinct(cameras: tuple[Camera, ...], where: str) -> tuple[Camera, ...]:
     """The cameras. RigError where there is none, where they are too many, or two have one name."""
     if not cameras:

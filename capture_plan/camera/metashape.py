@@ -20,6 +20,7 @@ from capture_plan.camera.calibration import Calibration
 from capture_plan.camera.fields import (
     distinct,
     fisheye_lens,
+    listed,
     matrix,
     pinhole_lens,
     placed,
@@ -59,9 +60,7 @@ def read_metashape(root: Element, path: Path) -> Calibration:
         turn, centre = R @ local[:3, :3], scale * R @ local[:3, 3] + t
         cameras.append(placed(name, K, size, lens, turn.T, centre=centre, fisheye=fisheye))
     if left:
-        notes.append(
-            f"{len(left)} cameras were not aligned or are switched off, and are left out: {', '.join(left[:5])}"
-        )
+        notes.append(f"left out, as not aligned or switched off: {listed(left)}")
     return Calibration("Agisoft Metashape", distinct(tuple(cameras), str(path)), None, notes=tuple(notes))
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from capture_plan.camera.calibration import Calibration
 from capture_plan.camera.camera import Camera
-from capture_plan.camera.fields import OPENGL, distinct, matrix, pinhole_lens, placed, words
+from capture_plan.camera.fields import OPENGL, distinct, listed, matrix, pinhole_lens, placed, words
 from capture_plan.errors import RigError
 
 PARTS = 64.0  # of a pixel
@@ -29,7 +29,7 @@ def read_qualisys(root: Element, path: Path) -> Calibration:
             left.append(name)
             continue
         cameras.append(_camera(element, name, f"{path}, camera {name[:60]}"))
-    notes = (f"{len(left)} cameras were not calibrated and are left out: {', '.join(left[:5])}",) if left else ()
+    notes = (f"left out, as not calibrated: {listed(left)}",) if left else ()
     return Calibration("Qualisys", distinct(tuple(cameras), str(path)), "millimetres", notes=notes)
 
 

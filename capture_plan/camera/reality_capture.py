@@ -25,6 +25,7 @@ from capture_plan.camera.fields import (
     MOST_CAMERAS,
     OPENGL,
     distinct,
+    listed,
     matrix,
     pinhole_lens,
     placed,
@@ -107,7 +108,7 @@ def read_reality_xmp(files: dict[Path, Element], path: Path, size_px: Size) -> C
         cameras.append(camera)
         notes += more
     if left:
-        notes.append(f"{len(left)} files state no pose and are left out: {', '.join(left[:5])}")
+        notes.append(f"left out, as no pose is stated: {listed(left)}")
     return Calibration("RealityCapture XMP", distinct(tuple(cameras), str(path)), None, notes=tuple(notes))
 
 

@@ -18,7 +18,17 @@ from jaxtyping import Float
 
 from capture_plan.camera.calibration import Calibration
 from capture_plan.camera.camera import Camera
-from capture_plan.camera.fields import distinct, matrix, pinhole_lens, placed, quaternion, radial_lens, radii, words
+from capture_plan.camera.fields import (
+    distinct,
+    listed,
+    matrix,
+    pinhole_lens,
+    placed,
+    quaternion,
+    radial_lens,
+    radii,
+    words,
+)
 from capture_plan.errors import RigError
 
 OFF_CENTRE_PX = 1e-3  # between the centre of the lens and the principal point
@@ -39,7 +49,7 @@ def read_vicon(root: Element, path: Path) -> Calibration:
         if len(frames) > 1:
             notes.append(f"camera {name} moves: the first of its {len(frames)} key frames is read")
     if left:
-        notes.append(f"{len(left)} cameras were not calibrated and are left out: {', '.join(left[:5])}")
+        notes.append(f"left out, as not calibrated: {listed(left)}")
     if len({camera.name for camera in cameras}) < len(cameras):
         raise RigError(f"{path}: two cameras have one NAME: give each its own in the Vicon system, or take NAME out")
     notes.append("image sizes are the sensors': a video that shows a part of it has other principal points")
