@@ -2,10 +2,12 @@
 
 from capture_plan.camera.blind import misplaced, why_blind
 from capture_plan.camera.calibration import UNITS, Calibration
-from capture_plan.camera.camera import Camera, look_at
+from capture_plan.camera.camera import Camera, Optics, look_at
 from capture_plan.camera.frame import Convention, Found, find_frame, looked_at
+from capture_plan.camera.precision import deviations, root, told
 from capture_plan.camera.presets import PRESETS, cameras_for, in_head_frame
 from capture_plan.camera.read import read_cameras
+from capture_plan.camera.record import KnownCamera, camera_of, otherwise, recorded
 
 __all__ = [
     "PRESETS",
@@ -14,12 +16,20 @@ __all__ = [
     "Camera",
     "Convention",
     "Found",
+    "KnownCamera",
+    "Optics",
+    "camera_of",
     "cameras_for",
+    "deviations",
     "find_frame",
     "in_head_frame",
     "look_at",
     "looked_at",
     "misplaced",
+    "otherwise",
     "read_cameras",
+    "recorded",
+    "root",
+    "told",
     "why_blind",
 ]

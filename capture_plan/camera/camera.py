@@ -16,6 +16,18 @@ from capture_plan.camera.lens import FISHEYE, SIZES, bend, straighten
 from capture_plan.errors import RigError
 
 MOST_PIXELS = 1_000_000  # of an image side: the largest sensors have 20,000
+NOISE_PX = 0.5  # an assumption: clean round dots are found to 0.1 px, painted ones on moving skin hardly
+STEP = 1e-4  # of the depth: what a point is moved by for the derivatives of its pixel
+
+
+@dataclass(frozen=True)
+class Optics:
+    """What decides how sharp a point is: the distance in focus along the optical axis (mm), the f-number, and the pitch
+    of the sensor's pixels (micrometres)."""
+
+    focus_mm: float
+    f_number: float
+    pixel_um: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +36,8 @@ class Camera:
 
     `position` in millimetres; `rotation` world to camera; `intrinsics` [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] in
     pixels; `size_px` width and height; `distortion` in OpenCV's order: k1 k2 p1 p2 k3, or 8, 12 or 14 numbers, or
-    k1 k2 k3 k4 of a `fisheye` lens.
+    k1 k2 k3 k4 of a `fisheye` lens. Without `optics` all is in focus. `noise_px`: standard deviation of a dot's middle
+    as it is found in a picture, pixels in each direction.
     """
 
     name: str
@@ -34,6 +47,8 @@ class Camera:
     size_px: tuple[int, int]
     distortion: Float[np.ndarray, " n"]
     fisheye: bool = False
+    optics: Optics | None = None
+    noise_px: float = NOISE_PX
 
     def __post_init__(self) -> None:
         for what in ("position", "rotation", "intrinsics", "distortion"):
@@ -66,6 +81,14 @@ class Camera:
                 f"camera '{self.name}': a {kind} of {self.distortion.size} numbers, expected "
                 f"{' or '.join(map(str, wanted))}: calibrate it with k1 k2 {'k3 k4' if self.fisheye else 'p1 p2 k3'}"
             )
+        if not 0 < self.noise_px < MOST_PIXELS:
+            raise RigError(f"camera '{self.name}': noise_px must be above 0, found {self.noise_px:g}")
+        if self.optics and self.optics.focus_mm <= self.focal_mm:
+            raise RigError(
+                f"camera '{self.name}': nothing is in focus at {self.optics.focus_mm:g} mm from a lens of "
+                f"{self.focal_mm:.3g} mm focal length (fx {self.intrinsics[0, 0]:g} px of {self.optics.pixel_um:g} "
+                "micrometres): correct focus_mm or pixel_um"
+            )
         for array in (self.position, self.rotation, self.intrinsics, self.distortion):
             array.flags.writeable = False
 
@@ -80,6 +103,26 @@ class Camera:
         bent = (pixels - self.intrinsics[:2, 2]) @ np.linalg.inv(self.intrinsics[:2, :2]).T
         return straighten(bent, self.distortion, self.fisheye) @ self.rotation
 
+    def jacobian(self, points: Float[np.ndarray, "p 3"]) -> Float[np.ndarray, "p 2 3"]:
+        """How each point's pixel moves with the point, pixels a millimetre, by central differences."""
+        step = STEP * np.maximum(np.linalg.norm(points - self.position, axis=1), 1e-9)[:, None]
+        columns = [(self.project(points + step * e) - self.project(points - step * e)) / (2 * step) for e in np.eye(3)]
+        return np.stack(columns, axis=2)
+
+    @property
+    def focal_mm(self) -> float:
+        """Focal length in millimetres, where the size of a pixel is known; else 0."""
+        return self.intrinsics[0, 0] * self.optics.pixel_um / 1000 if self.optics else 0.0
+
+    def blur_px(self, points: Float[np.ndarray, "p 3"]) -> Float[np.ndarray, " p"]:
+        """Diameter in pixels of the disc that each point becomes out of focus, by the thin lens: with focal length f,
+        f-number N, focus s and depth z it is fx (f / N) |z - s| / (z (s - f))."""
+        if not self.optics:
+            return np.zeros(len(points))
+        s, f = self.optics.focus_mm, self.focal_mm
+        z = np.maximum((points - self.position) @ self.rotation[2], 1e-9)
+        return self.intrinsics[0, 0] * f / self.optics.f_number * np.abs(z - s) / (z * (s - f))
+
     @property
     def translation(self) -> Float[np.ndarray, "3"]:
         """t of camera = R world + t, millimetres."""
@@ -88,8 +131,17 @@ class Camera:
     @cached_property
     def numbers(self) -> Float[np.ndarray, " n"]:
         """Everything that decides what the camera sees, in one row."""
-        arrays = [self.position, self.rotation.ravel(), self.intrinsics.ravel(), self.size_px, self.distortion]
-        return np.concatenate([*arrays, [1.0]] if self.fisheye else arrays)
+        arrays = [
+            self.position,
+            self.rotation.ravel(),
+            self.intrinsics.ravel(),
+            self.size_px,
+            self.distortion,
+            [self.noise_px],
+        ]
+        arrays += [[1.0]] if self.fisheye else []
+        arrays += [[self.optics.focus_mm, self.optics.f_number, self.optics.pixel_um]] if self.optics else []
+        return np.concatenate(arrays)
 
     def in_image(self, points: Float[np.ndarray, "p 3"]) -> Bool[np.ndarray, " p"]:
         """Whether each point projects onto the image, whatever lies in between."""

@@ -12,6 +12,10 @@
     fisheye = false                     # true where dist is k1 k2 k3 k4 of OpenCV's fisheye lens
     R = [[1, 0, 0], [0, -1, 0], [0, 0, -1]]   # world to camera, or rvec = [rx, ry, rz] in radians (Rodrigues)
     t = [0.0, 760.0, 400.0]             # millimetres: camera = R world + t
+    focus_mm = 260.0                    # distance in focus; with the next two, or all three left out: all is in focus
+    f_number = 5.6
+    pixel_um = 3.45                     # pitch of the sensor's pixels, micrometres
+    noise_px = 0.5                      # standard deviation of a dot's middle in a picture, pixels; left out: 0.5
 
 Who has measured with a tape only writes, instead of R and t, where the camera stands and what its image centre shows:
 
@@ -25,10 +29,11 @@ from typing import Any
 import numpy as np
 
 from capture_plan.camera.calibration import Calibration
-from capture_plan.camera.camera import Camera, look_at
+from capture_plan.camera.camera import NOISE_PX, Camera, Optics, look_at
 from capture_plan.camera.fields import distinct, fisheye_lens, matrix, numbers, pinhole_lens, turned, whole_pixels
 from capture_plan.errors import RigError
 
+OPTICS = ("focus_mm", "f_number", "pixel_um")
 POSES = ("R and t", "rvec and t", "position and look_at")
 KEYS = {
     "name",
@@ -40,6 +45,10 @@ KEYS = {
     "cy",
     "dist",
     "fisheye",
+    "focus_mm",
+    "f_number",
+    "pixel_um",
+    "noise_px",
     "R",
     "rvec",
     "t",
@@ -82,7 +91,22 @@ def camera_from(table: dict[str, Any], where: str) -> Camera:
         size_px=(width, height),
         distortion=fisheye_lens(given, where) if fisheye else pinhole_lens(given, where),
         fisheye=fisheye,
+        optics=optics_of(table, where),
+        noise_px=float(numbers(table, "noise_px", where)) if "noise_px" in table else NOISE_PX,
     )
+
+
+def optics_of(table: dict[str, Any], where: str) -> Optics | None:
+    """Focus, f-number and pixel pitch of a table; None where it has none of them."""
+    given = [key for key in OPTICS if key in table]
+    if not given:
+        return None
+    if len(given) < len(OPTICS):
+        raise RigError(f"{where}: has {' and '.join(given)}: sharpness needs {', '.join(OPTICS)}, or none of them")
+    values = [float(numbers(table, key, where)) for key in OPTICS]
+    if min(values) <= 0:
+        raise RigError(f"{where}: {', '.join(OPTICS)} must be above 0, found {', '.join(f'{x:g}' for x in values)}")
+    return Optics(*values)
 
 
 def _pose(table: dict[str, Any], where: str) -> tuple[np.ndarray, np.ndarray]:

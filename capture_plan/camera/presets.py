@@ -8,6 +8,10 @@
     field_degrees = 50        # angle that the image's height covers
     width = 1536              # pixels
     height = 2048
+    focus_mm = 255            # with f_number and pixel_um, or all three left out: all is in focus
+    f_number = 5.6
+    pixel_um = 3.45           # micrometres
+    noise_px = 0.5            # standard deviation of a dot's middle in a picture, pixels
 
     [calibration]             # a file of another program; what is left out is found from where the head stands upright
     file = "session.xcp"      # beside this file
@@ -25,6 +29,7 @@ Distances, baseline and fields of view are assumptions: measure your own and wri
 """
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -33,9 +38,10 @@ from jaxtyping import Bool, Float
 
 from capture_plan.camera.blind import mends, misplaced
 from capture_plan.camera.calibration import UNITS, Calibration
-from capture_plan.camera.camera import Camera, look_at
+from capture_plan.camera.camera import NOISE_PX, Camera, look_at
 from capture_plan.camera.fields import numbers, whole_pixels
 from capture_plan.camera.frame import AXES, POSES, WORLDS, find_frame
+from capture_plan.camera.own import OPTICS, optics_of
 from capture_plan.camera.read import GIVE, read_cameras
 from capture_plan.errors import RigError
 from capture_plan.input.documents import read_toml
@@ -44,7 +50,7 @@ from capture_plan.progress import tell
 PRESETS = ("frontal", "head-mounted-pair")
 BOOM, BASELINE = 1.5, 0.6  # of W
 FIELD_DEGREES = 50.0  # at 250 mm an image 233 mm high and 175 mm wide: from the hairline to below an open jaw
-KEYS = ("boom_mm", "rise_mm", "baseline_mm", "side_by_side", "field_degrees", "width", "height")
+KEYS = ("boom_mm", "rise_mm", "baseline_mm", "side_by_side", "field_degrees", "width", "height", "noise_px", *OPTICS)
 
 
 def cameras_for(spec: str, neutral: Float[np.ndarray, "v 3"], skin: Bool[np.ndarray, " v"]) -> tuple[Camera, ...]:
@@ -146,7 +152,7 @@ def head_mounted(table: Any, where: str, face: Float[np.ndarray, "v 3"]) -> tupl
         raise RigError(f"{where}: write a table with some of {', '.join(KEYS)}")
     philtrum, width = upper_philtrum(face)
     assumed = {"boom_mm": BOOM * width, "rise_mm": 0, "baseline_mm": BASELINE * width, "side_by_side": False}
-    known = assumed | {"field_degrees": FIELD_DEGREES, "width": 1536, "height": 2048} | table
+    known = assumed | {"field_degrees": FIELD_DEGREES, "width": 1536, "height": 2048, "noise_px": NOISE_PX} | table
     boom, rise, baseline, field = (
         float(numbers(known, key, where)) for key in ("boom_mm", "rise_mm", "baseline_mm", "field_degrees")
     )
@@ -162,7 +168,11 @@ def head_mounted(table: Any, where: str, face: Float[np.ndarray, "v 3"]) -> tupl
         places = {"boom": lens}
     elif known["side_by_side"]:
         places = {"boom left": lens + apart[[1, 0, 2]] / 2, "boom right": lens - apart[[1, 0, 2]] / 2}
-    return tuple(aimed(name, place, philtrum, size_px, field) for name, place in places.items())
+    optics, noise_px = optics_of(table, where), float(numbers(known, "noise_px", where))
+    return tuple(
+        replace(aimed(name, place, philtrum, size_px, field), optics=optics, noise_px=noise_px)
+        for name, place in places.items()
+    )
 
 
 def aimed(

@@ -26,7 +26,7 @@ from capture_plan.expressions.settings import PackingSettings
 from capture_plan.layout.record import Layout
 from capture_plan.plan.collide import collide
 from capture_plan.plan.inputs import PlanInputs
-from capture_plan.plan.record import Plan, with_meetings
+from capture_plan.plan.record import Plan, with_poses
 from capture_plan.rig import Rig
 
 Pairs = tuple[tuple[str, str], ...]
@@ -74,7 +74,7 @@ def made_again(plan: Plan, report: Audit, layout: Layout, given: Stated) -> Plan
         packing=packing,
         session=session(rig, plan.audit.used, packing, plan.settings.session, plan.settings.expressions.importance),
     )
-    return with_meetings(again, rig)
+    return with_poses(again, rig)
 
 
 def packing_again(plan: Plan, given: Stated) -> Packing:

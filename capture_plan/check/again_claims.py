@@ -13,6 +13,7 @@ PARTS = {
     "packing": "expressions, their sentences and figures are those of the rig",
     "session": "the session is that of these expressions",
     "meetings": "dots that come near each other when the face moves are those of the rig",
+    "unread": "markers that a camera does not read in an expression are those of the rig",
 }
 
 

@@ -58,7 +58,7 @@ def claims_of(plan: Plan, inputs: Rig | PlanInputs, *, quick: bool = False) -> I
     With `quick` the plan's word is taken for what costs most of the time: recorded takes, crews that place dots, and
     which surfaces run through each other; the audit may be one that was found before.
     """
-    given = inputs_for(inputs, plan.settings, takes=not quick)
+    given = inputs_for(inputs, plan.settings, takes=not quick, carried=plan.cameras)
     rig = given.rig
     report = (audit_once if quick else audit_rig)(rig)
     yield seal_claim(plan)

@@ -41,7 +41,7 @@ def lies(plan: Plan, inputs: Rig | PlanInputs) -> tuple[Claim, ...]:
     if plan.seal != seal_of(plan):
         broken = _failing(plan, inputs, quick=True)
         return broken if len(broken) > 1 else _failing(plan, inputs, quick=False)
-    given = inputs_for(inputs, plan.settings, takes=False)
+    given = inputs_for(inputs, plan.settings, takes=False, carried=plan.cameras)
     if any(one is not None for one in (given.target, given.rules, given.worn)) or given.zones:
         return _failing(plan, given, quick=True)
     cameras = repr(given.cameras).encode()

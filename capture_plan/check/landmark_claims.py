@@ -10,6 +10,7 @@ from capture_plan.layout.record import Landmark
 from capture_plan.layout.settings import BY_ERROR
 from capture_plan.layout.spacing import nearest_straight, nearest_two
 from capture_plan.plan.claims import TOLERANCE, Claim, claim
+from capture_plan.plan.predicted import under_noise
 from capture_plan.plan.record import Plan
 
 HARDLY = 1e-3  # of a landmark: prices carry six decimals, rounded down
@@ -217,7 +218,7 @@ def information_claims(plan: Plan, task: Task) -> list[Claim]:
             f"rank {found.rank}, {found.full_rank} at most",
         ),
         claim(
-            f"upper estimate of the error {said.error_mm:.3f} mm under {said.noise_mm:g} mm of noise",
+            f"upper estimate of the error {said.error_mm:.3f} mm {under_noise(said)}",
             abs(found.error_mm - said.error_mm) < TOLERANCE and np.isclose(found.condition, said.condition, rtol=1e-2),
             f"{found.error_mm:.3f} mm, condition {found.condition:.0f}",
         ),

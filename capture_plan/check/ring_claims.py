@@ -5,7 +5,7 @@ import numpy as np
 from capture_plan.evaluation.rings import placing_for, rings_of
 from capture_plan.evaluation.robustness import GROWTH
 from capture_plan.plan.claims import Claim, claim
-from capture_plan.plan.record import Plan
+from capture_plan.plan.record import Plan, cameras_of
 from capture_plan.rig import Rig
 
 CREWS, SEED = 1000, 4567
@@ -18,8 +18,9 @@ def ring_claims(plan: Plan, rig: Rig) -> list[Claim]:
     landmarks, settings = plan.layout.landmarks, plan.settings.landmarks
     if not landmarks:
         return []
-    rings = rings_of(rig, plan.audit.used, settings, landmarks)
-    placing = placing_for(rig, plan.audit.used, settings, np.array([one.vertex for one in landmarks]))
+    cameras = cameras_of(plan)
+    rings = rings_of(rig, plan.audit.used, settings, landmarks, cameras)
+    placing = placing_for(rig, plan.audit.used, settings, np.array([one.vertex for one in landmarks]), cameras)
     kept = placing.kept(np.array([rings.mm[one.name] for one in landmarks]), crews=CREWS, seed=SEED)
     share = min(PROMISED, rings.kept)
     what = f"{share:.0%} of crews that keep to the rings on the pages stay under {GROWTH - 1:+.0%} of error"

@@ -122,7 +122,7 @@ def compare_layouts(
         >>> max(found.rows, key=lambda row: len(row.vertices)).method
         '72 points (MPEG-4), placed'
     """
-    observation, subset = face.observation(settings.noise_mm), candidates(face)
+    observation, subset = face.observation(settings.noise_mm, settings.dot_mm), candidates(face)
     must_have(subset, max(budgets))
     k = len(face.used)
     performances = {MIXES: random_mixes(k, frames=FRAMES, seed=seed), SINGLES: single_blendshapes(k)}
@@ -208,7 +208,7 @@ def _ours(
         InfeasibleError: there are fewer candidates.
     """
     nothing, nobody = np.zeros((0, len(sites.size)), dtype=bool), np.empty(0, dtype=int)
-    search = Search(face.observation(settings.noise_mm), sites, nothing, None, budget)
+    search = Search(face.observation(settings.noise_mm, settings.dot_mm), sites, nothing, None, budget)
     designed = {
         noise: spend_budget(face.observation(noise), sites, nothing, nobody, budget=budget, spacing=None)
         for noise in sorted({*noises_mm, settings.noise_mm} - {0.0})

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from msgspec import Struct
 
+from capture_plan.camera import Camera
 from capture_plan.evaluation.identifiability import shares
 from capture_plan.evaluation.robustness import EXTENT_MM, free_for, losses, substitutes
 from capture_plan.evaluation.tangent_chart import flatten
@@ -40,9 +41,13 @@ class Falling(Struct, frozen=True):
 
 
 def falling(
-    rig: Rig, used: tuple[str, ...], settings: LayoutSettings, landmarks: Sequence[Landmark], *, cameras: bool = False
+    rig: Rig,
+    used: tuple[str, ...],
+    settings: LayoutSettings,
+    landmarks: Sequence[Landmark],
+    cameras: tuple[Camera, ...] = (),
 ) -> Falling:
-    """What to do when landmarks fall off; nothing stands in for one where `cameras` decide what is seen.
+    """What to do when landmarks fall off; what stands in for one is read by as many `cameras` as any other.
 
     Example:
         >>> plan = read_plan("hero.plan.json")
@@ -52,19 +57,15 @@ def falling(
     """
     if not landmarks:
         return Falling((), ())
-    face, vertices = see_face(rig, used), np.array([landmark.vertex for landmark in landmarks])
-    observation = face.observation(settings.noise_mm)
+    face, vertices = see_face(rig, used, cameras), np.array([landmark.vertex for landmark in landmarks])
+    observation = face.observation(settings.noise_mm, settings.dot_mm)
     covers = shares(face, settings, vertices) >= settings.epsilon
     before = observation.error(observation.covariance(vertices))
     lost = losses(observation, vertices, covers, used, at_once=1)
-    others = [None] * len(vertices)
-    if not cameras:
-        charts = flatten(
-            rig.neutral, vertex_normals(rig.neutral, rig.triangles), face.graph, vertices, extent_mm=EXTENT_MM
-        )
-        largest = np.where(face.allowed(settings), face.displacement, 0).max(axis=1)
-        free = free_for(face.graph, vertices, settings.spacing_mm) & face.allowed(settings)
-        others = list(substitutes(observation, vertices, charts, covers, largest, settings.epsilon, free))
+    charts = flatten(rig.neutral, vertex_normals(rig.neutral, rig.triangles), face.graph, vertices, extent_mm=EXTENT_MM)
+    largest = np.where(face.allowed(settings), face.displacement, 0).max(axis=1)
+    free = free_for(face.graph, vertices, settings.spacing_mm) & face.free(settings)
+    others = substitutes(observation, vertices, charts, covers, largest, settings.epsilon, free)
     alone = tuple(
         Fallen(
             landmark.name,

@@ -136,8 +136,8 @@ def separators(
     at = sites.vertices[apart, 0]
     if not len(at):
         return ()
-    observation = face.observation(settings.noise_mm)
-    B, deltas = observation.response(vertices), observation.deltas
+    observation = face.observation(settings.noise_mm, settings.dot_mm)
+    B, deltas = observation.response(vertices), observation.measured
     answers = []
     for pair in pairs:
         i, j = (face.used.index(name) for name in pair)
@@ -178,7 +178,7 @@ def reasons(face: Face, settings: LayoutSettings, vertices: Int[np.ndarray, " m"
     """Why each of `vertices` is there, in their order."""
     covers = shares(face, settings, vertices) >= settings.epsilon
     alone = covers & (covers.sum(axis=1, keepdims=True) == 1)
-    B = face.observation(settings.noise_mm).response(vertices)
+    B = face.observation(settings.noise_mm, settings.dot_mm).response(vertices)
     k = B.shape[1]
     A = B.reshape(-1, 3, k)
     whole = angles(B.T @ B)

@@ -66,7 +66,10 @@ def trials(
         sights = [~np.isin(np.arange(m), rng.permutation(m)[:count]) for _ in range(DRAWS)]
         plays[f"{count} of {m} markers out of sight"] = [Mishap(B, sight, still) for sight in sights]
     if m > 1:
-        swaps = [swapped(B, neutral[vertices], i, int(nearest[i])) for i in rng.integers(m, size=DRAWS).tolist()]
+        swaps = [
+            swapped(observation, vertices, neutral[vertices], i, int(nearest[i]))
+            for i in rng.integers(m, size=DRAWS).tolist()
+        ]
         plays["two neighbours taken for each other"] = swaps
     return tuple(play(observation, B, what, mishaps) for what, mishaps in plays.items())
 
@@ -85,16 +88,19 @@ def misplaced_responses(
     rows = []
     for chart in charts:
         places = rng.normal(scale=rms_mm / np.sqrt(2), size=(DRAWS, 2))
-        rows.append(chart.deltas(observation.deltas, places))
+        rows.append(chart.deltas(observation.measured, places))
     return np.concatenate(rows, axis=1)
 
 
-def swapped(B: Float[np.ndarray, "r k"], points: Float[np.ndarray, "m 3"], i: int, j: int) -> Mishap:
+def swapped(
+    observation: Observation, vertices: Int[np.ndarray, " m"], points: Float[np.ndarray, "m 3"], i: int, j: int
+) -> Mishap:
     """Landmarks i and j change names in the middle of a take."""
     order = np.arange(len(points))
     order[[i, j]] = j, i
-    there = B.reshape(len(points), 3, -1)[order].reshape(B.shape)
-    return Mishap(there, np.ones(len(points), dtype=bool), (points[order] - points).ravel())
+    moved = np.moveaxis(observation.deltas[:, vertices[order]].astype(float), 0, 2)  # (m 3 k)
+    there, offset = (observation.as_measured(vertices, one) for one in (moved, (points[order] - points)[:, :, None]))
+    return Mishap(there.reshape(3 * len(points), -1), np.ones(len(points), dtype=bool), offset.ravel())
 
 
 def play(observation: Observation, B: Float[np.ndarray, "r k"], what: str, mishaps: list[Mishap]) -> Trial:

@@ -23,6 +23,7 @@ from jaxtyping import Float, Int
 from scipy.spatial import KDTree
 
 from capture_plan.cache import Arrays, cached, code_digest, digest
+from capture_plan.camera import Camera
 from capture_plan.evaluation.robustness import GROWTH
 from capture_plan.evaluation.tangent_chart import Chart, flatten
 from capture_plan.layout.face import Face
@@ -143,11 +144,11 @@ def placing_of(face: Face, settings: LayoutSettings, vertices: Int[np.ndarray, "
     ray = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     radii = STEP_MM * np.arange(round(MOST_MM / STEP_MM) + 1)
     places = radii[None, :, None] * ray[:, None]
-    observation = face.observation(settings.noise_mm)
+    observation = face.observation(settings.noise_mm, settings.dot_mm)
     rows = observation.response(vertices).reshape(len(vertices), 3, -1)
     moved = np.stack(
         [
-            chart.deltas(observation.deltas, places.reshape(-1, 2)).reshape(*places.shape[:2], 3, -1) - row
+            chart.deltas(observation.measured, places.reshape(-1, 2)).reshape(*places.shape[:2], 3, -1) - row
             for chart, row in zip(charts, rows, strict=True)
         ]
     )
@@ -188,8 +189,15 @@ def rings(placing: Placing) -> Float[np.ndarray, " m"]:
     return at(high)
 
 
-def rings_of(rig: Rig, used: tuple[str, ...], settings: LayoutSettings, landmarks: tuple[Landmark, ...]) -> Rings:
-    """The rings of these landmarks for the `used` blendshapes and the noise of the settings, as pages print them.
+def rings_of(
+    rig: Rig,
+    used: tuple[str, ...],
+    settings: LayoutSettings,
+    landmarks: tuple[Landmark, ...],
+    cameras: tuple[Camera, ...] = (),
+) -> Rings:
+    """The rings of these landmarks for the `used` blendshapes and the noise of the settings, or what known cameras
+    measure, as pages print them.
 
     Example:
         >>> plan = read_plan("hero.plan.json")
@@ -201,10 +209,11 @@ def rings_of(rig: Rig, used: tuple[str, ...], settings: LayoutSettings, landmark
         return Rings({}, {}, 1.0)
     vertices, names = np.array([landmark.vertex for landmark in landmarks]), [one.name for one in landmarks]
     labels = [landmark.label for landmark in landmarks]
-    key = digest([code_digest(*ROOMS), rig.fingerprint, rig.skin, *used, repr(settings), vertices, *labels])
+    lenses = [camera.numbers for camera in cameras]
+    key = digest([code_digest(*ROOMS), rig.fingerprint, rig.skin, *used, repr(settings), vertices, *labels, *lenses])
 
     def compute() -> Arrays:
-        placing = placing_for(rig, used, settings, vertices)
+        placing = placing_for(rig, used, settings, vertices, cameras)
         found = alike_on_both_sides(rings(placing), labels)
         kept = placing.kept(found, crews=CREWS, seed=SEED)
         return {"mm": found, "strict": placing.strictest(found), "kept": np.array(kept)}
@@ -218,9 +227,15 @@ def rings_of(rig: Rig, used: tuple[str, ...], settings: LayoutSettings, landmark
     )
 
 
-def placing_for(rig: Rig, used: tuple[str, ...], settings: LayoutSettings, vertices: Int[np.ndarray, " m"]) -> Placing:
+def placing_for(
+    rig: Rig,
+    used: tuple[str, ...],
+    settings: LayoutSettings,
+    vertices: Int[np.ndarray, " m"],
+    cameras: tuple[Camera, ...] = (),
+) -> Placing:
     """Dots at these vertices of a rig, none of which may touch another, wherever they stand."""
-    placing = placing_of(Face(rig, used, np.zeros(len(rig.neutral))), settings, vertices)
+    placing = placing_of(Face(rig, used, np.zeros(len(rig.neutral)), cameras), settings, vertices)
     near = KDTree(rig.neutral[vertices]).query(rig.neutral[vertices], k=2)[0][:, 1] if len(vertices) > 1 else np.inf
     clear = np.floor((near - settings.dot_mm) / 2 / EXACT_MM) * EXACT_MM
     return replace(placing, reach=np.minimum(placing.reach, clear))

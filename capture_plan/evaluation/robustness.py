@@ -164,8 +164,9 @@ def tolerances(
     places = rays.reshape(-1, 2)
     answers = []
     for m, chart in enumerate(charts):
-        A = chart.deltas(observation.deltas, places)
-        retained = chart.on_skin(places) & keeps_covers(A, largest, alone[:, m], epsilon)
+        A = chart.deltas(observation.measured, places)
+        moved = A if observation.root is None else chart.deltas(observation.deltas, places)
+        retained = chart.on_skin(places) & keeps_covers(moved, largest, alone[:, m], epsilon)
         found = [
             tolerance(
                 chart, (retained & (error(observation, C, A_all[m], A) <= GROWTH * before)).reshape(rays.shape[:2])
@@ -192,10 +193,11 @@ def substitutes(
     answers = []
     for m, chart in enumerate(charts):
         distance = np.linalg.norm(chart.flat, axis=1)
-        A = np.moveaxis(observation.deltas[:, chart.at], 0, 2).astype(np.float64)
+        A = np.moveaxis(observation.measured[:, chart.at], 0, 2).astype(np.float64)
         error = measured_error(observation, C, A_all[m], A)
         good = free[m, chart.at] & (distance >= DOT_MM) & (error <= GROWTH * observation.error(C))
-        good &= keeps_covers(A, largest, alone[:, m], epsilon)
+        moved = A if observation.root is None else np.moveaxis(observation.deltas[:, chart.at], 0, 2)
+        good &= keeps_covers(moved, largest, alone[:, m], epsilon)
         if not good.any():
             answers.append(None)
             continue

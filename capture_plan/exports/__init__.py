@@ -46,7 +46,7 @@ def write_exports(
         if name not in KINDS:
             raise PlanError(f"'{name}' is no kind of export: choose among {', '.join(KINDS)}")
     takes = "verify" in wanted
-    given, folder = inputs_for(inputs, plan.settings, takes=takes), Path(folder)
+    given, folder = inputs_for(inputs, plan.settings, takes=takes, carried=plan.cameras), Path(folder)
     of = Delivery(plan, given, Path(rig_file) if rig_file else None, folder)
     with written_together(folder, plan.rig.name, number_of(plan)) as new:
         written = [path for name in wanted for path in KINDS[name].write(of, new)]

@@ -15,8 +15,8 @@ from capture_plan.evaluation.rings import rings_of
 from capture_plan.exports.delivery import Delivery
 from capture_plan.exports.rows import Columns, write_rows
 from capture_plan.exports.slate import write_slate
-from capture_plan.layout.record import Layout, View
-from capture_plan.plan.record import SAMPLE, ActorHead, Plan, head_words, number_of
+from capture_plan.layout.record import Landmark, Layout, View
+from capture_plan.plan.record import SAMPLE, ActorHead, Plan, cameras_of, head_words, number_of
 
 
 def write(of: Delivery, folder: Path) -> list[Path]:
@@ -31,7 +31,9 @@ def write(of: Delivery, folder: Path) -> list[Path]:
             of.place(folder, "landmarks", ".csv"),
             file=file_name(plan),
             actor=plan.actor,
-            rings=rings_of(of.inputs.rig, plan.audit.used, plan.settings.landmarks, plan.layout.landmarks).mm,
+            rings=rings_of(
+                of.inputs.rig, plan.audit.used, plan.settings.landmarks, plan.layout.landmarks, cameras_of(plan)
+            ).mm,
             of=origin(plan),
         ),
         write_expressions(plan, of.place(folder, "expressions", ".csv")),
@@ -63,15 +65,17 @@ def write_landmarks(
     places are those there, and stand in the head file's own coordinates besides. `of` are columns of one value each."""
     cameras = [view.camera for view in layout.markers[0].views] if layout.markers else []
     header = ["name", "place", "side", "role", "x_mm", "y_mm", "z_mm", "vertex_in_file", "file", "vertex_in_plan"]
-    views = [f"{camera} {what}" for camera in cameras for what in ("sees it", "least px")]
+    views = [f"{camera} {what}" for camera in cameras for what in ("reads it", "why not", "least px")]
+    measured = ["measured_to_mm", "measured_worst_mm"] if cameras else []
     rows = [
         [
             *(m.name, m.label, m.side, m.role, *m.position, m.source_vertex, file, m.vertex, " ".join(m.blendshapes)),
             *(cell for view in m.views for cell in view_cells(view)),
+            *(measured_cells(m) if measured else ()),
         ]
         for m in layout.markers
     ]
-    header = [*header, moved_by, *views]
+    header = [*header, moved_by, *views, *measured]
     if actor:
         header += ["x_in_head_file", "y_in_head_file", "z_in_head_file", "gap_mm"]
         pairs = zip(rows, actor.dots, strict=True)
@@ -82,9 +86,17 @@ def write_landmarks(
     return write_rows(path, [[*header, *of], *([*row, *of.values()] for row in rows)])
 
 
-def view_cells(view: View) -> tuple[str, float]:
-    """Whether a camera sees a marker, and how wide at least, pixels."""
-    return ("always" if view.always else "sometimes" if view.pixels > 0 else "never"), round(view.pixels, 1)
+def view_cells(view: View) -> tuple[str, str, float]:
+    """Whether a camera reads a marker, why not the first time that it does not, and how wide at least, pixels."""
+    reads = "always" if view.always else "sometimes" if view.share > 0 else "never"
+    return reads, f"{view.why}: {view.when}" if view.why else "", round(view.pixels, 1)
+
+
+def measured_cells(marker: Landmark) -> tuple[float | str, float | str]:
+    """Standard deviations of a marker's place along the axis that the cameras measure best and worst, millimetres; the
+    worst is empty where no second camera tells the depth."""
+    known = marker.measured_mm
+    return (known[0] if known else "", known[2] if len(known) == 3 else "")
 
 
 def write_expressions(plan: Plan, path: Path) -> Path:

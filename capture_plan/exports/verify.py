@@ -47,7 +47,7 @@ def write_verifier(plan: Plan, inputs: Rig | PlanInputs, folder: Path) -> list[P
         InfeasibleError: the settings cannot be followed on this rig.
     """
     packed = io.BytesIO()
-    np.savez_compressed(packed, **given_arrays(plan, inputs_for(inputs, plan.settings)))
+    np.savez_compressed(packed, **given_arrays(plan, inputs_for(inputs, plan.settings, carried=plan.cameras)))
     script = files("capture_plan.exports").joinpath("verify_plan.py").read_bytes()
     contents = {"plan.json": plan_bytes(plan), "rig.npz": packed.getvalue(), "verify_plan.py": script}
     for name, content in contents.items():

@@ -112,11 +112,11 @@ def inspect_plan(plan: Plan, inputs: Rig | PlanInputs) -> Inspection:
         >>> len(found.markers) == found.information.landmarks
         True
     """
-    given, settings = inputs_for(inputs, plan.settings), plan.settings.landmarks
+    given, settings = inputs_for(inputs, plan.settings, carried=plan.cameras), plan.settings.landmarks
     rig, takes = given.rig, given.takes
     face = see_face(rig, plan.audit.used, given.cameras, given.zones)
     vertices = np.array([m.vertex for m in plan.layout.landmarks])
-    observation = face.observation(settings.noise_mm)
+    observation = face.observation(settings.noise_mm, settings.dot_mm)
     covers = shares(face, settings, vertices) >= settings.epsilon
     seen = sights(observation, vertices, face.used)
     more = separators(face, settings, vertices, confusable(seen))
@@ -163,11 +163,11 @@ def marker_reports(
 ) -> tuple[MarkerReport, ...]:
     """Reason, tolerance, loss and substitute of every landmark."""
     settings, rig = plan.settings.landmarks, face.rig
-    observation, epsilon = face.observation(settings.noise_mm), settings.epsilon
+    observation, epsilon = face.observation(settings.noise_mm, settings.dot_mm), settings.epsilon
     largest = np.where(face.allowed(settings), face.displacement, 0).max(axis=1)
     vertices = np.array([m.vertex for m in plan.layout.landmarks])
     tolerated = tolerances(observation, vertices, charts, covers, largest, epsilon)
-    free = free_for(face.graph, vertices, settings.spacing_mm) & face.allowed(settings)
+    free = free_for(face.graph, vertices, settings.spacing_mm) & face.free(settings)
     instead = substitutes(observation, vertices, charts, covers, largest, epsilon, free)
     lost = losses(observation, vertices, covers, face.used, at_once=1)
     why = reasons(face, settings, vertices)

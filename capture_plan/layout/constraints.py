@@ -5,7 +5,7 @@ keep-outs          zones of the skin, but for places of a layout that they are r
                    inside is out
 caps               landmarks of a region, both of a mirrored pair counted
 number, budget     landmarks in all
-views              cameras that see a site in every expression, one of them never smaller than `FEWEST_PIXELS`
+views              cameras that read a site at once (`visibility.seen`), in the neutral, every blendshape and every pose
 """
 
 from collections.abc import Sequence
@@ -17,10 +17,11 @@ from jaxtyping import Bool, Int
 from capture_plan.anatomy.regions import REGIONS
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.constraint_rows import Limit
+from capture_plan.layout.dot_contact import NO_POSES, Poses
 from capture_plan.layout.face import Face
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.sites import Sites
-from capture_plan.visibility.views import FEWEST_PIXELS, Views
+from capture_plan.visibility import FEWEST_PIXELS, SEEN, WORDS, Sight, Views
 
 OTHER_SHARE = 0.2  # of the landmarks: fewer is the same layout with a dot or two moved
 
@@ -35,7 +36,7 @@ def constraints(face: Face, settings: LayoutSettings, sites: Sites) -> tuple[Lim
         *pins(face, settings, sites),
         *keep_outs(face, settings, sites),
         *caps(face, settings, sites),
-        *_views(face, settings, sites),
+        *views(face, settings, sites),
         *_numbers(settings, sites),
     )
 
@@ -101,11 +102,12 @@ def _numbers(settings: LayoutSettings, sites: Sites) -> list[Limit]:
     return limits
 
 
-def _views(face: Face, settings: LayoutSettings, sites: Sites) -> list[Limit]:
-    """Only what enough cameras see at once in every expression, and one of them reads, where cameras are known.
+def views(face: Face, settings: LayoutSettings, sites: Sites, poses: Poses = NO_POSES) -> list[Limit]:
+    """Only what enough cameras read at once in the neutral and with every blendshape or, of a plan's expressions, in
+    every pose, where cameras are known.
 
     Raises:
-        InfeasibleError: more views than cameras, or no place is read by any camera.
+        InfeasibleError: more views than cameras, or no place is read by as many.
     """
     if not (face.cameras and settings.min_views):
         return []
@@ -113,32 +115,35 @@ def _views(face: Face, settings: LayoutSettings, sites: Sites) -> list[Limit]:
         raise InfeasibleError(
             f"min_views is {settings.min_views} and there are {len(face.cameras)} cameras: lower it or add cameras"
         )
-    found, few = face.views(settings.dot_mm), np.ones(len(face.rig.neutral), dtype=bool)
-    few[face.rig.skin] = (found.views < settings.min_views) | ~found.readable.any(axis=0)
+    found = face.pose_views(poses, settings.dot_mm) if poses else face.views(settings.dot_mm)
+    few = np.ones(len(face.rig.neutral), dtype=bool)
+    few[face.rig.skin] = found.views < settings.min_views
     if touching(sites, few).all():
-        raise InfeasibleError(too_small(found, settings))
+        raise InfeasibleError(why_unread(found, settings))
     cameras = "camera" if settings.min_views == 1 else "cameras"
-    name = (
-        f"every landmark seen by {settings.min_views} {cameras} at once in every expression, "
-        f"and by one always {FEWEST_PIXELS:g} px wide or more"
-    )
+    where = "in every expression of the plan" if poses else "with every blendshape"
+    name = f"every landmark read by {settings.min_views} {cameras} at once {where}"
     return [Limit(name, touching(sites, few).astype(int), most=0)]
 
 
-def too_small(found: Views, settings: LayoutSettings) -> str:
-    """Why no place on the skin is read by a camera, and what would help."""
-    widest = float(np.where(found.seen, found.pixels, 0).max())
-    if found.views.max() < settings.min_views or widest == 0:
+def why_unread(found: Views, settings: LayoutSettings) -> str:
+    """Why no place where a landmark may stand is read by enough cameras, and what would help."""
+    seen, widest = np.isin(found.how, SEEN).all(axis=0), 0.0
+    if seen.any():
+        widest = float(found.pixels[seen].max())
+    if 0 < widest < FEWEST_PIXELS:
+        larger = np.ceil(2 * settings.dot_mm * FEWEST_PIXELS / widest) / 2
         return (
-            f"no place on the skin is seen by {settings.min_views} cameras at once in every expression "
-            f"(at most {found.views.max()}): lower min_views, or move the cameras to the front"
+            f"a dot of {settings.dot_mm:g} mm is at most {widest:.1f} px wide in a camera that always sees it, "
+            f"{FEWEST_PIXELS:g} px are needed: use dots of {larger:g} mm, or move the cameras closer"
         )
-    if widest >= FEWEST_PIXELS:
+    if found.views.max() >= settings.min_views:
         return "no place on the skin where a landmark may stand is read by a camera: allow more of it, or add a camera"
-    larger = np.ceil(2 * settings.dot_mm * FEWEST_PIXELS / widest) / 2
+    why, counts = np.unique(found.how[found.how != Sight.READ], return_counts=True)
     return (
-        f"a dot of {settings.dot_mm:g} mm is at most {widest:.1f} px wide in a camera that always sees it, "
-        f"{FEWEST_PIXELS:g} px are needed: use dots of {larger:g} mm, or move the cameras closer"
+        f"no place on the skin is read by {settings.min_views} cameras at once in every expression (at most "
+        f"{found.views.max()}; most often a dot is {WORDS[Sight(int(why[counts.argmax()]))]}): lower min_views, or "
+        "move the cameras to the front"
     )
 
 

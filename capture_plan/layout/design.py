@@ -50,8 +50,8 @@ def design_layout(
 
     A `former` layout is where a budget starts again from, so that little changes; every layout of `unlike`, given by
     its vertices, is to be left in some places (`constraints.differences`). What `takes` lose by the layout is measured.
-    No dots meet in `poses` or in any blendshape alone; the bounds speak of all layouts, also of those
-    whose dots meet.
+    No dots meet in `poses` or in any blendshape alone, and cameras read all dots in `poses`; the bounds speak of all
+    layouts, also of others.
 
     Raises:
         InfeasibleError: no skin is seen well enough, the constraints clash, or the budget does not pay for a single
@@ -67,7 +67,7 @@ def design_layout(
     if settings.head_markers:
         head = choose_head_markers(face, settings, task.sites, task.limits, task.reachable)
         task = task.with_head_markers(head)
-    apart = task.apart_in(poses)
+    apart = task.apart_in(poses).read_in(poses)
     must_fit(task, apart)
     known = points_of(face) | {SINGLE_COVER: papers_cover(face, settings)}
     _, target_mm = target_of({name: task.observation.information(at) for name, at in known.items()})
@@ -93,8 +93,9 @@ def chosen_apart(
     former: Layout | None,
     takes: Takes | None,
 ) -> Chosen:
-    """`choose_by_method` among layouts `apart`, of which no two dots meet when the face moves; among all where none
-    keeps all constraints: a plan tells which dots meet (`meeting`), and is better made than refused."""
+    """`choose_by_method` among layouts `apart`, of which no two dots meet when the face moves and cameras read all in
+    the plan's expressions; among all where none keeps all constraints: a plan tells which dots meet or are not read
+    (`dot_contact`, `unread`), and is better made than refused."""
     try:
         return choose_by_method(apart, target_mm, former, takes)
     except InfeasibleError:

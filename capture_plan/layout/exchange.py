@@ -49,7 +49,7 @@ class Search:
     @cached_property
     def all_rows(self) -> Float[np.ndarray, "s r k"]:
         """Rows of the deltas at every site."""
-        return site_rows(self.sites, self.observation.deltas)
+        return site_rows(self.sites, self.observation.measured)
 
     @cached_property
     def size(self) -> Int[np.ndarray, " s"]:

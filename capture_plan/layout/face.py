@@ -11,23 +11,24 @@ from scipy.spatial import KDTree
 
 from capture_plan.anatomy.performed_deltas import performed_deltas
 from capture_plan.anatomy.regions import FaceRegions, face_regions
-from capture_plan.anatomy.zones import Ground, check_zone, ground_of
+from capture_plan.anatomy.zones import DOT_MM, Ground, check_zone, ground_of
 from capture_plan.audit.audit_cache import audit_once
-from capture_plan.camera import Camera, why_blind
+from capture_plan.camera import Camera, root, told, why_blind
 from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.layout.contact_pairs import met_in
+from capture_plan.layout.dot_contact import Poses
 from capture_plan.layout.observation import Observation
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.site_sampling import places_on
 from capture_plan.layout.sites import Sites, mirrored_sites, moving, single_sites
 from capture_plan.layout.spacing import Spacing, check_density
+from capture_plan.layout.unread import pose_deltas
 from capture_plan.mesh import straight_table, surface_graph
 from capture_plan.mesh.mirror import mirror_map
 from capture_plan.once import once
 from capture_plan.registration.empirical_layouts import place_ibug68, place_layout
 from capture_plan.rig import Rig
-from capture_plan.visibility import camera_visibility, global_visibility
-from capture_plan.visibility.views import Views, camera_views
+from capture_plan.visibility import FEWEST_PIXELS, Views, camera_views, camera_visibility, global_visibility
 
 SIXTY_EIGHT = "68 points (iBUG)"
 USUAL = 68  # points that people are used to
@@ -93,6 +94,17 @@ class Face:
                 f"no moving skin is seen from {settings.min_visibility:.0%} of the directions: lower min_visibility"
             )
         return allowed
+
+    def free(self, settings: LayoutSettings) -> Bool[np.ndarray, " v"]:
+        """What is `allowed` and read by as many cameras as the settings ask for.
+
+        Raises:
+            InfeasibleError: there is none.
+        """
+        free = self.allowed(settings)
+        if self.cameras:
+            free[self.rig.skin] &= self.views(settings.dot_mm).views >= settings.min_views
+        return free
 
     def relative_displacement(self, settings: LayoutSettings) -> Float[np.ndarray, "k v"]:
         """r[k, v] among the vertices that may carry a landmark, 0 elsewhere and where the movement drowns in noise.
@@ -190,6 +202,12 @@ class Face:
         found = camera_views(rig.neutral, deltas, rig.triangles, at, self.cameras, dot_mm=dot_mm)
         return found.at(_nearest_of(rig.neutral, np.flatnonzero(rig.skin), at))
 
+    def pose_views(self, poses: Poses, dot_mm: float) -> Views:
+        """What every camera sees of a dot at every skin vertex in the neutral and in poses, as `views` has it."""
+        rig, at = self.rig, np.flatnonzero(self.places)
+        found = camera_views(rig.neutral, pose_deltas(rig, poses), rig.triangles, at, self.cameras, dot_mm=dot_mm)
+        return found.at(_nearest_of(rig.neutral, np.flatnonzero(rig.skin), at))
+
     @cached_property
     def graph(self) -> csr_array:
         """The `surface_graph` of the skin alone."""
@@ -237,9 +255,21 @@ class Face:
         """Which of the sites stand too close to each other; None where any may."""
         return Spacing(self.near(spacing_mm, sites), sites, spacing_mm) if spacing_mm else None
 
-    def observation(self, noise_mm: float) -> Observation:
-        """The face as a measuring problem."""
-        return Observation(self.rig.deltas[self.rows], self.moving_skin, noise_mm)
+    @once
+    def told(self, dot_mm: float) -> Float[np.ndarray, "v 3 3"]:
+        """What the cameras tell of the place of a dot at every skin vertex (`camera.precision`), over the neutral and
+        every blendshape; 0 elsewhere. Per square millimetre."""
+        L, found, at = np.zeros((len(self.rig.neutral), 3, 3)), self.views(dot_mm), np.flatnonzero(self.rig.skin)
+        points = self.rig.neutral[at]
+        blur = np.stack([one.blur_px(points) for one in self.cameras]) / np.maximum(found.pixels, FEWEST_PIXELS)
+        L[at] = told(self.cameras, points, found.share, blur)
+        return L
+
+    def observation(self, noise_mm: float, dot_mm: float = DOT_MM) -> Observation:
+        """The face as a measuring problem: noise of a standard deviation in every coordinate or, where cameras are
+        known, what these tell of a dot."""
+        R = root(self.told(dot_mm)) if self.cameras else None
+        return Observation(self.rig.deltas[self.rows], self.moving_skin, noise_mm, R)
 
 
 def see_face(

@@ -203,7 +203,7 @@ def relax_budget(observation: Observation, sites: Sites, budget: int, limits: tu
         helps = open_ & (limit.amount > 0)
         if limit.least > 0 and helps.sum() == 1:
             held |= helps
-    return Relaxed(observation, site_rows(sites, observation.deltas), size, open_, held, budget)
+    return Relaxed(observation, site_rows(sites, observation.measured), size, open_, held, budget)
 
 
 def improved(relaxed: Relaxed, lam: Float[np.ndarray, " s"], g: Float[np.ndarray, " s"]) -> Float[np.ndarray, " s"]:

@@ -6,11 +6,13 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float, Int
 
+from capture_plan.camera import deviations
 from capture_plan.layout.face import Face
 from capture_plan.layout.head_sites import head_candidates
 from capture_plan.layout.quality import importance_weights
 from capture_plan.layout.record import Landmark, Role, Side, View
 from capture_plan.layout.settings import LayoutSettings
+from capture_plan.visibility import WORDS
 
 SIDES: dict[int, Side] = {1: "left", 0: "middle", -1: "right"}
 FIRST = (0, None)  # the first program, or all landmarks as one set
@@ -75,6 +77,7 @@ def _records(
                 visibility=round(float(visibility[m]), 4),
                 round=rounds[m],
                 views=views_of(face, settings, vertex),
+                measured_mm=measured_mm(face, settings, vertex),
             )
         )
     return tuple(landmarks)
@@ -85,10 +88,21 @@ def views_of(face: Face, settings: LayoutSettings, vertex: int) -> tuple[View, .
     if not face.cameras:
         return ()
     found, n = face.views(settings.dot_mm), int(face.rig.skin[:vertex].sum())
-    return tuple(
-        View(camera, bool(found.seen[c, n]), round(float(found.pixels[c, n]), 2))
-        for c, camera in enumerate(found.cameras)
-    )
+    views = []
+    for c, camera in enumerate(found.cameras):
+        unread = found.first_unread(c, n)
+        why, when = (WORDS[unread[0]], ("neutral", *face.used)[unread[1]]) if unread else ("", "")
+        pixels, share = round(float(found.pixels[c, n]), 2), round(float(found.share[c, n]), 4)
+        views.append(View(camera, unread is None, pixels, share, why, when))
+    return tuple(views)
+
+
+def measured_mm(face: Face, settings: LayoutSettings, vertex: int) -> tuple[float, ...]:
+    """Standard deviations of a marker's place at a vertex as the cameras measure it; see `Landmark`."""
+    if not face.cameras:
+        return ()
+    found = deviations(face.told(settings.dot_mm)[[vertex]])[0]
+    return tuple(np.round(found[np.isfinite(found)], 4).tolist())
 
 
 def _count_up(labels: list[str]) -> list[str]:

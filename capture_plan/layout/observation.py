@@ -7,6 +7,9 @@ deviation tau before anything is measured, the weights are known up to the covar
     C = (B^T B / sigma^2 + I / tau^2)^-1,
 
 and the skin up to a root mean square error of sqrt(trace(G C)), where G = mean_n D_n^T D_n over the moving skin.
+Cameras that are known tell a place with the information L_n = R_n^T R_n instead (`camera.precision`): a landmark counts
+with the rows sigma R_n D_n, whose noise has the deviation sigma again, and everything else stays as it is. One camera
+has no row for the depth.
 This is for weights of any size and sign, as search, budgets and bounds need it: an upper estimate of what a solve
 between 0 and 1 gives of sparse performances, which `predict` simulates.
 Coverage is not identifiability: 10 landmarks have 30 coordinates and cannot tell 55 blendshapes apart.
@@ -26,11 +29,26 @@ RANK_TOLERANCE = 1e-4  # a mix that answers 10,000 times weaker than the stronge
 
 @dataclass(frozen=True, eq=False)
 class Observation:
-    """The face as a measuring problem: deltas of the planned blendshapes (mm), the skin that moves, the noise (mm)."""
+    """The face as a measuring problem: deltas of the planned blendshapes (mm), the skin that moves, the noise (mm).
+
+    `root`: R of every vertex, per millimetre, where cameras are known.
+    """
 
     deltas: Float[np.ndarray, "k v 3"]
     skin: Bool[np.ndarray, " v"]
     noise_mm: float
+    root: Float[np.ndarray, "v 3 3"] | None = None
+
+    @cached_property
+    def measured(self) -> Float[np.ndarray, "k v 3"]:
+        """The deltas as they are measured, in units in which every coordinate has the noise: sigma R_n d."""
+        if self.root is None:
+            return self.deltas
+        return np.einsum("vij,kvj->kvi", (self.noise_mm * self.root).astype(np.float32), self.deltas)
+
+    def as_measured(self, vertices: Int[np.ndarray, " m"], moved: Float[np.ndarray, "m 3 j"]) -> np.ndarray:
+        """Movements of vertices, millimetres, in the units of `measured`. (m 3 j)"""
+        return moved if self.root is None else self.noise_mm * self.root[vertices] @ moved
 
     @cached_property
     def gram(self) -> Float[np.ndarray, "k k"]:
@@ -45,7 +63,7 @@ class Observation:
 
     def response(self, vertices: Int[np.ndarray, " m"]) -> Float[np.ndarray, "r k"]:
         """B: three rows a landmark."""
-        return self.deltas[:, vertices].astype(np.float64).reshape(len(self.deltas), -1).T
+        return self.measured[:, vertices].astype(np.float64).reshape(len(self.deltas), -1).T
 
     def covariance(self, vertices: Int[np.ndarray, " m"]) -> Float[np.ndarray, "k k"]:
         """C for landmarks at `vertices`."""
@@ -67,6 +85,7 @@ class Observation:
             condition=round(float(sigma[0] / sigma[rank - 1]), 1),
             noise_mm=self.noise_mm,
             error_mm=round(self.error(self.covariance(vertices)), 4),
+            by_cameras=self.root is not None,
         )
 
 

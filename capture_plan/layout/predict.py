@@ -102,7 +102,7 @@ def of_recording(observation: Observation, one: Recording, *, frames: int = FRAM
     def rows(vertices: Int[np.ndarray, " m"]) -> Float[np.ndarray, "r j"]:
         moved, known = np.zeros((len(vertices), 3, len(one.shapes))), np.isin(vertices, one.at)
         moved[known] = one.shapes[:, np.searchsorted(one.at, vertices[known])].transpose(1, 2, 0)
-        return moved.reshape(-1, len(one.shapes))
+        return observation.as_measured(vertices, moved).reshape(-1, len(one.shapes))
 
     shown = Performance(one.sequence.name, C, rows, S @ D.T / count, S @ S.T / count, every.T @ every / len(every))
     return replace(shown, beyond_mm=beyond(observation, shown))
@@ -130,8 +130,9 @@ def performances(observation: Observation, takes: Takes | None) -> list[Performa
 def predictions(
     observation: Observation, vertices: Int[np.ndarray, " m"], given: Sequence[Performance]
 ) -> tuple[Prediction, ...]:
-    """The error to expect with landmarks at `vertices`, at the observation's noise and at the usual one."""
-    noises = sorted({observation.noise_mm, USUAL_NOISE_MM})
+    """The error to expect with landmarks at `vertices`, at the observation's noise and, where no cameras are known, at
+    the usual one."""
+    noises = sorted({observation.noise_mm, USUAL_NOISE_MM} if observation.root is None else {observation.noise_mm})
     return tuple(predict(observation, vertices, one, noise_mm=noise) for noise in noises for one in given)
 
 
@@ -152,7 +153,8 @@ def predict(
     error = np.sqrt(max(q.mean() - beta * (u.mean() - mean_u), 0.0))
     sure = np.std(q - beta * u) / np.sqrt(len(q)) / max(2 * error, TINY)
     low, high = np.sqrt(np.quantile(every, [LEAST, MOST]))
-    return Prediction(shown.name, noise_mm, *_rounded(error, low, high, sure), beyond_mm=shown.beyond_mm)
+    found, seen = _rounded(error, low, high, sure), observation.root is not None
+    return Prediction(shown.name, noise_mm, *found, beyond_mm=shown.beyond_mm, by_cameras=seen)
 
 
 def _rounded(*lengths: float) -> list[float]:

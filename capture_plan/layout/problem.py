@@ -11,7 +11,7 @@ from scipy.sparse import csr_array
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.constraint_rows import Limit, open_under
-from capture_plan.layout.constraints import constraints, difference_limits, touching
+from capture_plan.layout.constraints import constraints, difference_limits, touching, views
 from capture_plan.layout.contact_pairs import met_in, pose_movements, without_pairs_of
 from capture_plan.layout.dot_contact import Poses
 from capture_plan.layout.exchange import Search
@@ -63,7 +63,15 @@ class Task:
     @cached_property
     def observation(self) -> Observation:
         """The face as a measuring problem."""
-        return self.face.observation(self.settings.noise_mm)
+        return self.face.observation(self.settings.noise_mm, self.settings.dot_mm)
+
+    def read_in(self, poses: Poses) -> "Task":
+        """This task where cameras read every landmark in every pose too; as it is where no place is read so."""
+        try:
+            more = views(self.face, self.settings, self.sites, poses) if poses else []
+        except InfeasibleError:
+            more = []
+        return dataclass_replace(self, limits=(*self.limits, *more))
 
     def apart_in(self, poses: Poses) -> "Task":
         """This task where no two dots meet in any blendshape or pose. What a person decides twice (two pins, or one and

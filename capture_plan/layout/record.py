@@ -11,12 +11,20 @@ Role = Literal["primary", "backup", "head"]
 
 
 class View(Struct, frozen=True, forbid_unknown_fields=True):
-    """One camera's view of a marker: whether it sees it in every expression, and the least of the marker's smaller
-    diameter in pixels over the expressions in which it does (0 where it never does)."""
+    """One camera's view of a marker in the neutral and every blendshape alone at full weight.
+
+    `always`: the camera reads it in all of them; `share`: in how many of them; `pixels`: the least of the marker's
+    smaller diameter, pixels, over those in which the camera sees it at all (0 where it never does). `why` it is not
+    read (`visibility.seen.WORDS`) the first time that it is not, which is with the blendshape `when`, or in the
+    neutral; both empty where it always is.
+    """
 
     camera: str
     always: bool
     pixels: float
+    share: float = 1.0
+    why: str = ""
+    when: str = ""
 
 
 class Landmark(Struct, frozen=True, forbid_unknown_fields=True):
@@ -27,7 +35,8 @@ class Landmark(Struct, frozen=True, forbid_unknown_fields=True):
     it by at least epsilon of their own maximum; `quality` is the mean weight w of Zell & McDonnell 2022 eq. 1 over
     them (0 best, 2 worst); `visibility` is the share of the hemisphere (or of the cameras) that sees it, 0 to 1;
     `round` is the index in `Layout.programs` of the program that chose it, none where all were chosen as one set.
-    `views` has one entry for every known camera.
+    `views` has one entry for every known camera; `measured_mm` are the standard deviations of its place as these
+    cameras measure it, millimetres along three axes, the most exact first: two where no second camera tells its depth.
     """
 
     name: str
@@ -45,6 +54,7 @@ class Landmark(Struct, frozen=True, forbid_unknown_fields=True):
     visibility: float
     round: int | None
     views: tuple[View, ...] = ()
+    measured_mm: tuple[float, ...] = ()
 
     @property
     def stands_for(self) -> str:
@@ -91,7 +101,8 @@ class Information(Struct, frozen=True, forbid_unknown_fields=True):
     `condition` is of the landmark response restricted to its rank. `error_mm` is the upper estimate, the root mean
     square error of the skin, millimetres, when each landmark coordinate is measured with noise of standard deviation
     `noise_mm` and weights of any size and sign are solved for. Search, budgets and bounds speak of it; what a solve
-    between 0 and 1 gives is a `Prediction`.
+    between 0 and 1 gives is a `Prediction`. `by_cameras`: every landmark is measured as exactly as the cameras of the
+    plan tell its place instead (`Landmark.measured_mm`).
     """
 
     landmarks: int
@@ -100,6 +111,7 @@ class Information(Struct, frozen=True, forbid_unknown_fields=True):
     condition: float
     noise_mm: float
     error_mm: float
+    by_cameras: bool = False
 
 
 class Prediction(Struct, frozen=True, forbid_unknown_fields=True):
@@ -109,6 +121,7 @@ class Prediction(Struct, frozen=True, forbid_unknown_fields=True):
     `performance` says what is performed, or names a take. 5 % of frames have less error than `low_mm` and 5 % more
     than `high_mm`; `standard_error_mm` is that of `error_mm`. `beyond_mm` is what the rig cannot show of a take: it is
     part of `error_mm` and left even where all of the skin is measured without noise; None where no take is performed.
+    `by_cameras` is as in `Information`.
     """
 
     performance: str
@@ -118,9 +131,10 @@ class Prediction(Struct, frozen=True, forbid_unknown_fields=True):
     high_mm: float
     standard_error_mm: float
     beyond_mm: float | None = None
+    by_cameras: bool = False
 
 
-class Reference(Information, frozen=True, forbid_unknown_fields=True):
+class Reference(Information, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Another layout of the same face, what it is worth, and the errors to expect as in `Layout.predictions`. Landmarks
     that fall on one vertex stand there once."""
 

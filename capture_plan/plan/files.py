@@ -164,7 +164,7 @@ def inputs_of(plan: Plan, plan_path: Path, *, rig_path: str | None = None, takes
         PlanError: it is not the rig the plan was made for, or an input was given in Python.
     """
     rig, folder = rig_of(plan, plan_path, rig_path=rig_path), plan_path.parent
-    inputs = read_inputs(rig, plan.settings, folder, names=plan.rig.names, takes=takes)
+    inputs = read_inputs(rig, plan.settings, folder, names=plan.rig.names, takes=takes, carried=plan.cameras)
     if (actor := plan.actor) is None:
         return inputs
     head = read_head(found_from(folder, actor.path), actor.unit_mm) if takes else None

@@ -20,7 +20,7 @@ from msgspec import structs
 
 from capture_plan.anatomy.painted_zone import painted_zone
 from capture_plan.anatomy.zones import ZONES
-from capture_plan.camera import PRESETS, Camera, cameras_for
+from capture_plan.camera import PRESETS, Camera, KnownCamera, camera_of, cameras_for
 from capture_plan.errors import PlanError
 from capture_plan.expressions.rules import Rules, read_rules
 from capture_plan.names.name_map import read_name_map
@@ -83,12 +83,19 @@ class PlanInputs:
 
 
 def read_inputs(
-    rig: Rig, settings: Settings, folder: Path | str = Path(), *, names: str | None = None, takes: bool = True
+    rig: Rig,
+    settings: Settings,
+    folder: Path | str = Path(),
+    *,
+    names: str | None = None,
+    takes: bool = True,
+    carried: tuple[KnownCamera, ...] = (),
 ) -> PlanInputs:
     """The rig, and what the files that `settings` names hold, which are seen from `folder`: the plan's, for a plan.
 
     `names` is the name map that the rig was read with, for takes of other names. Without `takes` these are left out:
-    expressions and sheets ask for none.
+    expressions and sheets ask for none. Cameras that a plan has `carried` count where the file that it names is not
+    there.
 
     Raises:
         RigError: a file is missing or unusable.
@@ -100,7 +107,8 @@ def read_inputs(
         ['frontal']
     """
     folder = Path(folder)
-    only_in_python = [what for what, said in named_files(settings) if said.startswith(IN_PYTHON)]
+    known = {"cameras"} if carried else set()
+    only_in_python = [what for what, said in named_files(settings) if said.startswith(IN_PYTHON) and what not in known]
     if only_in_python:
         raise PlanError(
             f"the plan was made with {only_in_python[0]} {IN_PYTHON}, which no file has: check and change it in Python "
@@ -112,12 +120,19 @@ def read_inputs(
     painted = {name: found_from(folder, name) for name in settings.landmarks.keep_out if name not in ZONES}
     return PlanInputs(
         rig,
-        cameras=cameras_for(cameras, rig.neutral, rig.skin) if cameras else (),
+        cameras=read_cameras_of(rig, cameras, carried) if cameras else (),
         takes=read_takes(rig, settings, folder, names) if takes else None,
         target=read_neutral(Path(target), rig) if target else None,
         rules=read_rules(Path(rules)) if rules else None,
         zones={name: painted_zone(path, rig).mask for name, path in painted.items() if os.path.exists(path)},
     )
+
+
+def read_cameras_of(rig: Rig, cameras: str, carried: tuple[KnownCamera, ...]) -> tuple[Camera, ...]:
+    """The cameras of a preset or a file, or those that were carried where the file is not there."""
+    if carried and cameras not in PRESETS and not os.path.exists(cameras):
+        return tuple(map(camera_of, carried))
+    return cameras_for(cameras, rig.neutral, rig.skin)
 
 
 def read_takes(rig: Rig, settings: Settings, folder: Path, names: str | None) -> Takes | None:
@@ -132,9 +147,11 @@ def read_takes(rig: Rig, settings: Settings, folder: Path, names: str | None) ->
     return takes_of(rig, sequences, shares=settings.sequence_weights, s=s)
 
 
-def inputs_for(given: Rig | PlanInputs, settings: Settings, *, takes: bool = True) -> PlanInputs:
+def inputs_for(
+    given: Rig | PlanInputs, settings: Settings, *, takes: bool = True, carried: tuple[KnownCamera, ...] = ()
+) -> PlanInputs:
     """The inputs that the settings ask for: a rig alone is inputs of nothing else, and a preset of cameras is placed in
-    front of the face. Without `takes` these are not asked for.
+    front of the face, or those that a plan has `carried` are taken. Without `takes` these are not asked for.
 
     Raises:
         PlanError: the settings name what was not given.
@@ -143,6 +160,8 @@ def inputs_for(given: Rig | PlanInputs, settings: Settings, *, takes: bool = Tru
     if settings.cameras in PRESETS and not inputs.cameras:
         rig = inputs.rig
         inputs = replace(inputs, cameras=cameras_for(settings.cameras, rig.neutral, rig.skin))
+    if carried and not inputs.cameras:
+        inputs = replace(inputs, cameras=tuple(map(camera_of, carried)))
     there = {
         "a keep-out zone": True,  # the face says which zones it knows
         "cameras": bool(inputs.cameras),

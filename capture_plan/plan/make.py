@@ -4,6 +4,7 @@ from importlib.metadata import version
 
 from capture_plan.audit.audit import Audit
 from capture_plan.audit.audit_cache import audit_once
+from capture_plan.camera import KnownCamera, recorded
 from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.expressions.pack import pack
 from capture_plan.expressions.record import Packing
@@ -15,7 +16,7 @@ from capture_plan.layout.record import Layout
 from capture_plan.plan.collide import collide
 from capture_plan.plan.files import change_settings
 from capture_plan.plan.inputs import PlanInputs, inputs_for, settings_recorded
-from capture_plan.plan.record import DECIDING, FORMAT_VERSION, SAMPLE, Plan, RigReference, sealed, with_meetings
+from capture_plan.plan.record import DECIDING, FORMAT_VERSION, SAMPLE, Plan, RigReference, sealed, with_poses
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
 
@@ -47,6 +48,7 @@ def make_plan(
         nothing = ["no blendshape moves the face skin: export deltas that do, or name the skin"]
         raise RigError(f"{rig.name}: {' '.join(wrong or nothing)}")
     face = see_face(rig, report.used, given.cameras, given.zones)
+    cameras = tuple(map(recorded, given.cameras))
     packing = pack(
         rig,
         report.used,
@@ -59,7 +61,7 @@ def make_plan(
         layout = design_layout(face, settings.landmarks, takes=given.takes, poses=packing.poses)
     except InfeasibleError as error:
         raise InfeasibleError(f"{error}{size_words(report)}") from error
-    return assemble_plan(rig, settings, report, layout, packing, reference=reference)
+    return assemble_plan(rig, settings, report, layout, packing, cameras=cameras, reference=reference)
 
 
 def size_words(report: Audit) -> str:
@@ -80,6 +82,7 @@ def assemble_plan(
     layout: Layout,
     packing: Packing,
     *,
+    cameras: tuple[KnownCamera, ...] = (),
     reference: RigReference | None = None,
 ) -> Plan:
     """A plan from its parts, for who computes them one at a time."""
@@ -91,6 +94,7 @@ def assemble_plan(
         layout=layout,
         packing=packing,
         session=session(rig, report.used, packing, settings.session, settings.expressions.importance),
+        cameras=cameras,
         versions={name: version(name) for name in DECIDING},
     )
-    return sealed(with_meetings(made, rig))
+    return sealed(with_poses(made, rig))

@@ -21,6 +21,11 @@ FRAMES_WITHIN = f"{10 * (MOST - LEAST):.0f} of 10 frames"
 FINEST = 0.001  # millimetres; what is nearer to the truth is not said
 
 
+def under_noise(one: Information | Prediction) -> str:
+    """'under 0.2 mm of noise', or 'as the cameras measure'."""
+    return "as these cameras measure each marker" if one.by_cameras else f"under {one.noise_mm:g} mm of noise"
+
+
 def at_noise(predictions: tuple[Prediction, ...], noise_mm: float) -> tuple[Prediction, ...]:
     """Those of one noise; the first is the headline, where there are any."""
     return tuple(one for one in predictions if one.noise_mm == noise_mm)
@@ -30,17 +35,14 @@ def error_words(information: Information, predictions: tuple[Prediction, ...]) -
     """'predicted error 0.140 mm, upper estimate 0.182 mm under 0.2 mm of noise': beside others, whose differences in
     per cent are told from these figures."""
     messages = [f"predicted error {one.error_mm:.3f} mm" for one in at_noise(predictions, information.noise_mm)[:1]]
-    return (
-        ", ".join([*messages, f"upper estimate {information.error_mm:.3f} mm"])
-        + f" under {information.noise_mm:g} mm of noise"
-    )
+    return f"{', '.join([*messages, f'upper estimate {information.error_mm:.3f} mm'])} {under_noise(information)}"
 
 
 def headline_words(information: Information, predictions: tuple[Prediction, ...]) -> str:
     """'predicted error 0.14 mm under 0.2 mm of noise', where there is room for one figure only."""
     found = at_noise(predictions, information.noise_mm)
     figure = f"predicted error {found[0].error_mm:.2f} mm" if found else f"upper estimate {information.error_mm:.2f} mm"
-    return f"{figure} under {information.noise_mm:g} mm of noise"
+    return f"{figure} {under_noise(information)}"
 
 
 def upper_words(information: Information, predictions: tuple[Prediction, ...]) -> str:
@@ -53,9 +55,8 @@ def prediction_words(information: Information, predictions: tuple[Prediction, ..
     """Every prediction with its spread and standard error, a sentence for each noise; what the rig cannot show."""
     noises = dict.fromkeys(one.noise_mm for one in predictions)
     messages = [
-        f"Predicted error of the skin (root mean square) under {noise:g} mm of noise, {SOLVE}: "
-        f"{'; '.join(map(_one, at_noise(predictions, noise)))}."
-        for noise in noises
+        f"Predicted error of the skin (root mean square) {under_noise(of[0])}, {SOLVE}: {'; '.join(map(_one, of))}."
+        for of in (at_noise(predictions, noise) for noise in noises)
     ]
     if predictions:
         messages.append(upper_words(information, predictions))

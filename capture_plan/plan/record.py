@@ -7,14 +7,16 @@ import msgspec
 from msgspec import Struct, structs
 
 from capture_plan.audit.audit import Audit
+from capture_plan.camera import Camera, KnownCamera, camera_of
 from capture_plan.expressions.record import Expression, Packing
 from capture_plan.expressions.session import Session
 from capture_plan.layout.dot_contact import Meeting, meetings
 from capture_plan.layout.record import Layout
+from capture_plan.layout.unread import Unread, unread
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
 
-FORMAT_VERSION = 6
+FORMAT_VERSION = 7
 SAMPLE = "sample"
 DECIDING = ("capture-plan", "numpy", "scipy", "embreex", "ortools")  # packages that a plan's numbers depend on
 
@@ -79,7 +81,9 @@ class ActorHead(Struct, frozen=True, forbid_unknown_fields=True):
 class Plan(Struct, frozen=True, forbid_unknown_fields=True):
     """What `plan.json` holds: the same input, settings and versions give it byte for byte.
 
-    `meetings` are dots that come too near to each other in the neutral or in an expression (`layout/dot_contact.py`).
+    `cameras` are those that it was made for, in the rig's frame; none where they are unknown. `meetings` are dots that
+    come too near to each other in the neutral or in an expression (`layout/dot_contact.py`), `unread` dots
+    that a camera does not read in one.
     `draft` says what did not hold of the plan when something was made of it all the same; empty where all holds.
     `actor` is the head that the plan was carried onto; all else speaks of the rig.
     `seal` is a digest of all else: it tells a plan that was changed by hand, and is no signature.
@@ -93,7 +97,9 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True):
     packing: Packing
     session: Session
     versions: dict[str, str]
+    cameras: tuple[KnownCamera, ...] = ()
     meetings: tuple[Meeting, ...] = ()
+    unread: tuple[Unread, ...] = ()
     draft: tuple[str, ...] = ()
     actor: ActorHead | None = None
     seal: str = ""
@@ -125,10 +131,21 @@ def head_words(plan: Plan, *, generic: bool = False) -> str:
     return f"{plan.rig.name} on {plan.actor.name}'s head" if plan.actor else plan.rig.name
 
 
-def with_meetings(plan: Plan, rig: Rig) -> Plan:
-    """The plan with the dots that come too near to each other in its expressions."""
-    found = meetings(rig, plan.layout.markers, plan.packing.poses, plan.settings.landmarks.dot_mm)
-    return structs.replace(plan, meetings=found)
+def with_poses(plan: Plan, rig: Rig) -> Plan:
+    """The plan with the dots that come too near to each other in its expressions, and those that a camera does not read
+    in them."""
+    markers, poses, dot_mm = plan.layout.markers, plan.packing.poses, plan.settings.landmarks.dot_mm
+    not_read = unread(rig, markers, poses, cameras_of(plan), dot_mm)
+    return structs.replace(plan, meetings=meetings(rig, markers, poses, dot_mm), unread=not_read)
+
+
+def cameras_of(plan: Plan) -> tuple[Camera, ...]:
+    """The cameras that a plan carries.
+
+    Raises:
+        RigError: its numbers describe none.
+    """
+    return tuple(camera_of(known) for known in plan.cameras)
 
 
 def sealed(plan: Plan) -> Plan:

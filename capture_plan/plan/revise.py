@@ -9,7 +9,7 @@ from capture_plan.expressions.session import session
 from capture_plan.expressions.settings import Edits
 from capture_plan.plan.collide import collide
 from capture_plan.plan.inputs import PlanInputs, inputs_for
-from capture_plan.plan.record import Plan, sealed, with_meetings
+from capture_plan.plan.record import Plan, sealed, with_poses
 from capture_plan.plan.structure import check_structure
 from capture_plan.rig import Rig
 
@@ -27,7 +27,7 @@ def edited_plan(plan: Plan, inputs: Rig | PlanInputs, edits: Edits) -> Plan:
         >>> any({"jawOpen", "browInnerUp"} <= {*one.blendshapes} for one in edited.packing.expressions)
         False
     """
-    given = inputs_for(inputs, plan.settings, takes=False)
+    given = inputs_for(inputs, plan.settings, takes=False, carried=plan.cameras)
     rig = given.rig
     check_structure(plan, rig)
     settings = replace(plan.settings.expressions, edits=edits)
@@ -51,7 +51,7 @@ def other_plan(plan: Plan, inputs: Rig | PlanInputs) -> Plan:
         PlanError: the plan names what is not there.
         InfeasibleError: there is none.
     """
-    given = inputs_for(inputs, plan.settings, takes=False)
+    given = inputs_for(inputs, plan.settings, takes=False, carried=plan.cameras)
     rig = given.rig
     check_structure(plan, rig)
     settings = plan.settings.expressions
@@ -69,7 +69,7 @@ def other_plan(plan: Plan, inputs: Rig | PlanInputs) -> Plan:
 
 def why_not_together(plan: Plan, inputs: Rig | PlanInputs, a: str, b: str) -> str:
     """Everything that keeps two blendshapes of a plan out of one expression."""
-    given, settings = inputs_for(inputs, plan.settings, takes=False), plan.settings.expressions
+    given, settings = inputs_for(inputs, plan.settings, takes=False, carried=plan.cameras), plan.settings.expressions
     return why_apart(
         given.rig,
         plan.audit.used,
@@ -106,4 +106,4 @@ def span(first: int, last: int) -> str:
 def with_packing(plan: Plan, rig: Rig, packing: Packing) -> Plan:
     """The plan with other expressions, and the session that they make."""
     shots = session(rig, plan.audit.used, packing, plan.settings.session, plan.settings.expressions.importance)
-    return sealed(with_meetings(replace(plan, packing=packing, session=shots), rig))
+    return sealed(with_poses(replace(plan, packing=packing, session=shots), rig))

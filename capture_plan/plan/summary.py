@@ -15,10 +15,9 @@ from capture_plan.plan.predicted import at_noise, error_words, prediction_words
 from capture_plan.plan.record import Plan
 from capture_plan.rig import Rig
 from capture_plan.sequence.record import UNUSED
-from capture_plan.visibility import FEWEST_PIXELS
 
 FIRST = 5  # expressions whose share of the importance is told: what an hour of scanning shows
-EDGE_ON = 1.0  # pixels: a dot that is seen narrower lies nearly along the view, where a larger one helps little
+MOST_TOLD = 5  # markers that are not read
 WITHOUT_CONSTRAINTS = {"single set cover": " (without spacing and constraints)"}
 
 
@@ -207,7 +206,7 @@ def head_words(plan: Plan) -> list[str]:
     pose, head = plan.layout.head_pose, plan.layout.head
     if pose is None:
         return []
-    lost = [m.name for m in head if m.views and not any(is_read(view) for view in m.views)]
+    lost = [m.name for m in head if m.views and not any(view.always for view in m.views)]
     given = (
         f"{len(head)} head markers more give the head's pose to {pose.rotation_degrees:.2f} degrees and "
         f"{pose.translation_mm:.2f} mm: {pose.surface_mm:.2f} mm on the face"
@@ -222,31 +221,57 @@ def head_words(plan: Plan) -> list[str]:
     ]
 
 
-def is_read(view: View) -> bool:
-    """Whether a camera always sees a marker, and never too small."""
-    return view.always and view.pixels >= FEWEST_PIXELS
-
-
 def view_words(plan: Plan) -> list[str]:
-    """Cameras that see no marker, and markers that a camera sees too small."""
-    small = [
-        f"{m.name} ({min(view.pixels for view in m.views if view.always):.1f})"
-        for m in plan.layout.markers
-        if any(view.always and EDGE_ON <= view.pixels < FEWEST_PIXELS for view in m.views)
-    ]
-    grazed = [m.name for m in plan.layout.markers if any(view.always and view.pixels < EDGE_ON for view in m.views)]
-    cameras = [view.camera for view in plan.layout.markers[0].views] if plan.layout.markers else []
-    blind = [name for c, name in enumerate(cameras) if not any(m.views[c].pixels for m in plan.layout.markers)]
-    lines = [f"No marker is ever seen by {', '.join(blind)}: check where it stands and looks."] if blind else []
-    if grazed:
-        lines.append(f"Edge-on in some camera, narrower than {EDGE_ON:g} px whatever the dot: {', '.join(grazed)}.")
-    if not small:
-        return lines
-    return [
-        *lines,
-        f"Narrower than {FEWEST_PIXELS:g} px in some camera at {plan.settings.landmarks.dot_mm:g} mm, "
-        f"use larger dots or move the camera closer: {', '.join(small)} px.",
-    ]
+    """What each camera reads, and why not the rest; how exactly the markers are measured."""
+    marks, landmarks = plan.layout.markers, plan.layout.landmarks
+    lines = []
+    for c, camera in enumerate(plan.cameras):
+        views = {m.name: m.views[c] for m in marks}
+        never, always = ([name for name, view in views.items() if view.share == share] for share in (0.0, 1.0))
+        if len(never) == len(marks):
+            lines.append(f"Camera '{camera.name}' reads no marker: check where it stands and looks.")
+            continue
+        rest = {name: view for name, view in views.items() if not view.always}
+        line = f"Camera '{camera.name}' reads {len(always)} of {len(marks)} markers in every expression"
+        lines.append(f"{line}{'; not always ' + _reasons(rest) if rest else ''}.")
+    deep = [m for m in landmarks if len(m.measured_mm) == 3]
+    if deep:
+        across, along = (sorted(m.measured_mm[i] for m in deep)[len(deep) // 2] for i in (0, 2))
+        lines.append(
+            f"As these cameras measure it, half of the markers' places are known to {across:.2f} mm along their best "
+            f"axis and to {along:.2f} mm along their worst (standard deviations)."
+        )
+    flat = [m.name for m in landmarks if m.measured_mm and len(m.measured_mm) < 3]
+    if flat and plan.cameras:
+        told = "all markers" if len(flat) == len(landmarks) else ", ".join(flat)
+        lines.append(
+            f"One camera alone reads {told}: how deep they lie in its view is not measured, and what moves them along "
+            "it is told from the other markers only."
+        )
+    return lines + unread_words(plan)
+
+
+def _reasons(views: dict[str, View]) -> str:
+    """'M07, M09 (hidden), M11 (edge-on)'."""
+    by_reason: dict[str, list[str]] = {}
+    for name, view in views.items():
+        by_reason.setdefault(view.why, []).append(name)
+    return ", ".join(f"{', '.join(names)} ({why})" for why, names in by_reason.items())
+
+
+def unread_words(plan: Plan) -> list[str]:
+    """Markers that fewer cameras than asked for read in an expression of the plan."""
+    missing: dict[tuple[str, str], list[str]] = {}
+    for one in plan.unread:
+        missing.setdefault((one.pose, one.dot), []).append(f"{one.why} for '{one.camera}'")
+    least = max(plan.settings.landmarks.min_views, 1)
+    bad = {at: why for at, why in missing.items() if len(plan.cameras) - len(why) < least}
+    if not bad:
+        return []
+    first = "; ".join(f"{dot} in {pose} ({', '.join(why)})" for (pose, dot), why in list(bad.items())[:MOST_TOLD])
+    more = f"; and {len(bad) - MOST_TOLD} more" if len(bad) > MOST_TOLD else ""
+    fewer = "no camera reads" if least == 1 else f"fewer than {least} cameras read"
+    return [f"In expressions of the plan {fewer} {first}{more}: move the marker or add a camera."]
 
 
 def fewer_words(plan: Plan) -> list[str]:

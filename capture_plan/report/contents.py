@@ -19,6 +19,7 @@ from capture_plan.plan.predicted import (
     at_noise,
     beyond_words,
     known_to,
+    under_noise,
     upper_words,
     within,
 )
@@ -74,10 +75,9 @@ def contents(plan: Plan, shot_list: Session) -> dict[str, Any]:
         "chart": chart(plan),
         "unscanned": packing.left_out,
         "relaxed": [" and ".join(pair) for pair in packing.relaxed],
-        "information_intro": f"What the markers tell about the face when each is measured with noise of "
-        f"{layout.information.noise_mm:g} mm: how many mixes of blendshapes can be distinguished, and how far the "
-        f"solved skin would be off (root mean square). The predicted error is of {SOLVE}"
-        f"{performance_words(layout.predictions)}. "
+        "information_intro": f"What the markers tell about the face {under_noise(layout.information)}: how many mixes "
+        "of blendshapes can be distinguished, and how far the solved skin would be off (root mean square). The "
+        f"predicted error is of {SOLVE}{performance_words(layout.predictions)}. "
         f"{upper_words(layout.information, layout.predictions)} Shorter bars are better.",
         "predicted": [predicted_row(one) for one in layout.predictions],
         "frames_within": FRAMES_WITHIN,
@@ -133,7 +133,7 @@ def tiles(plan: Plan) -> list[Tile]:
 
 def error_tile(information: Information, predictions: tuple[Prediction, ...]) -> Tile:
     """The error to expect at the noise of the settings, with the solve that it is of."""
-    noise = f"under {information.noise_mm:g} mm of noise per marker"
+    noise = under_noise(information)
     for one in at_noise(predictions, information.noise_mm):
         note = f"of the skin, root mean square, {noise}: {SOLVE}, {one.performance}; {FRAMES_WITHIN} {within(one)}"
         return Tile("Predicted error", f"{one.error_mm:.2f}", "mm", note)
@@ -151,7 +151,7 @@ def predicted_row(one: Prediction) -> dict[str, str]:
     """A prediction as a row of a table."""
     return {
         "performance": one.performance,
-        "noise": f"{one.noise_mm:g} mm",
+        "noise": "as the cameras measure" if one.by_cameras else f"{one.noise_mm:g} mm",
         "error": f"{one.error_mm:.3f} ± {known_to(one):.3f} mm",
         "within": within(one),
         "beyond": "" if one.beyond_mm is None else millimetres(one.beyond_mm),
@@ -183,14 +183,25 @@ def marker_facts(landmark: Landmark, seers: str) -> list[tuple[str, str]]:
     ]
     if landmark.views:
         facts.append(("Cameras", ", ".join(_view_words(view) for view in landmark.views)))
+        facts.append(("Measured to", measured_words(landmark.measured_mm)))
     return [*facts, ("Why", why)] if why else facts
 
 
 def _view_words(view: View) -> str:
-    """'upper 7.2 px', and where a camera loses the marker, that it does."""
-    if view.pixels == 0:
-        return f"{view.camera} never"
-    return f"{view.camera} {view.pixels:.1f} px" + ("" if view.always else ", not in every expression")
+    """'upper 7.2 px', and where a camera does not read the marker, why."""
+    if view.always:
+        return f"{view.camera} {view.pixels:.1f} px"
+    with_ = "in the neutral" if view.when == "neutral" else f"with {view.when}"
+    return f"{view.camera} {'never' if view.share == 0 else 'not always'} ({view.why} {with_})"
+
+
+def measured_words(deviations: tuple[float, ...]) -> str:
+    """'0.05, 0.06 and 0.21 mm along three axes': standard deviations of a marker's place."""
+    if not deviations:
+        return "no camera reads it"
+    figures = ", ".join(f"{one:.2f}" for one in deviations[:-1])
+    words = f"{figures} and {deviations[-1]:.2f} mm"
+    return f"{words} along three axes" if len(deviations) == 3 else f"{words} across the view; its depth is not told"
 
 
 def glyph(look: Look) -> dict[str, str]:

@@ -27,7 +27,7 @@ DIGITS = 6  # of a share: finer than the difference that a float32 delta makes
 def evidence(plan: Plan, inputs: Rig | PlanInputs) -> dict[str, Any]:
     """What `check.js` reads; `{"missing": why}` where inputs are missing or the settings cannot be followed."""
     try:
-        arrays = given_arrays(plan, inputs_for(inputs, plan.settings, takes=False))
+        arrays = given_arrays(plan, inputs_for(inputs, plan.settings, takes=False, carried=plan.cameras))
     except CapturePlanError as error:
         return {"missing": str(error)}
     face = Face(json.loads(plan_bytes(plan)), arrays)

@@ -25,7 +25,7 @@ from capture_plan.plan.carry import as_worn, worn_words
 from capture_plan.plan.consent import consent_lines
 from capture_plan.plan.inputs import PlanInputs
 from capture_plan.plan.predicted import headline_words
-from capture_plan.plan.record import Plan, head_words, number_of
+from capture_plan.plan.record import Plan, cameras_of, head_words, number_of
 from capture_plan.plan.summary import expression_words
 from capture_plan.progress import track, track_in_threads
 from capture_plan.rig import Rig
@@ -107,7 +107,7 @@ def draw_sheets(plan: Plan, inputs: PlanInputs, *, sheet: str, dpi: int) -> Book
     book = Booklet(paper(sheet), f"{rig.name}: markers and expressions", rig.names, draft="; ".join(plan.draft))
     shown, worn = as_worn(plan, inputs)
     head, dot_mm = make_head(worn), plan.settings.landmarks.dot_mm
-    rings = rings_of(rig, plan.audit.used, plan.settings.landmarks, plan.layout.landmarks)
+    rings = rings_of(rig, plan.audit.used, plan.settings.landmarks, plan.layout.landmarks, cameras_of(plan))
     face = marked_face(worn, head, shown.layout, rings.mm, dot_mm)
     actor = None if inputs.generic else plan.actor
     face = replace(face, own=actor is not None, off_mm=actor.error_mm if actor else 0.0)
@@ -117,7 +117,7 @@ def draw_sheets(plan: Plan, inputs: PlanInputs, *, sheet: str, dpi: int) -> Book
     placed: HeadLine = (on_head, placing) if on_head else (placing,)
     chosen = plan.settings.landmarks
     says = {one.name: one.words for one in plan.audit.details}
-    cared = falling(rig, plan.audit.used, chosen, plan.layout.landmarks, cameras=plan.settings.cameras is not None)
+    cared = falling(rig, plan.audit.used, chosen, plan.layout.landmarks, cameras_of(plan))
     markers = MarkerPages(
         book,
         face,

@@ -1,11 +1,15 @@
 """Who sees which vertex: the whole hemisphere, or known cameras; functions of meshes."""
 
 from capture_plan.visibility.hemisphere import global_visibility, hemisphere_visibility
-from capture_plan.visibility.seen import camera_visibility
-from capture_plan.visibility.views import FEWEST_PIXELS, Views, camera_views
+from capture_plan.visibility.seen import FEWEST_PIXELS, MOST_DEGREES, SEEN, WORDS, Sight, camera_visibility
+from capture_plan.visibility.views import Views, camera_views
 
 __all__ = [
     "FEWEST_PIXELS",
+    "MOST_DEGREES",
+    "SEEN",
+    "WORDS",
+    "Sight",
     "Views",
     "camera_views",
     "camera_visibility",

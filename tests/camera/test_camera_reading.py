@@ -7,16 +7,19 @@ import pytest
 from msgspec.structs import replace
 from scipy.spatial.transform import Rotation
 
-from capture_plan.camera import cameras_for, look_at, why_blind
+from capture_plan.anatomy.performed_deltas import performed_deltas
+from capture_plan.camera import cameras_for, look_at, otherwise, why_blind
 from capture_plan.check.camera_claims import camera_claims, difference
 from capture_plan.check.check import check_plan
 from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.layout.face import see_face
 from capture_plan.layout.problem import task_of
 from capture_plan.layout.settings import LayoutSettings
+from capture_plan.layout.unread import pose_views
+from capture_plan.plan.record import cameras_of
 from capture_plan.plan.settings import Settings
 from capture_plan.progress import listen
-from capture_plan.visibility import FEWEST_PIXELS
+from capture_plan.visibility import Sight, camera_views
 from tests.once import QUICK, plan_of
 
 
@@ -121,10 +124,40 @@ def planned():
     return plan_of(Settings(cameras="head-mounted-pair", expressions=QUICK.expressions))
 
 
-def test_every_landmark_is_read_by_some_camera_in_every_expression(planned):
-    assert all(
-        any(view.always and view.pixels >= FEWEST_PIXELS for view in mark.views) for mark in planned.layout.landmarks
-    )
+def test_every_landmark_is_read_by_some_camera_with_every_blendshape_and_in_every_expression(rig, used, planned):
+    cameras, marks, dot_mm = cameras_of(planned), planned.layout.landmarks, planned.settings.landmarks.dot_mm
+    at = np.array([mark.vertex for mark in marks])
+    alone = camera_views(rig.neutral, performed_deltas(rig, used), rig.triangles, at, cameras, dot_mm=dot_mm)
+    packed = pose_views(rig, marks, planned.packing.poses, cameras, dot_mm=dot_mm)
+    assert (alone.views >= 1).all()
+    assert (packed.views >= 1).all()
+    left = {(one.pose, one.camera, one.dot) for one in planned.unread if one.dot in {mark.name for mark in marks}}
+    assert len(left) == (packed.how != Sight.READ).sum()
+
+
+def test_a_mailed_plan_is_checked_without_its_camera_file(rig, planned):
+    """The plan carries its cameras: a file that is not there is not asked for."""
+    mailed = replace(planned, settings=replace(planned.settings, cameras="gone.toml"))
+    wrong = [claim.what for claim in check_plan(mailed, rig) if not claim.holds]
+    assert wrong == ["the plan is as it was written"]
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"intrinsics": ((450.0, 0.0, 767.5), (0.0, 450.0, 1023.5), (0.0, 0.0, 1.0))}, "has a focal length of 450 px"),
+        ({"position": (0.0, 700.0, 450.0)}, "mm from where it stood"),
+        ({"noise_px": 0.1}, "finds a dot to 0.1 px, not 0.5"),
+        ({"size_px": (768, 1024)}, "has pictures of 768 x 1024 px, not 1536 x 2048"),
+        ({"distortion": (0.1, 0.0, 0.0, 0.0, 0.0)}, "has another lens or principal point"),
+        ({"name": "chin"}, "chin, boom bottom instead of boom top, boom bottom"),
+    ],
+)
+def test_a_camera_that_a_plan_carries_otherwise_is_told(rig, used, planned, change, says):
+    lied = replace(planned, cameras=(replace(planned.cameras[0], **change), *planned.cameras[1:]))
+    assert says in otherwise(planned.cameras, lied.cameras)
+    same = camera_claims(lied, see_face(rig, used, cameras_for("head-mounted-pair", rig.neutral, rig.skin)))[0]
+    assert not same.holds
 
 
 def test_dots_too_small_for_any_camera_are_told_with_the_size_that_would_do(rig, used):
@@ -146,13 +179,13 @@ def test_check_sees_another_lens_another_place_and_a_missing_camera(rig, used, p
         first.size_px,
         first.distortion,
     )
-    (claim,) = camera_claims(planned, see_face(rig, used, (wide, cameras[1])))
+    same, claim = camera_claims(planned, see_face(rig, used, (wide, cameras[1])))
+    assert "camera 'boom top' has a focal length of" in same.found
     assert not claim.holds
     assert "px wide in camera 'boom top', the plan says" in claim.found
     assert claim.mend == "the cameras (head-mounted-pair) have changed since the plan was made: plan again"
     for fewer in (cameras[:1], ()):
-        (claim,) = camera_claims(planned, see_face(rig, used, fewer))
-        assert not claim.holds
+        assert not any(claim.holds for claim in camera_claims(planned, see_face(rig, used, fewer)))
 
 
 def test_a_view_that_is_said_otherwise_is_found(planned):

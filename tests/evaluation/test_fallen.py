@@ -1,10 +1,12 @@
 """What to do when a dot falls off agrees with what is left of the layout."""
 
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 import pytest
 
+from capture_plan.camera import cameras_for
 from capture_plan.evaluation.fallen import falling
 from capture_plan.evaluation.identifiability import shares
 from capture_plan.layout.face import see_face
@@ -58,8 +60,14 @@ def test_a_new_dot_stands_clear_of_the_old_place(found):
     assert sum(one.instead_mm is not None for one in found.alone) > len(found.alone) / 2
 
 
-def test_where_cameras_decide_no_new_place_is_promised(layout):
-    assert all(one.instead_mm is None for one in falling(sample_rig(), *layout, cameras=True).alone)
+def test_where_cameras_decide_a_new_place_is_one_that_they_read(layout):
+    rig = sample_rig()
+    used, settings, landmarks = layout
+    below = replace(cameras_for("frontal", rig.neutral, rig.skin)[0], name="below")
+    found = falling(rig, used, settings, landmarks, (below,))
+    assert any(one.instead_mm is not None for one in found.alone)
+    free = see_face(rig, used, (below,)).free(settings)
+    assert not free[rig.skin & (rig.neutral[:, 2] < rig.neutral[rig.skin][:, 2].min() + 40)].any()
 
 
 def test_the_card_says_it_in_words_that_a_make_up_artist_knows(found):

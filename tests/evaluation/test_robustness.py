@@ -190,7 +190,7 @@ def test_hidden_landmarks_are_as_good_as_none(observation):
 
 def test_swapped_markers_bring_their_places_with_them(plane, observation):
     neutral, B = plane[0], observation.response(VERTICES)
-    mishap = swapped(B, neutral[VERTICES], 0, 1)
+    mishap = swapped(observation, VERTICES, neutral[VERTICES], 0, 1)
     np.testing.assert_array_equal(mishap.response[:3], B[3:6])
     np.testing.assert_allclose(mishap.offset[:3], neutral[115] - neutral[110])
     np.testing.assert_allclose(mishap.offset[:3] + mishap.offset[3:6], 0)

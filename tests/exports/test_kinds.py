@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pandas as pd
 import pytest
 from msgspec.structs import replace
@@ -125,12 +126,23 @@ def test_the_tables_say_which_vertex_is_of_which_file(written):
 
 
 def test_the_table_says_how_each_camera_sees_a_dot(tmp_path):
-    views = (View("top", True, 5.25), View("left", False, 3.0), View("far", False, 0.0))
+    views = (
+        View("top", True, 5.25),
+        View("left", False, 3.0, 0.5, "hidden", "jawOpen"),
+        View("far", False, 0.0, 0.0, "edge-on", "neutral"),
+    )
     layout = sample().plan.layout
-    seen = replace(layout, landmarks=tuple(replace(m, views=views) for m in layout.landmarks), head=())
+    deep, flat = (0.04, 0.05, 0.2), (0.04, 0.05)
+    measured = [deep] + [flat] * (len(layout.landmarks) - 1)
+    marks = (replace(m, views=views, measured_mm=mm) for m, mm in zip(layout.landmarks, measured, strict=True))
+    seen = replace(layout, landmarks=tuple(marks), head=())
     table = pd.read_csv(write_landmarks(seen, tmp_path / "landmarks.csv", file="hero.obj"))
-    assert table.iloc[0][["top sees it", "left sees it", "far sees it"]].tolist() == ["always", "sometimes", "never"]
+    assert table.iloc[0][["top reads it", "left reads it", "far reads it"]].tolist() == ["always", "sometimes", "never"]
     assert table.iloc[0][["top least px", "left least px", "far least px"]].tolist() == [5.2, 3.0, 0.0]
+    assert table.iloc[:2]["measured_to_mm"].tolist() == [0.04, 0.04]
+    assert table["measured_worst_mm"][0] == 0.2
+    assert np.isnan(table["measured_worst_mm"][1])
+    assert table.iloc[0]["left why not"] == "hidden: jawOpen"
     assert len(table) == len(layout.landmarks)
 
 

@@ -154,7 +154,7 @@ def test_head_markers_that_no_camera_reads_promise_no_pose():
     (promised,) = head_words(plan)
     assert "give the head's pose to" in promised
     assert "measured" not in promised
-    read, grazed = View("boom", True, 9.0), View("boom", True, 0.2)
+    read, grazed = View("boom", True, 9.0), View("boom", False, 0.2, 0.0, "edge-on", "neutral")
     two = [replace(m, views=(grazed if i else read,)) for i, m in enumerate(plan.layout.head)]
     (doubted,) = head_words(replace(plan, layout=replace(plan.layout, head=tuple(two))))
     assert "do not read H02, H03, and fewer than three of the others fix no pose" in doubted

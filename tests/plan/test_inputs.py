@@ -98,7 +98,7 @@ def test_a_plan_says_what_was_given_in_python_and_holds_with_it(rig, hand, tmp_p
         read_inputs(rig, again.settings, tmp_path)
     with pytest.raises(PlanError, match="takes given in Python"):
         read_inputs(rig, Settings(sequences=again.settings.sequences), tmp_path)
-    with pytest.raises(PlanError, match="name cameras"):
+    with pytest.raises(PlanError, match="name rules"):
         check_plan(again, rig)
 
 

@@ -72,7 +72,7 @@ def test_rows_of_tables_keep_both_errors_apart():
 
 
 def test_another_layout_brings_its_own_predictions():
-    other = Reference(68, 4, 4, 3.0, 0.5, 0.62, (), (MIXES,))
+    other = Reference(68, 4, 4, 3.0, 0.5, 0.62, vertices=(), predictions=(MIXES,))
     assert "predicted error 0.312 mm, upper estimate 0.620 mm" in information_words(other, other.predictions)
 
 

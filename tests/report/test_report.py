@@ -72,7 +72,7 @@ def small_plan(rig: Rig) -> Plan:
             certificate=Bound(names[:3], (1.0, 1.0, 1.0), 3),
             uncovered=(),
             information=information,
-            references={HOSTILE[1]: Reference(68, 4, 4, 3.0, 0.2, 0.72, (), (OTHER,))},
+            references={HOSTILE[1]: Reference(68, 4, 4, 3.0, 0.2, 0.72, vertices=(), predictions=(OTHER,))},
             predictions=(Prediction(HOSTILE[0], 0.2, 0.31, 0.2, 0.4, 0.01, 0.1),),
         ),
         packing=packing,

@@ -1,14 +1,16 @@
 """Laws of what cameras make of a dot: views, pixels, the worst over expressions."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from capture_plan.camera import Camera, look_at
-from capture_plan.visibility import camera_views, camera_visibility
-from capture_plan.visibility.views import FEWEST_PIXELS, smaller_diameter
+from capture_plan.camera import Camera, Optics, look_at
+from capture_plan.visibility import FEWEST_PIXELS, MOST_DEGREES, Sight, camera_views, camera_visibility
+from capture_plan.visibility.seen import SEEN, smaller_diameter
 from tests.solids import patch, sphere, square, together
 
 
@@ -83,9 +85,11 @@ def test_in_one_pose_views_are_the_cameras_that_see():
     at = np.arange(len(mesh[0]))
     found = look(mesh, still(mesh), cameras, at)
     assert found.cameras == ("0", "1")
-    assert np.array_equal(found.views, found.seen.sum(axis=0))
-    assert np.array_equal(found.views / 2, camera_visibility(mesh[0], still(mesh), mesh[1], at, cameras))
-    assert ((found.pixels > 0) == found.seen).all()
+    assert np.array_equal(found.views, found.readable.sum(axis=0))
+    seen = np.isin(found.how, SEEN).all(axis=0)
+    assert np.array_equal(seen.mean(axis=0), camera_visibility(mesh[0], still(mesh), mesh[1], at, cameras))
+    assert ((found.pixels > 0) == seen).all()
+    assert (found.readable <= seen).all()
 
 
 def test_views_are_the_fewest_at_once_and_not_the_cameras_that_always_see():
@@ -97,7 +101,9 @@ def test_views_are_the_fewest_at_once_and_not_the_cameras_that_always_see():
     found = look(mesh, move, cameras)
     assert found.at_once.tolist() == [[2], [1], [1]]
     assert found.views.tolist() == [1]
-    assert found.seen.tolist() == [[False], [False]]
+    assert found.readable.tolist() == [[False], [False]]
+    assert found.share.tolist() == [[2 / 3], [2 / 3]]
+    assert [found.first_unread(c, 0) for c in range(2)] == [(Sight.HIDDEN, 1), (Sight.HIDDEN, 2)]
     assert (found.pixels > 0).all()
 
 
@@ -108,7 +114,7 @@ def test_one_more_expression_never_gives_more():
     cameras = [camera((0.0, 0, 300)), camera((100.0, 0, 300))]
     two, three = look(mesh, deltas[:2], cameras, at), look(mesh, deltas, cameras, at)
     assert (three.views <= two.views).all()
-    assert (three.seen <= two.seen).all()
+    assert (three.readable <= two.readable).all()
     assert (three.pixels <= two.pixels)[two.pixels > 0].all()
 
 
@@ -128,3 +134,36 @@ def test_the_answer_kept_on_disk_is_that_of_these_cameras_and_this_dot():
     assert np.array_equal(look(mesh, still(mesh), [camera((0, 0, 200.0))]).pixels, first.pixels)
     assert look(mesh, still(mesh), [camera((0, 0, 400.0))]).pixels[0, 0] == pytest.approx(first.pixels[0, 0] / 2)
     assert look(mesh, still(mesh), [camera((0, 0, 200.0))], dot_mm=4.0).pixels[0, 0] == pytest.approx(20)
+
+
+@pytest.mark.parametrize(("degrees", "why"), [(74, Sight.READ), (76, Sight.EDGE_ON), (91, Sight.TURNED)])
+def test_a_dot_that_is_turned_too_far_is_edge_on_and_then_turned_away(degrees, why):
+    mesh = turned(degrees)
+    found = look(mesh, still(mesh), [camera((0, 0, 250.0))], dot_mm=8.0)
+    assert found.how[0, 0, 0] == why
+    assert MOST_DEGREES == 75
+
+
+def test_each_reason_is_told_by_its_name():
+    mesh = turned(0)
+    near = camera((0, 0, 250.0))
+    hidden = together(mesh, square((0, 0, 20), (9, 0, 0), (0, 9, 0)))
+    assert look(mesh, still(mesh), [near]).how[0, 0, 0] == Sight.READ
+    assert look(hidden, still(hidden), [near]).how[0, 0, 0] == Sight.HIDDEN
+    assert look(mesh, still(mesh), [near], dot_mm=0.5).how[0, 0, 0] == Sight.SMALL
+    assert look(mesh, still(mesh), [camera((0, 0, 250.0), (400.0, 0, 0))]).how[0, 0, 0] == Sight.OUTSIDE
+    assert look(mesh, still(mesh), [camera((0, 0, -250.0))]).how[0, 0, 0] == Sight.TURNED
+    far = replace(near, optics=Optics(focus_mm=900.0, f_number=1.4, pixel_um=5.0))
+    assert look(mesh, still(mesh), [far]).how[0, 0, 0] == Sight.BLURRED
+
+
+@pytest.mark.parametrize("depth", [150.0, 250.0, 600.0])
+def test_blur_is_where_the_cone_behind_the_lens_cuts_the_sensor(depth):
+    """Similar triangles, with the distances of both images from Newton's lens formula x x' = f²."""
+    optics = Optics(focus_mm=250.0, f_number=2.8, pixel_um=4.0)
+    one = replace(camera((0, 0, 0.0), (0, 0, 1.0)), optics=optics)
+    f = 1000 * 4e-3
+    sensor, image = f + f**2 / (250 - f), f + f**2 / (depth - f)
+    cone = f / 2.8 * abs(sensor - image) / image
+    # the focal length in pixels is that of calibration, where the sensor stands: f in place of sensor, 2 % here
+    assert one.blur_px(np.array([[0, 0, depth]]))[0] == pytest.approx(cone / 4e-3 * f / sensor, rel=0.02)
