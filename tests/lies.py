@@ -219,6 +219,25 @@ def seen_by_all(plan: Document) -> None:
         m["views"] = [view | {"always": True, "pixels": 2 * view["pixels"]} for view in m["views"]]
 
 
+def shorter_lens(plan: Document) -> None:
+    """The first camera has half the focal length, and nothing else is changed."""
+    fx, fy = plan["cameras"][0]["intrinsics"][0], plan["cameras"][0]["intrinsics"][1]
+    fx[0], fy[1] = fx[0] / 2, fy[1] / 2
+
+
+def surer_cameras(plan: Document) -> None:
+    """Every camera finds a dot four times as exactly, and every figure of a dot says so."""
+    for camera in plan["cameras"]:
+        camera["noise_px"] /= 4
+    for m in (*plan["layout"]["landmarks"], *plan["layout"]["head"]):
+        m["measured_mm"] = [round(x / 4, 4) for x in m["measured_mm"]]
+
+
+def nothing_unread(plan: Document) -> None:
+    """Every camera reads every marker in every expression of the plan."""
+    plan["unread"] = []
+
+
 def surer_head(plan: Document) -> None:
     """Head markers that fix the pose twice as well."""
     plan["layout"]["head_pose"] = {name: value / 2 for name, value in plan["layout"]["head_pose"].items()}
@@ -263,6 +282,9 @@ LIES: tuple[tuple[str, Callable[[Document], None], bool], ...] = (
     ("default", hurried_session, False),
     ("budget", another_method, True),
     ("cameras", seen_by_all, False),
+    ("cameras", shorter_lens, True),
+    ("cameras", surer_cameras, True),
+    ("cameras", nothing_unread, False),
     ("cameras", surer_head, True),
     ("motion of two people", takes_lose_less, True),
     ("motion of two people", one_person_alone, True),

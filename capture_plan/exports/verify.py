@@ -19,7 +19,7 @@ from capture_plan.audit.audit_cache import audit_once
 from capture_plan.exports.delivery import Delivery
 from capture_plan.expressions.listing import blendshape_importance
 from capture_plan.expressions.problem import state_problem
-from capture_plan.layout.face import see_face
+from capture_plan.layout.face import Face, see_face
 from capture_plan.layout.naming import seen_with_the_head
 from capture_plan.layout.problem import Task, task_of
 from capture_plan.mesh.mirror import mirror_plane
@@ -72,6 +72,7 @@ def given_arrays(plan: Plan, inputs: PlanInputs) -> Arrays:
         "used": np.array(report.used),
         "audit": np.array(msgspec.json.encode(report).decode()),
         **place_arrays(task),
+        **(camera_arrays(face, plan.settings.landmarks.dot_mm) if face.cameras else {}),
         **rule_arrays(plan, inputs, report.used),
         **(take_arrays(inputs.takes) if inputs.takes else {}),
     }
@@ -94,6 +95,14 @@ def place_arrays(task: Task) -> Arrays:
         "sided": np.array(face.regions.sided),
         "points68": np.empty(0, dtype=int) if face.points68 is None else face.points68,
     }
+
+
+def camera_arrays(face: Face, dot_mm: float) -> Arrays:
+    """The share of the blendshapes with which each camera reads a dot at each vertex, and how blurred it is."""
+    shape, skin = (len(face.cameras), len(face.rig.neutral)), face.rig.skin
+    share, blur = np.zeros(shape), np.zeros(shape)
+    share[:, skin], blur[:, skin] = face.views(dot_mm).share, face.blur(dot_mm)
+    return {"read_share": share, "blur": blur}
 
 
 def rule_arrays(plan: Plan, inputs: PlanInputs, used: tuple[str, ...]) -> Arrays:

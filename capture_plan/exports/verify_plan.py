@@ -7,10 +7,11 @@ and asks no solver: a proof is a certificate in the plan, of which only the arit
 Given in rig.npz, taken as true: the mesh (millimetres, y up, the face looks along z, the subject's left at +x), its
   blendshapes, which vertices are skin, which blendshapes are planned for and the audit that says why; how well each
   vertex is seen, which are asked at all (`places`: not all of a fine mesh), and where landmarks may stand though they
-  are not seen; vertices shut by keep-outs and limits; the mirror
-  map (tested below); left/right partners, correctives (`drivers`) and what no face does at once; how much each
-  blendshape matters; 68 points; recorded motion.
-Not looked at: sentences, session times, regions and words of labels but for their side, cameras' views, hard pairs,
+  are not seen; where cameras are known, the share of the blendshapes with which each of them reads a dot at each
+  vertex, and how blurred it is; vertices shut by keep-outs and limits; the mirror map (tested below); left/right
+  partners, correctives (`drivers`) and what no face does at once; how much each blendshape matters; 68 points; recorded
+  motion.
+Not looked at: sentences, session times, regions and words of labels but for their side, what cameras read, hard pairs,
   overlap warnings, the order of expressions and whether that of landmarks is the best, the error predicted for weights
   between 0 and 1, dots that meet when the face moves, blendshapes that a take does not show and notes on it, which
   blendshapes a later program is about, whether a program's choice is the cheapest, settings that show nowhere else,
@@ -29,7 +30,7 @@ from pathlib import Path
 import numpy as np
 
 STILL, RANK, PRIOR_SD = 0.01, 1e-4, 0.2  # share of motion; share of singular values; standard deviation of weights
-FORMATS, ORDERED = (6,), ("studio", "budget", "motion")
+FORMATS, ORDERED = (7,), ("studio", "budget", "motion")
 EVEN, USUAL = "dots spread evenly", 68
 RULES = ("pairs", "local", "relaxed", "exclusive", "colliding", "drivers")
 TARGETS = ("68 points (iBUG)", EVEN)
@@ -48,6 +49,30 @@ def alike(said, own):
     if isinstance(said, bool | str | None) or isinstance(own, bool | str | None):
         return said == own
     return bool(abs(said - own) <= SAME + 1e-6 * abs(own))
+
+
+def pixels(camera, x):
+    """Where points (v 3) lie in a camera's picture, by OpenCV's lenses: k1 k2 p1 p2 k3 | k4 k5 k6 | s1 s2 s3 s4 | tilt,
+    or k1 k2 k3 k4 of a fisheye lens."""
+    p = (x - camera["position"]) @ np.transpose(camera["rotation"])
+    k = np.zeros(14)
+    k[: len(camera["distortion"])] = camera["distortion"]
+    if camera["fisheye"]:
+        r = np.hypot(p[:, 0], p[:, 1])
+        angle = np.arctan2(r, p[:, 2])
+        bent = angle * (1 + sum(k[i] * angle ** (2 * i + 2) for i in range(4))) / np.where(r > 0, r, 1)
+        a, b = p[:, 0] * bent, p[:, 1] * bent
+    else:
+        x, y = p[:, 0] / p[:, 2], p[:, 1] / p[:, 2]
+        s = x * x + y * y
+        radial = (1 + k[0] * s + k[1] * s**2 + k[4] * s**3) / (1 + k[5] * s + k[6] * s**2 + k[7] * s**3)
+        a = x * radial + 2 * k[2] * x * y + k[3] * (s + 2 * x * x) + k[8] * s + k[9] * s**2
+        b = y * radial + k[2] * (s + 2 * y * y) + 2 * k[3] * x * y + k[10] * s + k[11] * s**2
+        c, d = np.cos(k[12:]), np.sin(k[12:])
+        T = np.array([[c[1], 0, -d[1]], [0, 1, 0], [d[1], 0, c[1]]]) @ [[1, 0, 0], [0, c[0], d[0]], [0, -d[0], c[0]]]
+        u = np.array([[T[2, 2], 0, -T[0, 2]], [0, T[2, 2], -T[1, 2]], [0, 0, 1]]) @ T @ [a, b, np.ones(len(a))]
+        a, b = u[0] / u[2], u[1] / u[2]
+    return np.stack([a, b, np.ones(len(a))], axis=1) @ np.transpose(camera["intrinsics"])[:, :2]
 
 
 class Face:
@@ -71,6 +96,7 @@ class Face:
         self.covers = self.relative_displacement >= self.want["epsilon"]
         # G = mean over the moving skin of D_v' D_v
         self.deltas = deltas.astype(float)
+        self.measured = self.by_cameras() if plan["cameras"] else self.deltas
         D = self.deltas[:, self.moving].reshape(len(self.used), -1)
         self.G = D @ D.T / self.moving.sum()
         self.sites = self.sites_of(may)
@@ -79,6 +105,27 @@ class Face:
         for m in self.layout["head"]:
             shut |= np.linalg.norm(self.x - self.x[m["vertex"]], axis=1) < max(self.want["spacing_mm"], 1e-9)
         self.open = ~shut[self.sites].any(axis=1)
+
+    def by_cameras(self):
+        """(k v 2c) deltas in pixels of every camera, each divided by the noise of a dot's middle there and weighted by
+        how often the camera reads a dot; times sigma, as all else counts in it."""
+        rows = []
+        for camera, share, blur in zip(self.plan["cameras"], self.rig["read_share"], self.rig["blur"], strict=True):
+            weight = self.want["noise_mm"] * np.sqrt(share / (1 + blur**2)) / camera["noise_px"]
+            step = 1e-4 * np.linalg.norm(self.x - camera["position"], axis=1)[:, None]
+            J = [
+                (pixels(camera, self.x + step * e) - pixels(camera, self.x - step * e)) / (2 * step) for e in np.eye(3)
+            ]
+            J = np.where(share[:, None, None] > 0, np.nan_to_num(np.stack(J, axis=2)), 0)
+            rows.append(weight[:, None, None] * J)
+        self.seen = np.concatenate(rows, axis=1)  # (v 2c 3)
+        return np.einsum("vij,kvj->kvi", self.seen, self.deltas)
+
+    def exactness(self, vertex):
+        """Standard deviations, mm, of a vertex as the cameras measure it, the least first; none for a direction that
+        they do not tell."""
+        strength = np.linalg.svd(self.seen[vertex], compute_uv=False)[:3] / self.want["noise_mm"]
+        return [round(float(1 / one), 4) for one in strength if one > 3.2e-5 * max(strength[0], 1e-99)]
 
     def sites_of(self, may):
         """(s 2) vertices where landmarks may stand: each with its mirror image where the layout is symmetric."""
@@ -92,8 +139,8 @@ class Face:
         return np.stack([v[retained], image[retained]], axis=1)
 
     def covariance(self, vertices):
-        """C = (B' B / sigma^2 + I / tau^2)^-1, B the three rows of deltas of every landmark."""
-        B = self.deltas[:, vertices].reshape(len(self.used), -1).T
+        """C = (B' B / sigma^2 + I / tau^2)^-1, B the rows of every landmark: its deltas, or what cameras see of it."""
+        B = self.measured[:, vertices].reshape(len(self.used), -1).T
         return np.linalg.inv(B.T @ B / self.want["noise_mm"] ** 2 + np.eye(len(self.used)) / PRIOR_SD**2)
 
     def quality(self, relative, seen):
@@ -250,7 +297,7 @@ def check_information(face):
         ("the layout", layout["information"], [*at.values()]),
         *((name, one, one["vertices"]) for name, one in others.items()),
     ]:
-        sigma = np.linalg.svd(face.deltas[:, v].reshape(len(face.used), -1), compute_uv=False)
+        sigma = np.linalg.svd(face.measured[:, v].reshape(len(face.used), -1), compute_uv=False)
         rank = max(1, int((sigma > RANK * sigma[0]).sum()))
         own = {"rank": rank, "full_rank": full, "landmarks": len(v), "noise_mm": face.want["noise_mm"]}
         own |= {"condition": round(float(sigma[0] / sigma[rank - 1]), 1), "error_mm": face.error(v)}
@@ -272,6 +319,14 @@ def check_information(face):
     )
     curve = [face.error([at[name] for name in order[: m + 1]]) for m in range(len(order))]
     yield "the curve is the error of the first landmarks in their order", alike(layout["curve_mm"], curve), curve[-1:]
+
+
+def check_cameras(face):
+    """Every marker is measured as exactly as the cameras of the plan can."""
+    marks = [*face.layout["landmarks"], *face.layout["head"]]
+    own = {m["name"]: face.exactness(m["vertex"]) if face.plan["cameras"] else [] for m in marks}
+    wrong = [m["name"] for m in marks if not alike(m["measured_mm"], own[m["name"]])]
+    yield "the cameras measure markers as exactly as stated", wrong, f"{len(face.plan['cameras'])} cameras"
 
 
 def check_error_bound(face):
@@ -309,7 +364,7 @@ def check_error_bound(face):
 def least_by(face, said):
     """What the shares of a certificate prove of any number M of landmarks, mm; NaN where one is negative."""
     sigma, k = face.want["noise_mm"], len(face.used)
-    share, A = dict(zip(said["vertices"], said["shares"], strict=True)), face.deltas.transpose(1, 2, 0)
+    share, A = dict(zip(said["vertices"], said["shares"], strict=True)), face.measured.transpose(1, 2, 0)
     lam = np.array([share.get(v, 0.0) for v in face.sites[:, 0].tolist()])
     if (lam < 0).any():
         return lambda M: np.nan
@@ -586,6 +641,7 @@ CHECKS = (
     check_cover,
     check_programs,
     check_information,
+    check_cameras,
     check_error_bound,
     check_head_pose,
     check_expressions,

@@ -259,11 +259,15 @@ class Face:
     def told(self, dot_mm: float) -> Float[np.ndarray, "v 3 3"]:
         """What the cameras tell of the place of a dot at every skin vertex (`camera.precision`), over the neutral and
         every blendshape; 0 elsewhere. Per square millimetre."""
-        L, found, at = np.zeros((len(self.rig.neutral), 3, 3)), self.views(dot_mm), np.flatnonzero(self.rig.skin)
-        points = self.rig.neutral[at]
-        blur = np.stack([one.blur_px(points) for one in self.cameras]) / np.maximum(found.pixels, FEWEST_PIXELS)
-        L[at] = told(self.cameras, points, found.share, blur)
+        L, at = np.zeros((len(self.rig.neutral), 3, 3)), np.flatnonzero(self.rig.skin)
+        L[at] = told(self.cameras, self.rig.neutral[at], self.views(dot_mm).share, self.blur(dot_mm))
         return L
+
+    def blur(self, dot_mm: float) -> Float[np.ndarray, "c n"]:
+        """How many times its own smaller diameter a dot is blurred at every skin vertex of the neutral."""
+        points = self.rig.neutral[self.rig.skin]
+        pixels = np.maximum(self.views(dot_mm).pixels, FEWEST_PIXELS)
+        return np.stack([one.blur_px(points) for one in self.cameras]) / pixels
 
     def observation(self, noise_mm: float, dot_mm: float = DOT_MM) -> Observation:
         """The face as a measuring problem: noise of a standard deviation in every coordinate or, where cameras are

@@ -9,14 +9,17 @@ import sys
 from itertools import chain
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
+from capture_plan.camera import recorded
 from capture_plan.exports import verify_plan
 from capture_plan.exports.verify import write_verifier
 from capture_plan.plan.files import inputs_of, read_plan
+from tests.camera import test_precision as camera_sets
 from tests.lies import LIES as CONSISTENT
-from tests.lies import source_vertices_zero
+from tests.lies import shorter_lens, source_vertices_zero, surer_cameras
 from tests.tampering import KINDS, answers_kept, is_free, tampered, verdict
 
 # What the checker leaves to `check`, as its docstring says.
@@ -28,7 +31,8 @@ LEFT = (
     r"packing\.(method|overlaps.*|hard.*|kept|order_proven|edits.*)",
     r"layout\.(landmarks|head)\.#\.(region|label|views.*)",
     r"layout\.(references\.[^.]*\.)?predictions(\..*)?",
-    r"(meetings|actor)(\..*)?",
+    r"(meetings|actor|unread)(\..*)?",
+    r"cameras\.#\.(name|size_px|optics).*",
     r"layout\.programs\.#\.blendshapes.*",
     r"layout\.motion\.(missing|notes|rank|tail_mm|curve_mm)(\..*)?",
 )
@@ -335,6 +339,8 @@ LIES = [
     ("default", barred_pair_allowed, "partners, rules and correctives are those of the rig: exclusive"),
     ("default", blendshape_on_no_landmark, "on skin, gives: M01 blendshapes"),
     ("edited", edit_forgotten, "the artist's edits are kept: jawOpen"),
+    ("cameras", shorter_lens, "the cameras measure markers as exactly as stated: M"),
+    ("cameras", surer_cameras, "the layout: rank"),
     ("cameras", surer_head, "the head's pose is as exact as stated"),
     ("motion of two people", take_lost_less, " mm: rmse_mm 2."),
     ("motion of two people", people_alike, "the takes are of 2 people"),
@@ -375,3 +381,19 @@ def test_the_checker_and_check_agree_on_plans_with_one_value_changed(given, made
         if said != "same" and not left and (said == "uncaught") != (not failed(changed, rig)):
             apart.append((field, said, failed(changed, rig)))
     assert apart == []
+
+
+@pytest.mark.parametrize("name", camera_sets.SETS)
+def test_the_checker_has_lenses_of_its_own_that_agree(name):
+    for one in camera_sets.SETS[name]:
+        points = camera_sets.places()
+        said = json.loads(msgspec.json.encode(recorded(one)))
+        np.testing.assert_allclose(verify_plan.pixels(said, points), one.project(points), atol=1e-6)
+
+
+@pytest.mark.parametrize("size", [5, 8, 12, 14])
+def test_every_lens_of_opencv_is_known_to_the_checker(size):
+    lens = 0.01 * np.random.default_rng(size).normal(size=size)
+    one = camera_sets.camera((30, 60, 250), tuple(lens))
+    said = json.loads(msgspec.json.encode(recorded(one)))
+    np.testing.assert_allclose(verify_plan.pixels(said, points := camera_sets.places()), one.project(points), atol=1e-6)
