@@ -4,8 +4,9 @@ from capture_plan.camera.blind import misplaced, why_blind
 from capture_plan.camera.calibration import UNITS, Calibration
 from capture_plan.camera.camera import Camera, Optics, look_at
 from capture_plan.camera.frame import Convention, Found, find_frame, looked_at
+from capture_plan.camera.mounting import Mounting, between, mounting
 from capture_plan.camera.precision import deviations, root, told
-from capture_plan.camera.presets import PRESETS, cameras_for, in_head_frame
+from capture_plan.camera.presets import PRESETS, cameras_for, in_head_frame, upper_philtrum
 from capture_plan.camera.read import read_cameras
 from capture_plan.camera.record import KnownCamera, camera_of, otherwise, recorded
 
@@ -17,7 +18,9 @@ __all__ = [
     "Convention",
     "Found",
     "KnownCamera",
+    "Mounting",
     "Optics",
+    "between",
     "camera_of",
     "cameras_for",
     "deviations",
@@ -26,10 +29,12 @@ __all__ = [
     "look_at",
     "looked_at",
     "misplaced",
+    "mounting",
     "otherwise",
     "read_cameras",
     "recorded",
     "root",
     "told",
+    "upper_philtrum",
     "why_blind",
 ]
