@@ -422,6 +422,10 @@ def markers(
 def check(
     plan: PlanPath,
     rig: OtherRig = None,
+    cameras: Annotated[
+        str | None,
+        typer.Option(metavar="CAMERAS", help="Hold PLAN against these cameras: what would no longer hold is told."),
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print the claims as JSON to standard output.")] = False,
     every: Annotated[bool, typer.Option("--all", help="A line for each claim, those that hold too.")] = False,
 ) -> None:
@@ -430,10 +434,14 @@ def check(
     from capture_plan.check.report import as_rows, check_lines
     from capture_plan.check.unchecked import unchecked
     from capture_plan.plan.files import inputs_of, read_plan
+    from capture_plan.plan.inputs import with_cameras
     from capture_plan.plan.summary import near_words
 
     made = read_plan(plan)
-    claims = check_plan(made, inputs_of(made, plan, rig_path=rig))
+    given = inputs_of(made, plan, rig_path=rig)
+    if cameras:
+        given = with_cameras(given, cameras)
+    claims = check_plan(made, given)
     lines = [*check_lines(claims, unchecked(made, claims), every=every), *near_words(made)]
     if json:
         print(json_text(as_rows(claims)), end="")

@@ -188,15 +188,23 @@ def about_the_head():
 
 
 @app.cell
-def planned(cameras, expressions, layout, packing, report, rig, layout_settings):
+def planned(cameras, expressions, face, layout, packing, report, rig, layout_settings):
     settings = parts.session_settings(layout_settings, expressions, cameras, sequences=parts.given_takes())
-    plan = assemble_plan(rig, settings, report, layout, packing, reference=parts.rig_reference(rig))
+    plan = assemble_plan(
+        rig, settings, report, layout, packing, cameras=face.cameras, reference=parts.rig_reference(rig)
+    )
     return (plan,)
 
 
 @app.cell
 def plan_head(plan, rig):
     parts.plan_view(rig, plan)
+    return
+
+
+@app.cell
+def what_cameras_see(plan, rig):
+    parts.cameras_view(rig, plan)
     return
 
 

@@ -31,7 +31,14 @@ from capture_plan.notebooks_support.frame import (
     working,
 )
 from capture_plan.notebooks_support.handles import dragged_head, handle_knobs, handles
-from capture_plan.notebooks_support.heads import blendshape_head, layout_head, packing_head, plan_view, visibility_head
+from capture_plan.notebooks_support.heads import (
+    blendshape_head,
+    cameras_view,
+    layout_head,
+    packing_head,
+    plan_view,
+    visibility_head,
+)
 from capture_plan.notebooks_support.knobs import (
     camera_knob,
     comparing_knobs,
@@ -78,6 +85,7 @@ __all__ = [
     "blendshape_knob",
     "budget_curves",
     "camera_knob",
+    "cameras_view",
     "chosen_rig",
     "chosen_take",
     "comparing_knobs",

@@ -11,7 +11,7 @@ from capture_plan.expressions.sentences import sentence
 from capture_plan.layout.face import Face
 from capture_plan.layout.record import Layout
 from capture_plan.plan.record import Plan
-from capture_plan.report.page import head_data, head_html, plan_head
+from capture_plan.report.page import cameras_html, head_data, head_html, plan_head
 from capture_plan.rig import Rig
 
 HEIGHT = "700px"
@@ -20,6 +20,13 @@ HEIGHT = "700px"
 def plan_view(rig: Rig, plan: Plan) -> mo.Html:
     """The head with the plan's landmarks and their names, and its expressions to step through."""
     return show_head(rig, plan_head(rig, plan))
+
+
+def cameras_view(rig: Rig, plan: Plan) -> mo.Html:
+    """What each camera of the plan sees, and which marker it reads in which expression; a line where none is known."""
+    if not plan.cameras:
+        return mo.md("*No cameras are known: choose some above to see what they see.*")
+    return mo.iframe(cameras_html(rig, plan), height=HEIGHT)
 
 
 def blendshape_head(rig: Rig, report: Audit) -> mo.Html:

@@ -135,6 +135,15 @@ def read_cameras_of(rig: Rig, cameras: str, carried: tuple[KnownCamera, ...]) ->
     return cameras_for(cameras, rig.neutral, rig.skin)
 
 
+def with_cameras(inputs: PlanInputs, cameras: str) -> PlanInputs:
+    """The inputs with the cameras of a preset or a file.
+
+    Raises:
+        RigError: it is neither, or no camera has the head in its picture.
+    """
+    return replace(inputs, cameras=cameras_for(cameras, inputs.rig.neutral, inputs.rig.skin))
+
+
 def read_takes(rig: Rig, settings: Settings, folder: Path, names: str | None) -> Takes | None:
     """The takes that the settings name, together; None where they name none."""
     mine = read_name_map(found_from(folder, names)) if names else None

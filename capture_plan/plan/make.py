@@ -4,7 +4,7 @@ from importlib.metadata import version
 
 from capture_plan.audit.audit import Audit
 from capture_plan.audit.audit_cache import audit_once
-from capture_plan.camera import KnownCamera, recorded
+from capture_plan.camera import Camera, recorded
 from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.expressions.pack import pack
 from capture_plan.expressions.record import Packing
@@ -48,7 +48,6 @@ def make_plan(
         nothing = ["no blendshape moves the face skin: export deltas that do, or name the skin"]
         raise RigError(f"{rig.name}: {' '.join(wrong or nothing)}")
     face = see_face(rig, report.used, given.cameras, given.zones)
-    cameras = tuple(map(recorded, given.cameras))
     packing = pack(
         rig,
         report.used,
@@ -61,7 +60,7 @@ def make_plan(
         layout = design_layout(face, settings.landmarks, takes=given.takes, poses=packing.poses)
     except InfeasibleError as error:
         raise InfeasibleError(f"{error}{size_words(report)}") from error
-    return assemble_plan(rig, settings, report, layout, packing, cameras=cameras, reference=reference)
+    return assemble_plan(rig, settings, report, layout, packing, cameras=given.cameras, reference=reference)
 
 
 def size_words(report: Audit) -> str:
@@ -82,7 +81,7 @@ def assemble_plan(
     layout: Layout,
     packing: Packing,
     *,
-    cameras: tuple[KnownCamera, ...] = (),
+    cameras: tuple[Camera, ...] = (),
     reference: RigReference | None = None,
 ) -> Plan:
     """A plan from its parts, for who computes them one at a time."""
@@ -94,7 +93,7 @@ def assemble_plan(
         layout=layout,
         packing=packing,
         session=session(rig, report.used, packing, settings.session, settings.expressions.importance),
-        cameras=cameras,
+        cameras=tuple(map(recorded, cameras)),
         versions={name: version(name) for name in DECIDING},
     )
     return sealed(with_poses(made, rig))

@@ -14,9 +14,10 @@ from typing import Any, Protocol, runtime_checkable
 
 import jinja2
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, UInt8
 from markupsafe import Markup
 from msgspec import structs
+from PIL import Image
 
 from capture_plan.expressions.record import Expression
 from capture_plan.expressions.session import Item
@@ -26,6 +27,7 @@ from capture_plan.plan.carry import as_worn, worn_words
 from capture_plan.plan.files import plan_bytes
 from capture_plan.plan.inputs import PlanInputs
 from capture_plan.plan.record import Plan
+from capture_plan.report.cameras import camera_cards
 from capture_plan.report.contents import contents, marker_facts, marker_rows
 from capture_plan.report.evidence import evidence
 from capture_plan.report.head import opaque_triangles, packed_head, packed_landmarks
@@ -82,6 +84,7 @@ def page_html(plan: Plan, inputs: Rig | PlanInputs) -> str:
         .get_template("page.html.jinja")
         .render(
             **contents(plan, plan.session),
+            cameras=camera_cards(shown, worn, embedded_pixels),
             expressions=[card(e, pictures[e.name], line_of[e.name]) for e in plan.in_session],
             shot_list=shot_rows(plan.session),
             markers=marker_rows((shown if given.generic else plan).layout.markers),
@@ -206,6 +209,21 @@ def embedded(picture: _Picture, alt: str) -> dict[str, Any]:
     width, height = picture.size
     source = f"data:image/webp;base64,{base64.b64encode(buffer.getvalue()).decode()}"
     return {"source": source, "alt": alt, "width": width, "height": height}
+
+
+def cameras_html(rig: Rig, plan: Plan) -> str:
+    """What each camera of the plan sees, as a document of its own for an `iframe srcdoc`."""
+    cards = camera_cards(plan, rig, embedded_pixels)
+    return (
+        templates()
+        .get_template("cameras_alone.html.jinja")
+        .render(cameras=cards, css=asset("style.css"), policy=policy(""))
+    )
+
+
+def embedded_pixels(pixels: UInt8[np.ndarray, "p q 3"], alt: str) -> dict[str, Any]:
+    """The same of pixels."""
+    return embedded(Image.fromarray(pixels), alt)
 
 
 def script_json(text: str) -> Markup:

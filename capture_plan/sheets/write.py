@@ -30,6 +30,7 @@ from capture_plan.plan.summary import expression_words
 from capture_plan.progress import track, track_in_threads
 from capture_plan.rig import Rig
 from capture_plan.sheets.camera_pages import CameraPages
+from capture_plan.sheets.camera_reads import CameraReads
 from capture_plan.sheets.expression_page import Shot, Sizes, near, shoot
 from capture_plan.sheets.furniture import HeadLine, SheetSource, foot_line
 from capture_plan.sheets.head import Head, make_head
@@ -135,8 +136,9 @@ def draw_sheets(plan: Plan, inputs: PlanInputs, *, sheet: str, dpi: int) -> Book
     overviews = -(-len(plan.packing.expressions) // (rows * columns))
     count = len(plan.packing.expressions)
     maps = -(-count // (map_rows(book) * MAP_COLUMNS))
-    cameras = CameraPages(plan, worn, head, shown.layout.markers) if plan.cameras else None
-    technical = cameras.count(book) if cameras else 0
+    reads = CameraReads(plan, worn, head, shown.layout.markers)
+    cameras = CameraPages(reads, book) if plan.cameras else None
+    technical = cameras.count() if cameras else 0
     pages = markers.count + len(lists) + overviews + count + maps + technical
     source = SheetSource(head_words(plan, generic=inputs.generic), f"plan {number_of(plan)}", pages)
 
@@ -151,7 +153,7 @@ def draw_sheets(plan: Plan, inputs: PlanInputs, *, sheet: str, dpi: int) -> Book
         draw_shot_list(book, plan.session, items, apart_lines(plan.audit.apart), near)
     draw_expressions(plan, head, markers, overviews, add_page)
     if cameras:
-        cameras.draw(book, dpi, add_page)
+        cameras.draw(dpi, add_page)
     return book
 
 

@@ -10,7 +10,8 @@ from msgspec.structs import replace
 from capture_plan.camera import cameras_for
 from capture_plan.plan.settings import Settings
 from capture_plan.sample import sample_rig
-from capture_plan.sheets.camera_pages import CameraPages, Crop, crop_of, turn_words
+from capture_plan.sheets.camera_pages import CameraPages
+from capture_plan.sheets.camera_reads import CameraReads, Crop, crop_of, turn_words
 from capture_plan.sheets.head import make_head
 from capture_plan.sheets.page import Booklet, paper
 from capture_plan.visibility import Sight
@@ -20,14 +21,15 @@ from tests.once import QUICK, plan_of
 @pytest.fixture(scope="module")
 def pages():
     plan = plan_of(Settings(cameras="head-mounted-pair", expressions=QUICK.expressions))
-    return CameraPages(plan, sample_rig(), make_head(sample_rig()), plan.layout.markers)
+    return CameraReads(plan, sample_rig(), make_head(sample_rig()), plan.layout.markers)
 
 
 @pytest.fixture(scope="module", params=["a4", "letter"])
 def drawn(pages, request):
     book = Booklet(paper(request.param), "cameras")
-    pages.draw(book, 60, book.add_page)
-    assert len(book.titles) == pages.count(book)
+    made = CameraPages(pages, book)
+    made.draw(60, book.add_page)
+    assert len(book.titles) == made.count()
     return [page.get_textpage().get_text_range() for page in pypdfium2.PdfDocument(book.bytes())]
 
 
@@ -89,4 +91,5 @@ def test_a_small_face_is_cropped_to_with_the_shape_of_the_picture(pages):
 
 def test_a_plan_without_cameras_has_no_such_pages(pages):
     bare = replace(pages.plan, cameras=(), unread=())
-    assert CameraPages(bare, pages.rig, pages.head, pages.marks).count(Booklet(paper("a4"), "none")) == 0
+    reads = CameraReads(bare, pages.rig, pages.head, pages.marks)
+    assert CameraPages(reads, Booklet(paper("a4"), "none")).count() == 0
