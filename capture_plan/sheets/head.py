@@ -8,6 +8,7 @@ Letters: v vertices of the rig, u vertices shown, f triangles before and g after
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +23,13 @@ from capture_plan.visibility.occluder import Occluder
 
 SHOWN_TRIANGLES = 60_000  # outlines of a head are smooth to 0.1 mm long before
 PULL = 0.75  # alpha of Boubekeur & Alexa 2008, their recommended value
-SHADE_RAYS = 64
+SHADE_RAYS = 32
+STILL_MM, FAR_MM, AROUND_MM, FEW = (
+    0.2,
+    3.0,
+    25.0,
+    8,
+)  # what moves more, and what lies near what moves far, is shaded anew
 OUTSIDE = 0.15  # share of the hemisphere that sees the outside of the skin; the lining of the mouth is seen by less
 OUT_MM, BEHIND_MM = 12.0, 0.6  # teeth stand no further before a lip; how far behind it they are put
 HIDDEN, INSIDE_SHARE = 0.05, 0.7
@@ -92,6 +99,13 @@ class Head:
     opaque: Int[np.ndarray, "f 3"]
     outside: Int[np.ndarray, "g 3"]
 
+    @cached_property
+    def openness(self) -> Float[np.ndarray, " v"]:
+        """How open each vertex of the neutral lies (ambient occlusion)."""
+        used, openness = np.unique(self.opaque), np.ones(len(self.rig.neutral))
+        openness[used] = hemisphere_visibility(self.rig.neutral, self.opaque, used, rays=SHADE_RAYS)
+        return openness
+
 
 @dataclass(frozen=True, eq=False)
 class Shown:
@@ -132,13 +146,26 @@ def make_head(rig: Rig) -> Head:
 
 def pose(head: Head, vertices: Float[np.ndarray, "v 3"]) -> Posed:
     """The head with its vertices at `vertices`, shaded by how open each vertex lies (ambient occlusion)."""
-    used = np.unique(head.opaque)
-    openness = np.ones(len(vertices))
-    openness[used] = hemisphere_visibility(vertices, head.opaque, used, rays=SHADE_RAYS)
+    openness, anew = head.openness.copy(), changed_light(head, vertices)
+    openness[anew] = hemisphere_visibility(vertices, head.opaque, anew, rays=SHADE_RAYS)
     openness = softened(openness, head.opaque)
     normals = vertex_normals(vertices, head.opaque)
     x = behind_lips(head, vertices)
     return Posed(vertices, normals, tuple(_shown(piece, x, openness) for piece in head.pieces))
+
+
+def changed_light(head: Head, vertices: Float[np.ndarray, "v 3"]) -> Int[np.ndarray, " n"]:
+    """Vertices that cast or catch another shadow than in the neutral: those that moved, and those around what moved
+    far, as the throat below a jaw."""
+    used = np.unique(head.opaque)
+    moved = np.linalg.norm(vertices[used] - head.rig.neutral[used], axis=1)
+    anew, far = moved > STILL_MM, used[moved > FAR_MM][::FEW]
+    if len(far) and not anew.all():
+        sources = np.concatenate([vertices[far], head.rig.neutral[far]])
+        still = np.flatnonzero(~anew)
+        away, _ = KDTree(sources).query(vertices[used[still]], distance_upper_bound=AROUND_MM)
+        anew[still] = np.isfinite(away)
+    return used[anew]
 
 
 def softened(openness: Float[np.ndarray, " v"], triangles: Int[np.ndarray, "f 3"]) -> Float[np.ndarray, " v"]:

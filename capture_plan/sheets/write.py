@@ -58,6 +58,8 @@ from capture_plan.sheets.view import FRONT, pixels
 
 Sheet = Literal["a4", "letter", "a3"]  # the names in `page.PAPERS`
 WRITES = ("sheets.pdf", "pages")  # into a folder
+RLE = 3  # runs of equal bytes: the quickest of zlib's ways, and on white paper the smallest
+PORTRAIT_DPI = 200  # of pictures of expressions: clay has no detail that more would show
 WORKERS = 2  # threads that compress pages
 
 
@@ -171,7 +173,8 @@ def draw_expressions(
     """A page for each expression, behind so many pages of all of them."""
     book, expressions, mu = markers.book, plan.in_session, plan.settings.expressions.mu
     _, large, tall, small, short = plates(book)
-    sizes = Sizes(*(pixels(wide, high, markers.dpi) for wide, high in ((large, tall), (small, short), MAP_MM)))
+    dpi = min(markers.dpi, PORTRAIT_DPI)
+    sizes = Sizes(*(pixels(wide, high, dpi) for wide, high in ((large, tall), (small, short), MAP_MM)))
     relaxed = near(markers.face.posed, markers.anchors, FRONT, sizes.small)
 
     def one(expression: Expression) -> Shot:
@@ -231,7 +234,7 @@ def _write_pages(pdf: bytes, titles: list[str], folder: Path, dpi: int) -> list[
             image = document[i].render(scale=dpi / 72).to_pil()  # pyright: ignore[reportArgumentType]
             if len(saved) >= WORKERS:
                 saved[-WORKERS].result()
-            saved.append(pool.submit(image.save, folder / name, compress_level=1, dpi=(dpi, dpi)))
+            saved.append(pool.submit(image.save, folder / name, compress_level=1, compress_type=RLE, dpi=(dpi, dpi)))
         for each in saved:
             each.result()
     document.close()
