@@ -17,6 +17,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import KDTree
 
+from capture_plan.anatomy.eye_corners import eye_corners
 from capture_plan.anatomy.region_motion import moved_together
 from capture_plan.face.anchors import Anchors, face_anchors
 from capture_plan.face.reading import face_reading
@@ -44,6 +45,7 @@ REGIONS = (
 )
 MIDDLE = 0.06  # of u: 4 mm to either side of the midline have no side
 CORNER, CORNER_OF_HALF = 0.16, 0.46  # of u; of half the mouth, whose lips lie between: human ones have 0.35 u
+EYE_CORNER, LIDS, ENDS = 0.1, ("upper eyelid", "lower eyelid"), ("inner", "outer")  # of u
 NO_REGION = -1
 UNNAMED = "face"  # where a place is whose region is not certain
 SIDE_WORDS = {1: "left side", 0: "middle", -1: "right side"}
@@ -54,7 +56,8 @@ SIDELESS = "marker"
 class FaceRegions:
     """`names[of_vertex[v]]` is the region of vertex v, -1 no skin; `side[v]` is 1 left, 0 middle, -1 right.
 
-    `aside[v]` is how far v lies from the midline, millimetres, on either side.
+    `aside[v]` is how far v lies from the midline, millimetres, on either side. `eye_corner[v]` is 1 or 2 on a lid at
+    the inner or outer corner of an eye, where a make-up artist says so; else 0.
     `known` says whether eyes and mouth are certain enough to call places by these names, `sided` whether the axes are
     certain enough to tell left from right.
     """
@@ -63,6 +66,7 @@ class FaceRegions:
     of_vertex: Int[np.ndarray, " v"]
     side: Int[np.ndarray, " v"]
     aside: Float[np.ndarray, " v"]
+    eye_corner: Int[np.ndarray, " v"]
     anchors: Anchors
     known: bool = True
     sided: bool = True
@@ -79,7 +83,9 @@ class FaceRegions:
             return "not skin"
         if not self.sided:
             return SIDELESS
-        return region_label(self.names[region], side) if self.known else SIDE_WORDS[side]
+        end = int(self.eye_corner[vertex])
+        name = f"{ENDS[end - 1]} eye corner" if end else self.names[region]
+        return region_label(name, side) if self.known else SIDE_WORDS[side]
 
 
 def region_label(region: str, side: int) -> str:
@@ -106,7 +112,19 @@ def face_regions(rig: Rig) -> FaceRegions:
     x = _aside(rig.neutral, anchors.midline)
     side = np.where(np.abs(x) <= MIDDLE * u, 0, np.sign(x)).astype(int)
     known, sided = names_known(rig)
-    return FaceRegions(REGIONS, of_vertex, side, np.abs(x), anchors, known, sided)
+    return FaceRegions(
+        REGIONS, of_vertex, side, np.abs(x), _at_eye_corners(rig, anchors, of_vertex), anchors, known, sided
+    )
+
+
+def _at_eye_corners(rig: Rig, anchors: Anchors, of_vertex: Int[np.ndarray, " v"]) -> Int[np.ndarray, " v"]:
+    """Which vertices of the lids lie at an inner (1) or outer (2) corner of an eye."""
+    found = np.zeros(len(of_vertex), dtype=int)
+    lid = np.isin(of_vertex, [REGIONS.index(name) for name in LIDS])
+    for (end, _), corner in eye_corners(rig, anchors).items():
+        near = np.linalg.norm(rig.neutral - rig.neutral[corner], axis=1) < EYE_CORNER * anchors.pupils
+        found[lid & near] = 1 + ENDS.index(end)
+    return found
 
 
 def _aside(neutral: Float[np.ndarray, "v 3"], midline: float) -> Float[np.ndarray, " v"]:

@@ -90,6 +90,7 @@ def refusal(plan: Path, broken: tuple[Claim, ...]) -> list[str]:
     return [
         f"{plan} does not hold:",
         *(f"  FAILS  {_line(one)}" for one in named_first(broken)),
+        *dict.fromkeys(f"  To correct: {one.mend}." for one in named_first(broken) if one.mend),
         f"Nothing was made of it. `capture-plan check {plan}` tells all that is wrong. Plan again, or go on with "
         "--force: everything will say DRAFT.",
     ]

@@ -33,8 +33,10 @@ from capture_plan.expressions.local_pairs import local_pairs
 from capture_plan.expressions.record import Overlap
 from capture_plan.expressions.rules import Rules, check_rule_names, default_rules, read_rules
 from capture_plan.expressions.settings import Edits, PackingSettings
+from capture_plan.input.documents import closest
 from capture_plan.rig import Rig
 
+ADVICE = ": see what the audit lists"
 MUCH = 0.2  # of the smaller active set: beyond it one scan of two partners does not tell them apart
 Pairs = tuple[tuple[str, str], ...]
 
@@ -163,7 +165,8 @@ def check_edits(used: tuple[str, ...], edits: Edits) -> None:
         raise InfeasibleError("every blendshape is dropped: keep one")
     for name in edits.names:
         if name not in used:
-            raise InfeasibleError(f"an edit names '{name}', which is no blendshape in use: see what the audit lists")
+            near = closest(name, used)
+            raise InfeasibleError(f"an edit names '{name}', which is no blendshape in use{near or ADVICE}")
     for name in (name for group in (*edits.companions, *edits.apart) for name in group):
         if name in edits.dropped:
             raise InfeasibleError(f"'{name}' is dropped and another edit gives it a place: take one of the two back")

@@ -59,7 +59,7 @@ class Edits(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 Importance = Literal["error", "paper"]
-MEASURED_BY: dict[Importance, str] = {"error": "expected squared error", "paper": "paper's importance"}
+MEASURED_BY: dict[Importance, str] = {"error": "error that scanning can take away", "paper": "paper's importance"}
 
 
 class PackingSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -177,7 +177,8 @@ def tolerance_lines(found: Inspection) -> list[str]:
     lines = [
         f"Until a blendshape is lost, the skin ends, or the upper estimate of the error grows by {GROWTH - 1:.0%}; the "
         "worst direction and the best, left being the subject's own.",
-        "Unnoticed: the solver takes the dot for one at its place. Measured: it is told where the dot sits.",
+        "Unnoticed: the solver takes the dot for one at its place. Measured: it is told where the dot sits. Either is "
+        "of one dot moved alone; 'may stand off' on the marker table is smaller, for it is of all dots at once.",
         *(
             f"{m.name} {m.label}: unnoticed {tolerance_words(m.unnoticed)}; measured {tolerance_words(m.measured)}"
             for m in found.markers

@@ -216,7 +216,7 @@ def _facts(book: Booklet, shot: Shot, item: Item) -> None:
     ticks = ("pass", "retake", "fallback") if item.fallback else ("pass", "retake")
     x = tick_boxes(book, left, y, ticks, size=5.5, pt=12.5)
     book.text(x + 2, y, f"hold {item.hold_s:g} s", 12.5, bold=True)
-    clock = f"done at {item.minutes:.0f} min (all times: our assumptions)"
+    clock = f"done at {item.minutes:.0f} min (an estimate: no session was timed)"
     book.text(right, y, clock, 8, colour=SOFT, align="right")
     y = book.paper.height - 17
     for x, end, word in ((left, left + 62, "takes"), (left + 68, right, "notes")):

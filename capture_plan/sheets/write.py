@@ -221,7 +221,7 @@ def packed_words(plan: Plan) -> str:
     """What the expressions are worth."""
     packing, layout = plan.packing, plan.layout
     markers = headline_words(layout.information, layout.predictions)
-    bars = "bars: share of the expected squared error that is taken so far"
+    bars = "bars: share of the error that scanning can take away, taken so far"
     return f"{expression_words(packing)} · {bars} · the markers' {markers}"
 
 
