@@ -452,6 +452,65 @@ def check(
 
 
 @app.command()
+def cameras(
+    plan: PlanPath,
+    count: Annotated[int, typer.Option(min=1, max=60, metavar="N", help="Cameras at most.")] = 4,
+    candidates: Annotated[
+        str, typer.Option(metavar="KIND", help="Places to choose from: ring, dome, boom, or a camera file.")
+    ] = "dome",
+    places: Annotated[int, typer.Option(min=2, max=1000, metavar="N", help="Places of a ring, dome or boom.")] = 120,
+    views: Annotated[int, typer.Option(min=1, max=10, metavar="N", help="Cameras that read each landmark.")] = 2,
+    move_landmarks: Annotated[
+        bool, typer.Option("--move-landmarks", help="Choose landmarks and cameras in turn until neither improves.")
+    ] = False,
+    rig: OtherRig = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Write the best cameras as TOML for --cameras."),
+    ] = None,
+) -> None:
+    """Say where to put cameras so that they measure PLAN's landmarks best, and what one more would bring."""
+    import numpy as np
+
+    from capture_plan.camera import KINDS, cameras_for, own_text
+    from capture_plan.camera import candidates as places_of
+    from capture_plan.layout.camera_places import alternate, place_cameras, placement_lines
+    from capture_plan.output import refuse_place, replace_whole
+    from capture_plan.plan.files import inputs_of, read_plan
+
+    made = read_plan(plan)
+    if output:
+        refuse_place(output, inputs=[plan], over_plan=False)
+    found = inputs_of(made, plan, rig_path=rig, takes=False).rig
+    face, settings = found.neutral[found.skin], made.settings.landmarks
+    if candidates in KINDS:
+        known = places_of(candidates, places, face)
+    else:
+        known = cameras_for(candidates, found.neutral, found.skin)
+    marks, poses = made.layout.landmarks, made.packing.poses
+    if move_landmarks:
+        layout, best = alternate(found, made.audit.used, settings, known, count, made.layout, views=views, poses=poses)
+        moved = len({m.vertex for m in layout.landmarks} - {m.vertex for m in marks})
+        answer(
+            [
+                f"{best.count} cameras and {len(layout.landmarks)} landmarks, {moved} of them elsewhere: "
+                f"{best.error_mm:.3f} mm (upper estimate): {', '.join(one.name for one in best.cameras)}.",
+            ]
+        )
+    else:
+        at = np.array([m.vertex for m in marks])
+        placement = place_cameras(
+            found, made.audit.used, at, known, range(1, count + 1), dot_mm=settings.dot_mm, views=views, poses=poses
+        )
+        answer(placement_lines(placement, {m.vertex: m.name for m in marks}))
+        best = placement.best[-1]
+    if output:
+        said = replace_whole(output, own_text(best.cameras, f"{best.count} cameras for {made.rig.name}").encode())
+        next_ = f"Next: capture-plan plan RIG --cameras {output}, for landmarks that suit these cameras."
+        say([*said, f"wrote {output}", next_])
+
+
+@app.command()
 def carry(
     plan: PlanPath,
     head: Annotated[

@@ -3,14 +3,17 @@
 from capture_plan.camera.blind import misplaced, why_blind
 from capture_plan.camera.calibration import UNITS, Calibration
 from capture_plan.camera.camera import Camera, Optics, look_at
+from capture_plan.camera.candidates import KINDS, candidates
 from capture_plan.camera.frame import Convention, Found, find_frame, looked_at
 from capture_plan.camera.mounting import Mounting, between, mounting
+from capture_plan.camera.own import own_text
 from capture_plan.camera.precision import deviations, root, told
 from capture_plan.camera.presets import PRESETS, cameras_for, in_head_frame, upper_philtrum
 from capture_plan.camera.read import read_cameras
 from capture_plan.camera.record import KnownCamera, camera_of, otherwise, recorded
 
 __all__ = [
+    "KINDS",
     "PRESETS",
     "UNITS",
     "Calibration",
@@ -23,6 +26,7 @@ __all__ = [
     "between",
     "camera_of",
     "cameras_for",
+    "candidates",
     "deviations",
     "find_frame",
     "in_head_frame",
@@ -31,6 +35,7 @@ __all__ = [
     "misplaced",
     "mounting",
     "otherwise",
+    "own_text",
     "read_cameras",
     "recorded",
     "root",

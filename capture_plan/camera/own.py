@@ -23,6 +23,8 @@ Who has measured with a tape only writes, instead of R and t, where the camera s
     look_at = [0.0, 690.0, 140.0]
 """
 
+import json
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -126,3 +128,33 @@ def _pose(table: dict[str, Any], where: str) -> tuple[np.ndarray, np.ndarray]:
         found = ", ".join(sorted(given)) or "nothing"
         raise RigError(f"{where}: its pose is given by {found}: give {' or '.join(POSES)}")
     return -rotation.T @ numbers(table, "t", where, (3,)), rotation
+
+
+def own_text(cameras: Iterable[Camera], note: str = "") -> str:
+    """Cameras as a file of our own, with `note` in its first line."""
+    lines = [f"# {note}"] if note else []
+    for camera in cameras:
+        K, (width, height) = camera.intrinsics, camera.size_px
+        rows = ", ".join(_row(row) for row in camera.rotation)
+        lines += [
+            "[[cameras]]",
+            f"name = {json.dumps(camera.name, ensure_ascii=False)}",
+            f"width = {width}",
+            f"height = {height}",
+            *(f"{key} = {value:.6f}" for key, value in zip(("fx", "fy"), np.diag(K)[:2], strict=True)),
+            *(f"{key} = {value:.6f}" for key, value in zip(("cx", "cy"), K[:2, 2], strict=True)),
+            f"dist = {_row(camera.distortion)}",
+            *(["fisheye = true"] if camera.fisheye else []),
+            f"R = [{rows}]",
+            f"t = {_row(camera.translation)}",
+            f"noise_px = {camera.noise_px:g}",
+        ]
+        if camera.optics:
+            values = (camera.optics.focus_mm, camera.optics.f_number, camera.optics.pixel_um)
+            lines += [f"{key} = {value:g}" for key, value in zip(OPTICS, values, strict=True)]
+        lines.append("")
+    return "\n".join(lines)
+
+
+def _row(values: Iterable[float]) -> str:
+    return f"[{', '.join(repr(round(float(x), 9)) for x in values)}]"

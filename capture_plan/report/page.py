@@ -17,7 +17,6 @@ import numpy as np
 from jaxtyping import Float, UInt8
 from markupsafe import Markup
 from msgspec import structs
-from PIL import Image
 
 from capture_plan.expressions.record import Expression
 from capture_plan.expressions.session import Item
@@ -34,7 +33,7 @@ from capture_plan.report.head import opaque_triangles, packed_head, packed_landm
 from capture_plan.report.shots import shot_facts, shot_rows
 from capture_plan.report.words import percent
 from capture_plan.rig import Rig
-from capture_plan.sheets import ExpressionPictures, expression_pictures, marker_pictures
+from capture_plan.sheets import ExpressionPictures, expression_pictures, image_of, marker_pictures
 from capture_plan.visibility import hemisphere_visibility
 
 ASSETS = files("capture_plan.report").joinpath("assets")
@@ -222,8 +221,8 @@ def cameras_html(rig: Rig, plan: Plan) -> str:
 
 
 def embedded_pixels(pixels: UInt8[np.ndarray, "p q 3"], alt: str) -> dict[str, Any]:
-    """The same of pixels."""
-    return embedded(Image.fromarray(pixels), alt)
+    """Pixels as a data URL with their size and what they show."""
+    return embedded(image_of(pixels), alt)
 
 
 def script_json(text: str) -> Markup:

@@ -2,7 +2,7 @@
 
 from capture_plan.sheets.gl import RenderError
 from capture_plan.sheets.on_set import write_on_set
-from capture_plan.sheets.pictures import ExpressionPictures, expression_pictures, marker_pictures
+from capture_plan.sheets.pictures import ExpressionPictures, expression_pictures, image_of, marker_pictures
 from capture_plan.sheets.placement import placement_picture
 from capture_plan.sheets.style import Look, region_looks
 from capture_plan.sheets.write import write_marker_sheets, write_sheets
@@ -12,6 +12,7 @@ __all__ = [
     "Look",
     "RenderError",
     "expression_pictures",
+    "image_of",
     "marker_pictures",
     "placement_picture",
     "region_looks",

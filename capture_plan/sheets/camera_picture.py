@@ -33,7 +33,7 @@ class Crop(NamedTuple):
 
     @classmethod
     def whole(cls, camera: Camera) -> "Crop":
-        """All of the picture."""
+        """All of a camera's picture."""
         return cls(-0.5, -0.5, *camera.size_px)
 
 

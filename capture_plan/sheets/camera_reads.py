@@ -70,7 +70,7 @@ class CameraReads:
 
     @cached_property
     def neutral(self) -> Posed:
-        """The head at rest."""
+        """The head as it is at rest."""
         return pose(self.head, self.rig.neutral)
 
     def vertices(self, e: int) -> Float[np.ndarray, "v 3"]:

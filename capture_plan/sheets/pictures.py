@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import UInt8
 from PIL import Image, ImageDraw
 
 from capture_plan.anatomy.regions import face_regions
@@ -27,6 +28,11 @@ class ExpressionPictures(NamedTuple):
     three_quarter: Image.Image
     heat: Image.Image
     scale_mm: float
+
+
+def image_of(pixels: UInt8[np.ndarray, "p q 3"]) -> Image.Image:
+    """An image of pixels as they are."""
+    return Image.fromarray(pixels)
 
 
 def expression_pictures(plan: Plan, rig: Rig, *, height_px: int) -> dict[str, ExpressionPictures]:
