@@ -11,6 +11,7 @@ from capture_plan.camera import Camera, KnownCamera, camera_of
 from capture_plan.expressions.record import Expression, Packing
 from capture_plan.expressions.session import Session
 from capture_plan.layout.dot_contact import Meeting, meetings
+from capture_plan.layout.labels import Labels, label_margins
 from capture_plan.layout.record import Layout
 from capture_plan.layout.unread import Unread, unread
 from capture_plan.plan.settings import Settings
@@ -83,7 +84,7 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True):
 
     `cameras` are those that it was made for, in the rig's frame; none where they are unknown. `meetings` are dots that
     come too near to each other in the neutral or in an expression (`layout/dot_contact.py`), `unread` dots
-    that a camera does not read in one.
+    that a camera does not read in one, `labels` how surely a tracker tells them from each other.
     `draft` says what did not hold of the plan when something was made of it all the same; empty where all holds.
     `actor` is the head that the plan was carried onto; all else speaks of the rig.
     `seal` is a digest of all else: it tells a plan that was changed by hand, and is no signature.
@@ -100,6 +101,7 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True):
     cameras: tuple[KnownCamera, ...] = ()
     meetings: tuple[Meeting, ...] = ()
     unread: tuple[Unread, ...] = ()
+    labels: tuple[Labels, ...] = ()
     draft: tuple[str, ...] = ()
     actor: ActorHead | None = None
     seal: str = ""
@@ -135,8 +137,13 @@ def with_poses(plan: Plan, rig: Rig) -> Plan:
     """The plan with the dots that come too near to each other in its expressions, and those that a camera does not read
     in them."""
     markers, poses, dot_mm = plan.layout.markers, plan.packing.poses, plan.settings.landmarks.dot_mm
-    not_read = unread(rig, markers, poses, cameras_of(plan), dot_mm)
-    return structs.replace(plan, meetings=meetings(rig, markers, poses, dot_mm), unread=not_read)
+    cameras = cameras_of(plan)
+    return structs.replace(
+        plan,
+        meetings=meetings(rig, markers, poses, dot_mm),
+        unread=unread(rig, markers, poses, cameras, dot_mm),
+        labels=label_margins(rig, markers, poses, cameras, dot_mm),
+    )
 
 
 def cameras_of(plan: Plan) -> tuple[Camera, ...]:

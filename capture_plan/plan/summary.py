@@ -8,6 +8,7 @@ from capture_plan.face.words import doubts
 from capture_plan.layout.assembly import EVEN, target_of
 from capture_plan.layout.dot_contact import meeting_words
 from capture_plan.layout.face import SIXTY_EIGHT
+from capture_plan.layout.labels import label_words
 from capture_plan.layout.record import Information, Layout, MotionFit, Prediction, View
 from capture_plan.layout.studio import LEAST_GAIN
 from capture_plan.plan.budget_words import bound_words, budget_words, unspent_words
@@ -41,6 +42,7 @@ def summary(plan: Plan) -> tuple[str, ...]:
         *head_words(plan),
         *near_words(plan),
         *view_words(plan),
+        *label_words(plan.labels, [m.name for m in plan.layout.markers]),
         f"Proved: under these constraints, to see {'all of the others' if layout.uncovered else 'every blendshape'} at "
         f"all takes at least {layout.certificate.landmarks} landmarks.",
         *fine_words(plan),
