@@ -3,7 +3,8 @@
 Data       anchors   eyes, mouth, nose tip, chin, ears; u their unit, the distance between the pupils
 Letters    x, y, z   place of a vertex from the midline, the eye line and the eyes, in units of u; |x| is meant
            s         height between mouth (0) and eye line (1), going on above and below
-Rule       lids and lips are told into upper and lower by the shorter way along the skin, since closed lips touch;
+Rule       lids and lips are told into upper and lower by the shorter way along the skin, since closed lips touch, and
+           lids beside the corners of an eye by the line through both corners, since no opening parts them there;
            everything else by lines between anchors, the first region that fits in the order of REGIONS; what clearly
            moves with brows, lids or a smile beside such a line belongs to them (`region_motion.py`)
 Doubt      where eyes or mouth are not certain, a place has a side and no region; where the axes are not, neither
@@ -106,6 +107,8 @@ def face_regions(rig: Rig) -> FaceRegions:
     at = np.flatnonzero(rig.skin)
     graph = surface_graph(rig.neutral, rig.triangles[rig.skin[rig.triangles].all(axis=1)])
     fits = _fits(rig.neutral, graph, at, anchors)
+    beside, above = _past_the_corners(rig, at, anchors)
+    fits["upper eyelid"] = fits["lower eyelid"] & np.where(beside, above, fits["upper eyelid"])
     of_vertex = np.full(len(rig.neutral), NO_REGION)
     of_vertex[at] = np.stack([fits[name] for name in REGIONS]).argmax(axis=0)
     of_vertex = moved_together(rig, of_vertex, REGIONS, anchors)
@@ -189,6 +192,24 @@ def _fits(
         "forehead": front & (y < 1.2),
         "scalp": np.ones(len(at), dtype=bool),
     }
+
+
+def _past_the_corners(
+    rig: Rig, at: Int[np.ndarray, " n"], anchors: Anchors
+) -> tuple[Bool[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
+    """Which of the vertices `at` lie beside the opening of the eye on their side, past its inner or outer corner, and
+    which of those lie above the line through both corners."""
+    corners, points = eye_corners(rig, anchors), rig.neutral[at]
+    beside, above = np.zeros(len(at), dtype=bool), np.zeros(len(at), dtype=bool)
+    for side, sign in (("left", 1), ("right", -1)):
+        if ("inner", side) not in corners:
+            continue
+        inner, outer = rig.neutral[[corners["inner", side], corners["outer", side]]]
+        of_side = sign * (points[:, 0] - anchors.midline) > 0
+        along = (points[:, 0] - inner[0]) / (outer[0] - inner[0])  # 0 at the inner corner, 1 at the outer one
+        beside |= of_side & ((along < 0) | (along > 1))
+        above |= of_side & (points[:, 1] > inner[1] + along * (outer[1] - inner[1]))
+    return beside, above
 
 
 def _ring(

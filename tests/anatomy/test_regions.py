@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from capture_plan.anatomy.eye_corners import eye_corners
 from capture_plan.anatomy.regions import REGIONS, face_regions, region_label
 from capture_plan.face.anchors import face_anchors, face_surface, interpupillary
 from capture_plan.mesh.mirror import mirror_map
@@ -89,6 +90,20 @@ def test_upper_and_lower_lip_are_told_apart_where_they_touch(rig, regions):
     upper, lower = (regions.of_vertex == REGIONS.index(name) for name in ("upper lip", "lower lip"))
     shift = rig.deltas[rig.names.index("jawOpen"), :, 1]
     assert shift[upper].mean() > -5 > -15 > shift[lower].mean()
+
+
+def test_beside_the_inner_corner_of_an_eye_what_is_higher_is_upper_lid_and_what_is_lower_is_lower_lid(rig, regions):
+    """No opening lies between them there, so the way along the skin tells nothing."""
+    upper, lower = (regions.of_vertex == REGIONS.index(name) for name in ("upper eyelid", "lower eyelid"))
+    corners = eye_corners(rig, regions.anchors)
+    for side, sign in (("left", 1), ("right", -1)):
+        inner = rig.neutral[corners["inner", side]]
+        beside = (sign * rig.neutral[:, 0] > 0) & (sign * rig.neutral[:, 0] < sign * inner[0] - 0.5)
+        height = rig.neutral[:, 1] - inner[1]
+        assert (beside & upper).any()
+        assert (beside & lower).any()
+        assert not (beside & lower & (height > 1)).any()
+        assert not (beside & upper & (height < -1)).any()
 
 
 def test_a_face_without_openings_still_gets_its_regions(rig, regions):
