@@ -51,6 +51,7 @@ NO_REGION = -1
 UNNAMED = "face"  # where a place is whose region is not certain
 SIDE_WORDS = {1: "left side", 0: "middle", -1: "right side"}
 SIDELESS = "marker"
+OTHER_SIDE = {"left": "right", "right": "left"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +93,12 @@ class FaceRegions:
 def region_label(region: str, side: int) -> str:
     """Plain words for a region on a side (1 the subject's left, 0 the middle, -1 the right)."""
     return {1: "left ", 0: "", -1: "right "}[side] + region
+
+
+def mirrored_label(label: str) -> str:
+    """What the mirror image of a place is called: 'left brow 2' for 'right brow 2', 'chin' for 'chin'."""
+    side, _, rest = label.partition(" ")
+    return f"{OTHER_SIDE.get(side, side)} {rest}".strip()
 
 
 def face_regions(rig: Rig) -> FaceRegions:

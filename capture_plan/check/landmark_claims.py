@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from capture_plan.anatomy.regions import mirrored_label
 from capture_plan.layout.assembly import most_of
 from capture_plan.layout.head_sites import SECTORS, head_candidates, sectors_for
 from capture_plan.layout.lower_bound import bound_from, shares_of
@@ -84,12 +85,7 @@ def mirrored_claim(plan: Plan, task: Task) -> Claim:
 
 
 def _called_alike(a: Landmark, b: Landmark) -> bool:
-    return a.side == "middle" or b.label == _other_side(a.label)
-
-
-def _other_side(label: str) -> str:
-    side, _, rest = label.partition(" ")
-    return f"{ {'left': 'right', 'right': 'left'}.get(side, side) } {rest}".strip()
+    return a.side == "middle" or b.label == mirrored_label(a.label)
 
 
 def constraint_claims(plan: Plan, task: Task) -> list[Claim]:

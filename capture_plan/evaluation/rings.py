@@ -22,6 +22,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial import KDTree
 
+from capture_plan.anatomy.regions import mirrored_label
 from capture_plan.cache import Arrays, cached, code_digest, digest
 from capture_plan.camera import Camera
 from capture_plan.evaluation.robustness import GROWTH
@@ -41,7 +42,6 @@ HALVINGS = 18
 AT_ONCE = 250  # crews whose rows are held together
 SEED = 0
 STRICT = 2.0
-OTHER = {"left": "right", "right": "left"}
 ROOMS = ("anatomy", "evaluation", "layout", "mesh")  # whose code an answer depends on
 ENTRIES = 50
 
@@ -215,8 +215,12 @@ def rings_of(
     def compute() -> Arrays:
         placing = placing_for(rig, used, settings, vertices, cameras)
         found = alike_on_both_sides(rings(placing), labels)
-        kept = placing.kept(found, crews=CREWS, seed=SEED)
-        return {"mm": found, "strict": placing.strictest(found), "kept": np.array(kept)}
+        kept, strict = placing.kept(found, crews=CREWS, seed=SEED), placing.strictest(found)
+        return {
+            "mm": found,
+            "strict": axes_alike(strict, labels) if settings.symmetric else strict,
+            "kept": np.array(kept),
+        }
 
     answer = cached(compute, "rings", key, entries=ENTRIES)
     axes = zip(names, answer["strict"].tolist(), strict=True)
@@ -244,10 +248,19 @@ def placing_for(
 def alike_on_both_sides(found: Float[np.ndarray, " m"], labels: Sequence[str]) -> Float[np.ndarray, " m"]:
     """Nobody learns two rings for one place: the smaller one for both sides."""
     ring = dict(zip(labels, found.tolist(), strict=True))
-    return np.array([min(mm, ring.get(_twin(label), mm)) for label, mm in zip(labels, found.tolist(), strict=True)])
+    return np.array(
+        [min(mm, ring.get(mirrored_label(label), mm)) for label, mm in zip(labels, found.tolist(), strict=True)]
+    )
 
 
-def _twin(label: str) -> str:
-    """What the mirror image of a place is called."""
-    side, _, rest = label.partition(" ")
-    return f"{OTHER.get(side, side)} {rest}".strip()
+def axes_alike(axes: Float[np.ndarray, "m 3"], labels: Sequence[str]) -> Float[np.ndarray, "m 3"]:
+    """Strict axes that mirror each other: for a dot and its mirror image the mean of the axes found for both, or the
+    only one that was found. Nobody learns two rings for one place."""
+    mirror = np.array([-1.0, 1.0, 1.0])
+    of = dict(zip(labels, axes, strict=True))
+    alike = []
+    for label, axis in zip(labels, axes, strict=True):
+        image = mirror * of.get(mirrored_label(label), mirror * axis)
+        total = axis + image * (-1 if axis @ image < 0 else 1)  # an axis has no direction: either end may lead
+        alike.append(total / max(float(np.linalg.norm(total)), 1e-12))
+    return np.array(alike)

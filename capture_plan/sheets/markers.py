@@ -18,6 +18,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.ndimage import minimum_filter
 
+from capture_plan.anatomy.regions import mirrored_label
 from capture_plan.anatomy.zones import DOT_MM
 from capture_plan.errors import PlanError
 from capture_plan.evaluation.rings import Direction
@@ -99,7 +100,9 @@ class MarkedFace:
         """From where the place of a marker is measured; None where it cannot be, or on nobody's face."""
         if self.nobodys:
             return None
-        return measured_from(landmark, self.posed.normals[landmark.vertex], self.tape)
+        image = next((one for one in self.landmarks if one.label == mirrored_label(landmark.label)), landmark)
+        twin = (image, self.posed.normals[image.vertex])
+        return measured_from(landmark, self.posed.normals[landmark.vertex], self.tape, twin)
 
 
 class Row(NamedTuple):

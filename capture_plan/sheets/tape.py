@@ -6,7 +6,7 @@ Data     q[a]  points that everybody finds on a face: corners of the eyes, wings
          u[a]  direction from q[a] to x, in the skin's plane, of length 1;  U its rows for two points
 Error    of the place when each distance is off by 1 mm: sqrt(tr (U^T U)^-1), sqrt(2) where the two meet at 90 degrees
 Choice   of the two points of least error, DULL times their mean distance added, of the marker's own side and the
-         middle, or for a marker of the middle the same point on both sides
+         middle; a marker and its mirror image are measured from the same two points, those of least sum for both
 """
 
 from itertools import combinations
@@ -67,22 +67,42 @@ def tape_points(rig: Rig, regions: FaceRegions) -> tuple[TapePoint, ...]:
     )
 
 
-def measured_from(landmark: Landmark, normal: Float[np.ndarray, " 3"], points: tuple[TapePoint, ...]) -> Measure | None:
-    """The two points to measure a marker from; None where fewer than two are found."""
-    x = np.array(landmark.position)
-    own = [p for p in points if p.side in (landmark.side, "middle") or landmark.side == "middle"]
-    own = [p for p in own if np.linalg.norm(x - p.position) >= LEAST_MM]
-    made = [(_error(x, normal, pair), pair) for pair in combinations(own, 2)]
-    fit = [(error, pair) for error, pair in made if np.isfinite(error)]
-    if not fit:
+def measured_from(
+    landmark: Landmark,
+    normal: Float[np.ndarray, " 3"],
+    points: tuple[TapePoint, ...],
+    twin: tuple[Landmark, Float[np.ndarray, " 3"]] | None = None,
+) -> Measure | None:
+    """The two points to measure a marker from; None where fewer than two are found. `twin` is its mirror image with the
+    skin's normal there: both are measured from the same points, where there are two that serve both."""
+    own = _measures(landmark, normal, points)
+    if not own:
         return None
+    other = _measures(*twin, points) if twin else {}
+    both = {letters: _cost(own[letters]) + _cost(other[letters]) for letters in own if letters in other}
+    costs = both or {letters: _cost(one) for letters, one in own.items()}
+    return own[min(costs, key=costs.__getitem__)]
 
-    def apart(pair: tuple[TapePoint, TapePoint]) -> tuple[float, float]:
-        first, second = (float(np.linalg.norm(x - p.position)) for p in pair)
-        return first, second
 
-    error, pair = min(fit, key=lambda one: one[0] + DULL * sum(apart(one[1])) / 2)
-    return Measure(pair, apart(pair), error, landmark.side == "middle")
+def _measures(
+    landmark: Landmark, normal: Float[np.ndarray, " 3"], points: tuple[TapePoint, ...]
+) -> dict[tuple[str, ...], Measure]:
+    """Every pair of points that gives the place of a marker, by its letters and, where the marker lies in the middle,
+    their sides."""
+    x, middle = np.array(landmark.position), landmark.side == "middle"
+    own = [p for p in points if p.side in (landmark.side, "middle") or middle]
+    away = {p: float(np.linalg.norm(x - p.position)) for p in own}
+    made = {}
+    for a, b in combinations([p for p in own if away[p] >= LEAST_MM], 2):
+        error = _error(x, normal, (a, b))
+        if np.isfinite(error):
+            letters = tuple(f"{p.letter} {p.side}" if middle else p.letter for p in (a, b))
+            made[letters] = Measure((a, b), (away[a], away[b]), error, middle)
+    return made
+
+
+def _cost(measure: Measure) -> float:
+    return measure.error_mm + DULL * sum(measure.mm) / 2
 
 
 def _error(x: Float[np.ndarray, " 3"], normal: Float[np.ndarray, " 3"], pair: tuple[TapePoint, TapePoint]) -> float:

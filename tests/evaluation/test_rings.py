@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from capture_plan.evaluation.rings import EXACT_MM, LEAST_MM, MOST_MM, STEP_MM, placing_of, rings, rings_of
+from capture_plan.evaluation.rings import EXACT_MM, LEAST_MM, MOST_MM, STEP_MM, axes_alike, placing_of, rings, rings_of
 from capture_plan.layout.face import Face
 from capture_plan.layout.observation import PRIOR_SD
 from capture_plan.layout.settings import LayoutSettings
@@ -103,6 +103,19 @@ def test_strict_axes_are_mirrored_on_the_other_side(placing, found):
     assert len(both) > 4
     alike = [abs((a * [-1, 1, 1]) @ b) for a, b in both]
     assert np.median(alike) == pytest.approx(1, abs=1e-3)
+
+
+def test_where_only_one_of_two_mirror_images_has_a_strict_axis_both_get_it_and_middles_get_one_that_is_its_own_image():
+    axis = np.array([0.6, 0.8, 0.0])
+    found = axes_alike(
+        np.array([axis, [0, 0, 0], axis, [-0.8, 0.6, 0], [0.28, 0.96, 0], [0, 0, 0]]),
+        ["left brow 1", "right brow 1", "left cheek", "right cheek", "chin", "nose"],
+    )
+    assert found[0] == pytest.approx(axis)
+    assert found[1] == pytest.approx(axis * [-1, 1, 1])
+    assert abs(found[2] * [-1, 1, 1] @ found[3]) == pytest.approx(1)
+    assert found[4] == pytest.approx([0, 1, 0])
+    assert not found[5].any()
 
 
 def test_rings_are_remembered_and_are_those_that_were_found():

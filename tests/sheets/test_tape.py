@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from msgspec import structs
 
-from capture_plan.anatomy.regions import face_regions
+from capture_plan.anatomy.regions import face_regions, mirrored_label
 from capture_plan.mesh import vertex_normals
 from capture_plan.sample import sample_rig
 from capture_plan.sheets.tape import measured_from, tape_points
@@ -57,6 +58,31 @@ def test_the_error_is_that_of_the_place_where_both_distances_are_off_by_a_millim
     change = [(np.linalg.norm(x + step * axis - q, axis=1) - np.linalg.norm(x - q, axis=1)) / step for axis in axes]
     moves = np.linalg.solve(np.array(change).T, np.random.default_rng(0).normal(size=(2, 20_000)))
     assert np.sqrt((moves**2).sum(axis=0).mean()) == pytest.approx(measure.error_mm, rel=0.02)
+
+
+def test_a_marker_and_its_mirror_image_are_measured_from_the_same_points_on_a_lopsided_face(points, normals):
+    """A head that is wider on its left, as scans are: each by itself, some would be measured from other points."""
+    marks = {m.label: m for m in plan_of().layout.landmarks}
+    lopsided = np.random.default_rng(3)
+
+    def moved(xyz, by):
+        return tuple(np.add(xyz, by).tolist())
+
+    points = tuple(p._replace(position=moved(p.position, lopsided.normal(0, 4, 3))) for p in points)
+    marks = {k: structs.replace(m, position=moved(m.position, lopsided.normal(0, 4, 3))) for k, m in marks.items()}
+    alone, together = [], []
+    for label, left in marks.items():
+        if label.startswith("left"):
+            right = marks[mirrored_label(label)]
+            each = [(m, normals[m.vertex]) for m in (left, right)]
+            alone.append([letters(measured_from(*one, points)) for one in each])
+            together.append([letters(measured_from(*each[i], points, each[1 - i])) for i in (0, 1)])
+    assert any(left != right for left, right in alone)
+    assert all(left == right for left, right in together)
+
+
+def letters(measure):
+    return [point.letter for point in measure.points]
 
 
 def test_without_eyes_and_mouth_nothing_is_measured(normals):
