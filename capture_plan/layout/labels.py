@@ -8,8 +8,6 @@ Sweep     a transition takes `SECONDS` in a straight way between two poses: betw
           distance falls by no more than half of how the two move against each other, and d is the longest of all steps
 Margin    (D - 2 d) / 2: how far each of the two may be off, or be found off, and still be told; millimetres at the
           nearer depth. The least of all pairs is the layout's
-Apart     pairs whose margin is too small are told by another colour or shape: the fewest dots that get one, by an
-          integer program over the pairs
 """
 
 from collections.abc import Iterator, Sequence
@@ -17,19 +15,16 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from jaxtyping import Bool, Float
 from msgspec import Struct
-from ortools.sat.python import cp_model
 
 from capture_plan.camera import Camera
 from capture_plan.layout.dot_contact import NEUTRAL, Poses
 from capture_plan.layout.record import Landmark
 from capture_plan.layout.unread import pose_views
 from capture_plan.rig import Rig
-from capture_plan.solver import solve
 from capture_plan.visibility import SEEN
 
 FPS, SECONDS = 60.0, 0.3  # of a picture; how long an expression takes to come, quick ones of people who talk
-PER_FRAME, WORK = 2, 5.0
-MOST_TOLD = 5  # pairs
+PER_FRAME = 2
 IN_SPACE = ""  # in place of a camera
 
 
@@ -82,24 +77,6 @@ def followed_margin(points: Float[np.ndarray, "t m d"]) -> Float[np.ndarray, "m 
         margin = np.fmin(margin, apart - 2 * np.fmax(d[:, None], d[None]))
     np.fill_diagonal(margin, np.inf)
     return margin
-
-
-def told_apart(names: Sequence[str], pairs: Sequence[tuple[str, str]], *, kinds: int = 2) -> dict[str, int] | None:
-    """The fewest dots that get another colour or shape, 1 to `kinds` - 1, so that no pair has the same; None where so
-    many kinds do not do. The others keep kind 0."""
-    model = cp_model.CpModel()
-    x = {name: [model.new_bool_var("") for _ in range(kinds)] for name in names}
-    for kind in x.values():
-        model.add_exactly_one(kind)
-    for a, b in pairs:
-        for q in range(kinds):
-            model.add_at_most_one([x[a][q], x[b][q]])
-    model.maximize(sum(kind[0] for kind in x.values()))
-    solver, status = solve(model, work_limit=WORK)
-    if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
-        return None
-    picked = {name: next(q for q in range(kinds) if solver.value(kind[q])) for name, kind in x.items()}
-    return {name: q for name, q in picked.items() if q}
 
 
 def _samples(places: Float[np.ndarray, "e m 3"], way: tuple[int, int]) -> Float[np.ndarray, "s m 3"]:
@@ -159,31 +136,3 @@ def _least(
     dots, between, margin = told(int(order[0]))
     bad = [told(int(n)) for n in order if worst[a[n], b[n]] <= 0]
     return Labels(camera, margin, dots, between, tuple(Confusable(*one) for one in bad))
-
-
-def label_words(found: Sequence[Labels], names: Sequence[str]) -> list[str]:
-    """What can be confused, and what would tell it apart, a sentence each."""
-    if not found:
-        return []
-    how = f"Followed to the nearest dot at {FPS:g} pictures a second, expressions taken up in {SECONDS:g} s,"
-    bad = [(one, labels.camera) for labels in found for one in labels.confusable]
-    if not bad:
-        least = min(found, key=lambda labels: labels.margin_mm)
-        where = f" in '{least.camera}'" if least.camera else ""
-        a, b = least.dots
-        return [
-            f"{how} no two dots are taken for each other: each may be {least.margin_mm:.1f} mm off (least between {a} "
-            f"and {b}, {least.between[0]} to {least.between[1]}{where})."
-        ]
-    told = ", ".join(
-        f"{one.dots[0]} and {one.dots[1]} ({one.between[0]} to {one.between[1]}{f', {camera}' if camera else ''})"
-        for one, camera in bad[:MOST_TOLD]
-    )
-    more = f" and {len(bad) - MOST_TOLD} more" if len(bad) > MOST_TOLD else ""
-    lines = [f"{how} these may be taken for each other: {told}{more}."]
-    pairs = list(dict.fromkeys(one.dots for one, _ in bad))
-    for kinds in (2, 3):
-        if (apart := told_apart(names, pairs, kinds=kinds)) is not None:
-            colours = "a second colour" if kinds == 2 else "a second and a third colour"
-            return [*lines, f"{colours.capitalize()} on {', '.join(sorted(apart))} tells them apart."]
-    return [*lines, "Three colours do not tell them apart: space dots wider or record more pictures a second."]

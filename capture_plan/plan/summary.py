@@ -8,9 +8,9 @@ from capture_plan.face.words import doubts
 from capture_plan.layout.assembly import EVEN, target_of
 from capture_plan.layout.dot_contact import meeting_words
 from capture_plan.layout.face import SIXTY_EIGHT
-from capture_plan.layout.labels import label_words
 from capture_plan.layout.record import Information, Layout, MotionFit, Prediction, View
 from capture_plan.layout.studio import LEAST_GAIN
+from capture_plan.layout.told_apart import label_words
 from capture_plan.plan.budget_words import bound_words, budget_words, unspent_words
 from capture_plan.plan.predicted import at_noise, error_words, prediction_words
 from capture_plan.plan.record import Plan

@@ -11,7 +11,8 @@ from msgspec.structs import replace
 
 from capture_plan.camera import cameras_for, candidates
 from capture_plan.curves.random_mixes import random_mixes
-from capture_plan.layout.labels import FPS, SECONDS, Labels, followed_margin, label_margins, label_words, told_apart
+from capture_plan.layout.labels import FPS, SECONDS, Labels, followed_margin, label_margins
+from capture_plan.layout.told_apart import label_words, told_apart
 from capture_plan.layout.unread import pose_views
 from capture_plan.sample import sample_rig
 from capture_plan.visibility import SEEN
