@@ -2,8 +2,8 @@
 
 `landmarks.csv`   millimetres, +y up, facing +z; `vertex_in_file` is the vertex in the file or folder that `file` names,
                   `vertex_in_plan` the one in plan.json and rig.npz, both counted from 0; for every camera of the
-                  session whether it sees the dot in every expression, and its least width in pixels; how far the dot
-                  may stand from its place (`evaluation/rings.py`)
+                  session whether it sees the dot in every expression, and its least width in pixels; `ring_mm`, how far
+                  the dot may stand from its place while all others do so within theirs (`evaluation/rings.py`)
 All three end in which plan and whose head they are of: programs read a table's rows, none its comments.
 """
 
@@ -81,7 +81,7 @@ def write_landmarks(
         pairs = zip(rows, actor.dots, strict=True)
         rows = [[*row[:4], *dot.position, *row[7:], *dot.in_file, dot.gap_mm] for row, dot in pairs]
     if rings:
-        header += ["may_stand_off_mm"]
+        header += ["ring_mm"]
         rows = [[*row, rings.get(marker.name, "")] for row, marker in zip(rows, layout.markers, strict=True)]
     return write_rows(path, [[*header, *of], *([*row, *of.values()] for row in rows)])
 

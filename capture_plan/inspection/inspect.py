@@ -23,6 +23,7 @@ from capture_plan.evaluation.identifiability import (
 )
 from capture_plan.evaluation.layout_similarity import Similarity, similarities
 from capture_plan.evaluation.monte_carlo import Trial, trials
+from capture_plan.evaluation.rings import rings_of
 from capture_plan.evaluation.robustness import (
     EXTENT_MM,
     Loss,
@@ -51,14 +52,16 @@ MIXES = 5  # the weakest ones; the strong ones are no news
 class MarkerReport(Struct, frozen=True):
     """One landmark: why it is there, how far its dot may sit from its place, and what happens without it.
 
-    `unnoticed` is the tolerance while the solver takes the dot for one at its place, `measured` where it is told the
-    true one. `substitute_label` is the place of the substitute in words, `substitute_source_vertex` its number in the
-    artist's file.
+    `ring_mm` is how far it may stand off while every other dot does so within its own ring, as the pages draw it
+    (`evaluation.rings`). `unnoticed` and `measured` are of this dot alone, while all others stand at their places: the
+    solver takes it for one at its place, or is told the true one. `substitute_label` is the place of the substitute in
+    words, `substitute_source_vertex` its number in the artist's file.
     """
 
     name: str
     label: str
     reason: Reason
+    ring_mm: float
     unnoticed: Tolerance
     measured: Tolerance
     lost: Loss
@@ -161,7 +164,7 @@ def blind_of_68(face: Face, settings: LayoutSettings) -> tuple[str, ...] | None:
 def marker_reports(
     plan: Plan, face: Face, charts: tuple[Chart, ...], covers: Bool[np.ndarray, "k m"]
 ) -> tuple[MarkerReport, ...]:
-    """Reason, tolerance, loss and substitute of every landmark."""
+    """Reason, ring, tolerance alone, loss and substitute of every landmark."""
     settings, rig = plan.settings.landmarks, face.rig
     observation, epsilon = face.observation(settings.noise_mm, settings.dot_mm), settings.epsilon
     largest = np.where(face.allowed(settings), face.displacement, 0).max(axis=1)
@@ -171,12 +174,14 @@ def marker_reports(
     instead = substitutes(observation, vertices, charts, covers, largest, epsilon, free)
     lost = losses(observation, vertices, covers, face.used, at_once=1)
     why = reasons(face, settings, vertices)
+    rings = rings_of(rig, face.used, settings, plan.layout.landmarks, face.cameras).mm
     regions = face.regions
     return tuple(
         MarkerReport(
             name=landmark.name,
             label=landmark.label,
             reason=why[m],
+            ring_mm=rings[landmark.name],
             unnoticed=tolerated[m][0],
             measured=tolerated[m][1],
             lost=lost[m],

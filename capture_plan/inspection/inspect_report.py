@@ -2,6 +2,7 @@
 
 from capture_plan.evaluation.alternatives import Alternative
 from capture_plan.evaluation.identifiability import CONFUSABLE_DEG, WEAK, Mix, Reason, Separator
+from capture_plan.evaluation.rings import PROMISED
 from capture_plan.evaluation.robustness import EXTENT_MM, GROWTH, Loss, Tolerance
 from capture_plan.inspection.inspect import Inspection, MarkerReport, TakeReport
 from capture_plan.layout.predict import MIXES
@@ -25,7 +26,7 @@ def inspection_text(found: Inspection) -> str:
         *((("What the markers leave of the take", take_lines(found.take, found)),) if found.take else ()),
         ("Weak and confusable blendshapes", sight_lines(found)),
         ("Why each marker is there", [f"{m.name} {m.label}: {reason_words(m, found)}" for m in found.markers]),
-        ("How far a dot may sit from its place", tolerance_lines(found)),
+        ("How far a dot may stand from its place", tolerance_lines(found)),
         ("If a marker falls off", loss_lines(found)),
         ("If two markers fall off", pair_lines(found)),
         (
@@ -52,7 +53,11 @@ def short_text(found: Inspection) -> str:
         f"Single blendshapes below {WEAK:g} times the noise: {few(weak)}.",
         *sight_lines(found)[-1:],
         f"The only ones that see a blendshape: {few([m.name for m in needed])}.",
-        *(f"{names[m.name]} may sit {tolerance_words(m.unnoticed)} off its place, unnoticed." for m in tight),
+        *(
+            f"{names[m.name]} has a ring of {m.ring_mm:.1f} mm; alone, unnoticed, it may stand "
+            f"{tolerance_words(m.unnoticed)} off its place."
+            for m in tight
+        ),
         f"If one falls off, carry on; but re-apply {few(again)}.",
         *pair_lines(found)[:1],
         *other_lines(found)[:1],
@@ -173,18 +178,20 @@ def reason_words(marker: MarkerReport, found: Inspection) -> str:
 
 
 def tolerance_lines(found: Inspection) -> list[str]:
-    """How far each dot may sit beside its place, unnoticed and measured."""
-    lines = [
-        f"Until a blendshape is lost, the skin ends, or the upper estimate of the error grows by {GROWTH - 1:.0%}; the "
-        "worst direction and the best, left being the subject's own.",
-        "Unnoticed: the solver takes the dot for one at its place. Measured: it is told where the dot sits. Either is "
-        "of one dot moved alone; 'may stand off' on the marker table is smaller, for it is of all dots at once.",
+    """How far each dot may stand beside its place: with all others off too, and alone, unnoticed and measured."""
+    return [
+        f"Ring, to place by: all dots may stand so far off at once, and {PROMISED:.0%} of crews stay under "
+        f"{GROWTH - 1:+.0%} of error; the marker pages draw it.",
+        "Alone, to judge one dot that slipped: it may stand so far off while all others stand at their places, until a "
+        f"blendshape is lost, the skin ends, or the upper estimate of the error grows by {GROWTH - 1:.0%}; the worst "
+        "direction and the best, left being the subject's own.",
+        "Unnoticed: the solver takes the dot for one at its place. Measured: it is told where the dot stands.",
         *(
-            f"{m.name} {m.label}: unnoticed {tolerance_words(m.unnoticed)}; measured {tolerance_words(m.measured)}"
+            f"{m.name} {m.label}: ring {m.ring_mm:.1f} mm; alone, unnoticed, {tolerance_words(m.unnoticed)}; alone, "
+            f"measured, {tolerance_words(m.measured)}"
             for m in found.markers
         ),
     ]
-    return lines
 
 
 def tolerance_words(tolerance: Tolerance) -> str:

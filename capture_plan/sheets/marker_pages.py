@@ -15,6 +15,7 @@ import numpy as np
 from capture_plan.anatomy.regions import UNNAMED, face_regions
 from capture_plan.anatomy.zones import DOT_MM
 from capture_plan.evaluation.fallen import Falling
+from capture_plan.evaluation.rings import PROMISED
 from capture_plan.face.anchors import Anchors
 from capture_plan.layout.record import Landmark, Layout, MotionFit
 from capture_plan.layout.spacing import nearest_straight, nearest_two
@@ -54,7 +55,6 @@ TIMES_FACTOR = "These are the model's mm: multiply by the factor, see the table.
 KEY_SHARE = 0.5  # of the paper's width: from there on the key to the letters
 EACH_S = 35.0  # to measure, dot and check a marker: an assumption of ours, as are all times
 NOT_FOR_PLACING = "NOT FOR PLACING"
-PROMISED = 0.95  # of crews within their rings keep the error
 ORDER_MM = 24.0  # of height for the order in which dots are placed
 SIDE_WORDS_MM = 52.0  # as wide as ACTOR'S RIGHT with its arrow
 FOOT_MM = 27.0  # above the lower edge of the paper

@@ -6,11 +6,13 @@ the distance between the pupils, for a face of another size.
 Letters: m landmarks.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
+from capture_plan.evaluation.rings import PROMISED
+from capture_plan.evaluation.robustness import GROWTH
 from capture_plan.layout.record import Landmark
 from capture_plan.sheets.furniture import HeadLine, head_line
 from capture_plan.sheets.markers import MarkedFace, point_words
@@ -22,6 +24,8 @@ TICKS = ("applied", "checked", "after lunch")
 # Left edge of each column, millimetres from the margin; the last three hold the boxes.
 COLUMNS = {"number": 5.0, "place": 17.0, "first": 50.0, "second": 75.0, "error": 100.0, "next": 117.0, "last": 135.0}
 TICK_MM = 12.5
+CALLIPERS_MM = 0.5  # to which a distance on soft skin is measured: an assumption of ours
+FINER = "use a mask"
 
 
 class Column(NamedTuple):
@@ -30,22 +34,28 @@ class Column(NamedTuple):
     title: str
     size: Number
     cell: Callable[[Landmark], str]
+    unit: str = ""
 
 
 VERTEX = Column("vertex of the scan", 7.4, lambda landmark: f"{landmark.source_vertex:,}")
 
 
-CALLIPERS_MM = 1.0  # what they give on skin: a smaller ring asks for a stencil
-
-
-def may_stand(rings: Mapping[str, float]) -> Column:
-    """How far a marker may stand from its place, with a star where callipers are not exact enough."""
+def ring_column(face: MarkedFace) -> Column:
+    """The ring of each marker, and where callipers cannot place it that exactly, what can."""
 
     def cell(landmark: Landmark) -> str:
-        ring = rings.get(landmark.name)
-        return "" if ring is None else f"{ring:.1f} mm" + (" *" if ring < CALLIPERS_MM else "")
+        ring = face.rings.get(landmark.name)
+        if ring is None:
+            return ""
+        return f"{ring:.1f}" + (f" · {FINER}" if too_fine(landmark, face) else "")
 
-    return Column("may stand off", 7.4, cell)
+    return Column("ring", 7.4, cell, "mm, all dots at once")
+
+
+def too_fine(landmark: Landmark, face: MarkedFace) -> bool:
+    """Whether the ring of a marker asks for distances that callipers do not give."""
+    measure, ring = face.measure(landmark), face.rings.get(landmark.name)
+    return measure is not None and ring is not None and ring < CALLIPERS_MM * measure.error_mm
 
 
 def rows_per_page(book: Booklet) -> int:
@@ -64,6 +74,7 @@ def draw_table(book: Booklet, landmarks: tuple[Landmark, ...], face: MarkedFace,
     for key, text in heads.items():
         book.text(left + COLUMNS[key], y, text, 7, bold=True)
     units = {"first": "mm (of pupils)", "second": "mm (of pupils)", "error": "dot off, mm", "next": "mm"}
+    units |= {"last": last.unit}
     for key, text in units.items():
         book.text(left + COLUMNS[key], y - 3.2, text, 7, colour=SOFT)
     for i, text in enumerate(TICKS):
@@ -114,6 +125,21 @@ def _measured(landmark: Landmark, face: MarkedFace) -> dict[str, str]:
     return cells | {"first": said[0], "second": said[1], "error": f"{measure.error_mm:.1f}"}
 
 
+def ring_words(face: MarkedFace) -> str:
+    """What the ring of a marker is, and what is done where callipers are too coarse for it; empty without rings."""
+    if not face.rings:
+        return ""
+    promised = f"{min(face.kept, PROMISED):.0%} of crews stay under {GROWTH - 1:+.0%} of error"
+    words = (
+        "Ring: how far the middle of a dot may stand from its place, in any direction. It holds for all dots at once: "
+    )
+    words += f"where every dot stands somewhere within its ring, {promised}."
+    if any(too_fine(one, face) for one in face.landmarks):
+        words += f" '{FINER.capitalize()}': callipers, good to about {CALLIPERS_MM:g} mm on skin, do not place the dot "
+        words += "that exactly; take the printed mask (capture-plan mask) or a stencil."
+    return words
+
+
 def _foot(book: Booklet, face: MarkedFace, y: Number) -> None:
     """What the columns mean, and the box for a face of another size."""
     left, wide = MARGIN_MM, book.paper.width - 2 * MARGIN_MM
@@ -122,13 +148,9 @@ def _foot(book: Booklet, face: MarkedFace, y: Number) -> None:
     note += (
         f", from {letters}. 'If 1 mm off': how far the dot goes if each distance is off by 1 mm." if letters else "."
     )
-    if face.rings:
-        note += (
-            " 'May stand off': while all dots keep within this, 95 of 100 crews get a result at most a tenth less exact"
-            f" (`capture-plan inspect` says more for one dot moved alone). * Under {CALLIPERS_MM:g} mm: finer than "
-            "callipers, use a stencil or the printed mask."
-        )
-    y = book.paragraph(left, y, note, 7, width=wide, lines=4, colour=SOFT)
+    y = book.paragraph(left, y, note, 7, width=wide, lines=2, colour=SOFT)
+    if words := ring_words(face):
+        y = book.paragraph(left, y + 0.8, words, 7, width=wide, lines=3, colour=SOFT)
     if not face.tape or face.own:
         return
     pupils = face.anchors.pupils

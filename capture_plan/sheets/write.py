@@ -41,7 +41,7 @@ from capture_plan.sheets.marker_pages import (
     placing_words,
     take_words,
 )
-from capture_plan.sheets.marker_table import VERTEX, may_stand
+from capture_plan.sheets.marker_table import VERTEX, ring_column
 from capture_plan.sheets.page import Booklet, paper
 from capture_plan.sheets.shot_list import draw_shot_list, paged
 from capture_plan.sheets.shots import (
@@ -127,7 +127,7 @@ def draw_sheets(plan: Plan, inputs: PlanInputs, *, sheet: str, dpi: int) -> Book
         face,
         placed,
         placed,
-        may_stand(face.rings),
+        ring_column(face),
         dpi,
         cared,
         says,
