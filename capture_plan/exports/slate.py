@@ -4,11 +4,11 @@ from pathlib import Path
 from types import MappingProxyType
 
 from capture_plan.exports.rows import Columns, write_rows
-from capture_plan.expressions.session import Item, Session
+from capture_plan.expressions.session import Item, Session, shot_number
 
 TAKES = 3
 COLUMNS = (
-    "slate",
+    "shot",
     "name",
     "kind",
     "sentence",
@@ -32,7 +32,7 @@ def slate_row(item: Item) -> list[object]:
     """One line; what an item does not have stays empty."""
     hard = item.difficulty
     return [
-        item.slate,
+        shot_number(item),
         item.name,
         item.kind,
         item.sentence,

@@ -15,6 +15,7 @@ from capture_plan.evaluation.rings import rings_of
 from capture_plan.exports.delivery import Delivery
 from capture_plan.exports.rows import Columns, write_rows
 from capture_plan.exports.slate import write_slate
+from capture_plan.expressions.session import shot_number
 from capture_plan.layout.record import Landmark, Layout, View
 from capture_plan.plan.record import SAMPLE, ActorHead, Plan, cameras_of, head_words, number_of
 
@@ -100,10 +101,11 @@ def measured_cells(marker: Landmark) -> tuple[float | str, float | str]:
 
 
 def write_expressions(plan: Plan, path: Path) -> Path:
-    """One row an expression, in the order of shooting."""
-    header, of = ["name", "sentence", "blendshapes", "gain_percent", "covered_percent"], origin(plan)
+    """One row an expression, in the order of shooting; `shot` is the number that pages and slate.csv count by."""
+    header, of = ["shot", "name", "sentence", "blendshapes", "gain_percent", "covered_percent"], origin(plan)
+    shots = {item.name: shot_number(item) for item in plan.session.items}
     rows = [
-        [e.name, e.sentence, " ".join(e.blendshapes), round(100 * e.gain, 2), round(100 * e.covered, 2)]
+        [shots[e.name], e.name, e.sentence, " ".join(e.blendshapes), round(100 * e.gain, 2), round(100 * e.covered, 2)]
         for e in plan.in_session
     ]
     return write_rows(path, [[*header, *of], *([*row, *of.values()] for row in rows)])

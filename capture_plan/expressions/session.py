@@ -89,18 +89,14 @@ def session(
     planned = _clocked(_framed(in_order, settings))
     items = (*planned, *_clocked(_spare(shown[fitting:], settings), after=planned[-1]))
     stop = _stop(in_order, cut=fitting < len(shown))
-    at = next((item.minutes for item in planned if stop and item.name == stop.name), 0.0)
-    share = f"{stop.covered:.0%} of the {MEASURED_BY[importance]}" if stop else ""
+    stop = next((item for item in planned if stop and item.name == stop.name), None)
     return Session(
         settings=settings,
         items=items,
         minutes=planned[-1].minutes,
         fitting=fitting,
         stop_after=stop.name if stop else "",
-        stop=f"If time runs out, stop after {stop.name} and take the last neutral, {LAST}: {share} is covered, "
-        f"{at:.0f} minutes in."
-        if stop
-        else "",
+        stop=_stop_words(stop, planned[-1], MEASURED_BY[importance]) if stop else "",
     )
 
 
@@ -122,6 +118,21 @@ def easy_first(expressions: list[Item], count: int) -> list[Item]:
     return ordered
 
 
+def shot_title(item: Item) -> str:
+    """'Shot 6', the one number that pages, cards and tables count by, in the order of shooting; 'Pause'."""
+    return f"Shot {shot_number(item)}" if item.slate else item.kind.capitalize()
+
+
+def shot_number(item: Item) -> str:
+    """'6' for slate 006; empty for a pause."""
+    return item.slate.lstrip("0")
+
+
+def shot_note(item: Item, of: Session) -> str:
+    """'of 25 · E03', what stands beside the title of a shot: of how many, and its name in the plan and in files."""
+    return f"of {sum(bool(one.slate) for one in of.items)} · {item.name}" if item.slate else ""
+
+
 def stop_below(of: Session) -> str:
     """The item below which a list says where to stop: the expression, or the last neutral where that follows at once;
     empty where nothing is said."""
@@ -132,13 +143,15 @@ def stop_below(of: Session) -> str:
 
 
 def easy_words(of: Session) -> str:
-    """'E03 and E04 are shot first because they are easy.'; empty where the order of gain stands."""
-    names = [item.name for item in of.items if item.kind == "expression" and item.fits]
-    ahead = names[: names.index(min(names, key=_number))] if names else []
+    """'Shots 6 and 7 (E03, E04) come first because they are easy.'; empty where the order of gain stands."""
+    shown = [item for item in of.items if item.kind == "expression" and item.fits]
+    names = [item.name for item in shown]
+    ahead = shown[: names.index(min(names, key=_number))] if names else []
     if not ahead:
         return ""
-    are = "is shot first because it is easy" if len(ahead) == 1 else "are shot first because they are easy"
-    return f"{in_series(ahead)} {are}."
+    come = "comes first because it is easy" if len(ahead) == 1 else "come first because they are easy"
+    shots = f"Shot{'s' if len(ahead) > 1 else ''} {in_series([shot_number(item) for item in ahead])}"
+    return f"{shots} ({', '.join(item.name for item in ahead)}) {come}."
 
 
 def _number(name: str) -> tuple[int, str]:
@@ -147,16 +160,27 @@ def _number(name: str) -> tuple[int, str]:
 
 
 def spare_words(of: Session) -> str:
-    """'E05 to E18, 14 of 18 expressions, do not fit into 10 minutes: spare, if time is left.'; empty where all fit."""
+    """'Shots 14 to 27 (E05 to E18), 14 of 18 expressions, do not fit into 10 minutes: spare, if time is left.'; empty
+    where all fit."""
     shown = [item for item in of.items if item.kind == "expression"]
-    spare = [item.name for item in shown if not item.fits]
+    spare = [item for item in shown if not item.fits]
     if not spare:
         return ""
-    named = spare[0] if len(spare) == 1 else f"{spare[0]} to {spare[-1]}"
+    first, last = spare[0], spare[-1]
+    named = f"Shots {shot_number(first)} to {shot_number(last)} ({first.name} to {last.name})"
+    named = named if len(spare) > 1 else f"Shot {shot_number(first)} ({first.name})"
     fit = "does not fit" if len(spare) == 1 else "do not fit"
     return (
         f"{named}, {len(spare)} of {len(shown)} expressions, {fit} into {of.settings.minutes:g} minutes: "
         "spare, if time is left."
+    )
+
+
+def _stop_words(stop: Item, last: Item, measured: str) -> str:
+    """Where to stop when time runs out, which neutral is taken then, and what has been covered by when."""
+    return (
+        f"If time runs out, stop after shot {shot_number(stop)} ({stop.name}), take the last neutral, shot "
+        f"{shot_number(last)} ({last.name}): {stop.covered:.0%} of {measured} is covered by minute {stop.minutes:.0f}."
     )
 
 

@@ -59,7 +59,10 @@ class Edits(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 Importance = Literal["error", "paper"]
-MEASURED_BY: dict[Importance, str] = {"error": "error that scanning can take away", "paper": "paper's importance"}
+MEASURED_BY: dict[Importance, str] = {
+    "error": "what the full list brings",  # the expected squared error that its scans take from the rebuilt rig
+    "paper": "the importance of the full list",
+}
 
 
 class PackingSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

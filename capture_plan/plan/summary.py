@@ -332,7 +332,7 @@ def first_words(plan: Plan) -> str:
     if len(plan.packing.expressions) <= FIRST:
         return ""
     measured = MEASURED_BY[plan.settings.expressions.importance]
-    return f"; the first {FIRST} cover {first_share(plan, FIRST):.0%} of the {measured}"
+    return f"; the first {FIRST} cover {first_share(plan, FIRST):.0%} of {measured}"
 
 
 def first_share(plan: Plan, count: int) -> float:

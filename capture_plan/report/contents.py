@@ -73,6 +73,7 @@ def contents(plan: Plan, shot_list: Session) -> dict[str, Any]:
         "easy_first": plan.settings.session.easy_first,
         "session_intro": session_intro(shot_list),
         "chart": chart(plan),
+        "measured": MEASURED_BY[plan.settings.expressions.importance],
         "unscanned": packing.left_out,
         "relaxed": [" and ".join(pair) for pair in packing.relaxed],
         "information_intro": f"What the markers tell about the face {under_noise(layout.information)}: how many mixes "
@@ -120,7 +121,7 @@ def tiles(plan: Plan) -> list[Tile]:
             "Expressions",
             str(len(packing.expressions)),
             "",
-            f"show {percent(covered)} of the {MEASURED_BY[plan.settings.expressions.importance]}",
+            f"show {percent(covered)} of {MEASURED_BY[plan.settings.expressions.importance]}",
             packing_proof(plan),
         ),
         Tile(

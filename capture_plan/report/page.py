@@ -8,8 +8,10 @@ import base64
 import hashlib
 import io
 import json
+from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Protocol, runtime_checkable
 
 import jinja2
@@ -19,7 +21,7 @@ from markupsafe import Markup
 from msgspec import structs
 
 from capture_plan.expressions.record import Expression
-from capture_plan.expressions.session import Item
+from capture_plan.expressions.session import Item, Session, shot_note, shot_title
 from capture_plan.layout.record import Landmark
 from capture_plan.output import write_whole
 from capture_plan.plan.carry import as_worn, worn_words
@@ -84,7 +86,7 @@ def page_html(plan: Plan, inputs: Rig | PlanInputs) -> str:
         .render(
             **contents(plan, plan.session),
             cameras=camera_cards(shown, worn, embedded_pixels),
-            expressions=[card(e, pictures[e.name], line_of[e.name]) for e in plan.in_session],
+            expressions=[card(e, pictures[e.name], line_of[e.name], plan.session) for e in plan.in_session],
             shot_list=shot_rows(plan.session),
             markers=marker_rows((shown if given.generic else plan).layout.markers),
             placed=worn_words(plan, given),
@@ -99,11 +101,11 @@ def page_html(plan: Plan, inputs: Rig | PlanInputs) -> str:
     )
 
 
-def card(expression: Expression, pictures: ExpressionPictures, item: Item) -> dict[str, Any]:
-    """What the page shows of one expression; `item` is its line of the shot list."""
+def card(expression: Expression, pictures: ExpressionPictures, item: Item, of: Session) -> dict[str, Any]:
+    """What the page shows of one expression; `item` is its line of the shot list `of` the session."""
     name = expression.name
     return {
-        "name": name,
+        "title": f"{shot_title(item)} {shot_note(item, of)}",
         "sentence": expression.sentence,
         "blendshapes": expression.blendshapes,
         "session": shot_facts(item),
@@ -155,6 +157,7 @@ def plan_head(rig: Rig, plan: Plan) -> dict[str, Any]:
         plan.audit.used,
         landmarks=plan.layout.markers,
         expressions=plan.in_session,
+        titles={item.name: f"{shot_title(item)} {shot_note(item, plan.session)}" for item in plan.session.items},
         seers="the cameras" if plan.settings.cameras else "directions",
     )
 
@@ -165,10 +168,12 @@ def head_data(
     *,
     landmarks: tuple[Landmark, ...] = (),
     expressions: tuple[Expression, ...] = (),
+    titles: Mapping[str, str] = MappingProxyType({}),
     seers: str = "directions",
     shade: Float[np.ndarray, " v"] | None = None,
 ) -> dict[str, Any]:
-    """What `CapturePlan.start` reads: the head with its `used` blendshapes, its landmarks and its expressions.
+    """What `CapturePlan.start` reads: the head with its `used` blendshapes, its landmarks and its expressions, called
+    by their names or, where they have such, their `titles`.
 
     `shade` darkens vertices, 1 is full light; without it those that little light reaches are dark.
     """
@@ -182,7 +187,7 @@ def head_data(
         "landmarks": packed,
         "expressions": [
             {
-                "name": expression.name,
+                "title": titles.get(expression.name, expression.name),
                 "sentence": expression.sentence,
                 "blendshapes": expression.blendshapes,
                 "weights": [[number[name], w] for name, w in expression.pose.items()],

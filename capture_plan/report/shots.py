@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from capture_plan.expressions.session import Item, Session, easy_words, spare_words, stop_below
+from capture_plan.expressions.session import Item, Session, easy_words, shot_number, spare_words, stop_below
 from capture_plan.report.words import percent
 
 LEVELS = 5
@@ -25,7 +25,6 @@ def shot_facts(item: Item) -> dict[str, Any]:
         "reasons": "; ".join(hard.reasons) if hard else "",
         "avoid": "; ".join(item.mistakes),
         "hold": f"{item.hold_s:g} s",
-        "slate": item.slate,
         "fallback": [(part.name, part.sentence) for part in item.fallback],
     }
 
@@ -39,7 +38,7 @@ def shot_rows(of: Session) -> list[dict[str, Any]]:
     """One row an item of the session, in order; times are minutes from the start."""
     return [
         {
-            "slate": item.slate,
+            "shot": shot_number(item),
             "name": item.name,
             "kind": KINDS[item.kind],
             "sentence": item.sentence,
@@ -62,6 +61,7 @@ def session_intro(of: Session) -> str:
     takes = f"About {of.minutes:.0f} minutes with neutrals, teeth and pauses."
     takes = " ".join(filter(None, (takes, spare_words(of), easy_words(of))))
     return (
-        f"{takes} All times are assumptions of ours: {settings.hold_s:g} s of hold, {settings.retakes:g} retakes per "
-        f"expression, a pause every {settings.relax_every} expressions. Measure your first session and change them."
+        f"{takes} These are estimates: {settings.hold_s:g} s of hold, {settings.retakes:g} retakes per "
+        f"expression, a pause every {settings.relax_every} expressions. Measure your first session and change "
+        "them in the settings."
     )

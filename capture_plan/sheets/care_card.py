@@ -87,8 +87,8 @@ def why_words(one: Fallen, says: Mapping[str, str]) -> str:
         return ""
     if one.unseen:
         more = f" and {len(one.unseen) - SHOWN} more" if len(one.unseen) > SHOWN else ""
-        return f"no other dot shows: {', '.join(says.get(name) or name for name in one.unseen[:SHOWN])}{more}"
-    return f"without it the result is {100 * (one.factor - 1):.0f} % less exact"
+        return f"the only dot that shows: {', '.join(says.get(name) or name for name in one.unseen[:SHOWN])}{more}"
+    return f"without it the solved face is off by {100 * (one.factor - 1):.0f} % more"
 
 
 def instead_words(one: Fallen) -> str:

@@ -1,12 +1,13 @@
 """Cue cards: an expression on each, held up beside the camera and read from where the actor sits.
 
-One page for each expression in the order of shooting: its name and number, the sentence in letters as large as fit, the
+One page for each expression in the order of shooting: its number and name, the sentence in letters as large as fit, the
 portrait with its arrows, and what comes next, small. Lengths are page millimetres from the top left corner, y down.
 """
 
 import numpy as np
 from PIL import Image
 
+from capture_plan.expressions.session import shot_note, shot_title
 from capture_plan.plan.carry import as_worn
 from capture_plan.plan.inputs import PlanInputs
 from capture_plan.plan.record import Plan
@@ -29,7 +30,7 @@ from capture_plan.sheets.view import pixels
 READ_FROM_MM = 1500.0  # the actor's seat to a card beside the camera, at least
 PORTRAIT_SHARE, GAP_MM = 0.42, 5.0  # of the page's width
 TOP_MM, NEXT_MM = 32.0, 30.0  # above the sentence, from the edge of the paper; height of what comes next
-NAME_PT, NOTE_PT, MOST_PT = 44, 20, 110
+NAME_PT, NOTE_PT, MIRROR_PT, MOST_PT = 40, 20, 15, 110
 THUMBNAIL_PX = 240
 
 
@@ -44,11 +45,11 @@ def draw_cue_cards(plan: Plan, inputs: PlanInputs, *, sheet: str, dpi: int, mirr
     made = list(cues(shown, worn, items, how))
     texts = [_fit(book, cue) for cue in made]
     for number, (cue, text) in enumerate(zip(made, texts, strict=True), start=1):
-        book.add_page(cue.item.name)
-        _card(book, cue, text, f"{number} of {len(made)}", mirrored=mirrored)
+        book.add_page(f"{shot_title(cue.item)} · {cue.item.name}")
+        _card(book, cue, text, shot_note(cue.item, shown.session), mirrored=mirrored)
         if number < len(made):
             _next(book, made[number])
-    tell_small(((cue.item.name, text) for cue, text in zip(made, texts, strict=True)), READ_FROM_MM)
+    tell_small(((shot_title(cue.item).lower(), text) for cue, text in zip(made, texts, strict=True)), READ_FROM_MM)
     return book
 
 
@@ -68,12 +69,12 @@ def _fit(book: Booklet, cue: Cue) -> Fitted:
     return fitted(book, cue.words, width, height, most_pt=MOST_PT * book.paper.height / 210)
 
 
-def _card(book: Booklet, cue: Cue, text: Fitted, number: str, *, mirrored: bool) -> None:
+def _card(book: Booklet, cue: Cue, text: Fitted, note: str, *, mirrored: bool) -> None:
     width, height = _room(book)
-    name = book.text(MARGIN_MM, 24, cue.item.name, NAME_PT, bold=True)
-    book.text(MARGIN_MM + name + 4, 24, number, NOTE_PT, colour=SOFT)
+    name = book.text(MARGIN_MM, 24, shot_title(cue.item), NAME_PT, bold=True)
+    book.text(MARGIN_MM + name + 4, 24, note, NOTE_PT, colour=SOFT)
     if mirrored:
-        book.text(MARGIN_MM + name + 4, 14.5, AS_IN_A_MIRROR, NOTE_PT, bold=True, colour=ACCENT, fit=width - name - 4)
+        book.text(MARGIN_MM + name + 4, 14.5, AS_IN_A_MIRROR, MIRROR_PT, bold=True, colour=ACCENT, fit=width - name - 4)
     draw_fitted(book, MARGIN_MM, TOP_MM + (height - text.height) / 2, text, width)
     x = book.paper.width - MARGIN_MM - _wide(book)
     draw_portrait(book, cue, x, MARGIN_MM, _wide(book), scale=1.4)
@@ -89,4 +90,4 @@ def _next(book: Booklet, cue: Cue) -> None:
     small = np.asarray(Image.fromarray(cue.front.rgb).resize(size, Image.Resampling.BOX))
     wide, y = NEXT_MM * columns / rows, book.paper.height - MARGIN_MM
     book.image(small, MARGIN_MM, y - NEXT_MM, wide, NEXT_MM)
-    book.text(MARGIN_MM + wide + 3, y - 4, f"next: {cue.item.name}", NOTE_PT, colour=SOFT)
+    book.text(MARGIN_MM + wide + 3, y - 4, f"next: {shot_title(cue.item).lower()}", NOTE_PT, colour=SOFT)

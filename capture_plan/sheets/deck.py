@@ -5,7 +5,7 @@ Letters count as read at three metres on a monitor of 24 inches, whose picture i
 millimetres from the top left corner, y down.
 """
 
-from capture_plan.expressions.session import Item
+from capture_plan.expressions.session import Item, shot_note, shot_title
 from capture_plan.plan.carry import as_worn
 from capture_plan.plan.inputs import PlanInputs
 from capture_plan.plan.record import Plan
@@ -40,25 +40,20 @@ def draw_deck(plan: Plan, inputs: PlanInputs, *, sheet: str, dpi: int, mirrored:
     shown, worn = as_worn(plan, inputs)
     how = Portrait(pixels(PORTRAIT_MM, SCREEN.height, dpi), mirrored=mirrored, ground=GROUND)
     items, small = shown.session.items, []
-    for number, cue in enumerate(cues(shown, worn, items, how), start=1):
-        book.add_page(cue.item.name or cue.item.kind)
-        text = _page(book, cue, f"{number} of {len(items)}", draft=bool(plan.draft), mirrored=mirrored)
-        small.append((name_of(cue.item), text))
+    for cue in cues(shown, worn, items, how):
+        book.add_page(shot_title(cue.item))
+        text = _page(book, cue, shot_note(cue.item, shown.session), draft=bool(plan.draft), mirrored=mirrored)
+        small.append((shot_title(cue.item).lower(), text))
     tell_small(small, READ_FROM_MM, MONITOR_MM / SCREEN.width)
     return book
 
 
-def name_of(item: Item) -> str:
-    """What an item is called on its page: 'E03', 'PAUSE'."""
-    return item.name or item.kind.upper()
-
-
-def _page(book: Booklet, cue: Cue, number: str, *, draft: bool, mirrored: bool) -> Fitted:
+def _page(book: Booklet, cue: Cue, note: str, *, draft: bool, mirrored: bool) -> Fitted:
     book.box(0, 0, SCREEN.width, SCREEN.height, fill=GROUND, line=None)
     draw_portrait(book, cue, SCREEN.width - PORTRAIT_MM, 0, PORTRAIT_MM, scale=1.7)
     right = SCREEN.width - EDGE_MM - (PORTRAIT_MM if cue.front else 0)
-    name = book.text(EDGE_MM, 32, name_of(cue.item), NAME_PT, bold=True, colour=LIGHT)
-    book.text(EDGE_MM + name + 5, 32, number, NOTE_PT, colour=PALE)
+    name = book.text(EDGE_MM, 32, shot_title(cue.item), NAME_PT, bold=True, colour=LIGHT)
+    book.text(EDGE_MM + name + 5, 32, note, NOTE_PT, colour=PALE)
     if mirrored and cue.front:
         room = right - EDGE_MM - name - 5
         book.text(EDGE_MM + name + 5, 21, AS_IN_A_MIRROR, NOTE_PT, bold=True, colour=SIGNAL, fit=room)
@@ -73,7 +68,6 @@ def _page(book: Booklet, cue: Cue, number: str, *, draft: bool, mirrored: bool) 
 
 
 def _foot(item: Item) -> str:
-    """'slate 006 · hold 3 s'."""
-    parts = [f"slate {item.slate}"] if item.slate else []
-    parts += [f"hold {item.hold_s:g} s"] if item.hold_s else []
+    """'hold 3 s'; what is spare is called so."""
+    parts = [f"hold {item.hold_s:g} s"] if item.hold_s else []
     return " · ".join(parts if item.fits else [*parts, "spare: if time is left"])

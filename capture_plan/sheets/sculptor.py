@@ -13,6 +13,7 @@ from jaxtyping import Float
 
 from capture_plan.anatomy.regions import FaceRegions, face_regions
 from capture_plan.expressions.record import Expression
+from capture_plan.expressions.session import shot_title
 from capture_plan.face.anchors import Anchors
 from capture_plan.plan.carry import as_worn
 from capture_plan.plan.inputs import PlanInputs
@@ -66,18 +67,19 @@ class Moved(NamedTuple):
 
 
 def draw_sculptor(plan: Plan, inputs: PlanInputs, *, sheet: str, dpi: int, mirrored: bool) -> Booklet:
-    """A page of the neutral and one of each expression, in the order of the plan; never `mirrored`, for it is no actor
+    """A page of the neutral and one of each expression, in the order of shooting; never `mirrored`, for it is no actor
     who works by them."""
     book = Booklet(
         landscape(paper(sheet)), f"{inputs.rig.name}: for the sculptor", inputs.rig.names, draft="; ".join(plan.draft)
     )
     shown, worn = as_worn(plan, inputs)
     head, regions = make_head(worn), face_regions(worn)
-    (wide, high), expressions = _plate(book), shown.packing.expressions
+    (wide, high), expressions = _plate(book), shown.in_session
     near = [facing_in(worn, regions.anchors, view, wide / high) for view in TURNTABLE]
     whole = turntable(worn, regions.anchors, wide / (WHOLE_SHARE * book.paper.height))
     says = {one.name: one.words for one in plan.audit.details}
     rows = {e.name: moved_by(worn, regions, e, says) for e in expressions}
+    titles = {item.name: f"{shot_title(item)} · {item.name}" for item in shown.session.items}
     pages = 1 + sum(len(_chunks(book, rows[e.name])) for e in expressions)
     source = SheetSource(head_words(plan, generic=inputs.generic), f"plan {number_of(plan)}", pages)
 
@@ -97,7 +99,7 @@ def draw_sculptor(plan: Plan, inputs: PlanInputs, *, sheet: str, dpi: int, mirro
     draw(relaxed, whole, TOP_MM + high + LABEL_MM)
     for e in track(expressions, "Drawing turntables"):
         for part, some in enumerate(_chunks(book, rows[e.name])):
-            title = f"{e.name}, continued" if part else e.name
+            title = f"{titles[e.name]}, continued" if part else titles[e.name]
             _begin(book, source, title, f"{e.sentence} · {scale_words(near[0].width / wide)}")
             if part == 0:
                 draw(pose(head, movement(worn, e)[0]), near, TOP_MM)

@@ -3,7 +3,7 @@
 Lengths are page millimetres from the top left corner, y down.
 """
 
-from capture_plan.expressions.session import Item, Session, easy_words, spare_words, stop_below
+from capture_plan.expressions.session import Item, Session, easy_words, shot_number, spare_words, stop_below
 from capture_plan.sheets.furniture import head_line
 from capture_plan.sheets.page import MARGIN_MM, Booklet
 from capture_plan.sheets.style import ACCENT, FAINT, INK, SOFT, WASH, Number
@@ -15,7 +15,7 @@ COLUMNS = {"slate": 1.5, "name": 11.0, "words": 23.0, "hard": 123.0, "hold": 140
 WORDS_PT, LINE_MM = 7.6, 3.2
 WORDS_MM, FAR_MM = (COLUMNS[key] - COLUMNS["words"] - 3 for key in ("hard", "hold"))
 TICKS = ("pass", "retake")
-CLOCK = "Clock: minutes from the start, estimated and never timed. Difficulty 1 to 5. Sides are the actor's own."
+CLOCK = "Done: minutes from the start, estimated. Difficulty 1 to 5. Sides are the actor's own."
 TICK_MM = 10.0
 LEVELS = 5
 ALL = 1 - 1e-6  # what is missing beyond that is rounding
@@ -60,7 +60,7 @@ def draw_shot_list(
     head_line(book, "SHOT LIST", (_summary(of), spare) if spare else (_summary(of),))
     left, right = MARGIN_MM, book.paper.width - MARGIN_MM
     y = TOP_MM - 4
-    heads = {"slate": "slate", "name": "name", "words": "what the actor is told", "hard": "difficulty"}
+    heads = {"slate": "shot", "name": "name", "words": "what the actor is told", "hard": "difficulty"}
     for key, text in (heads | {"hold": "hold", "clock": "done, min", "covered": "covered"}).items():
         book.text(left + COLUMNS[key], y, text, 6.8, bold=True)
     ticks = right - TICK_MM * len(TICKS)
@@ -87,10 +87,10 @@ def draw_shot_list(
 
 
 def _summary(of: Session) -> str:
-    """'18 expressions and 7 other slates in 25 minutes'."""
+    """'18 expressions and 7 other shots in 25 minutes'."""
     shown = sum(item.kind == "expression" and item.fits for item in of.items)
     others = sum(item.kind not in ("expression", "pause") for item in of.items)
-    text = f"{shown} expressions and {others} other slates in {of.minutes:.0f} minutes"
+    text = f"{shown} expressions and {others} other shots in {of.minutes:.0f} minutes"
     if of.settings.minutes is not None:
         text += f" of the {of.settings.minutes:g} there are"
     return f"{text} · hold {of.settings.hold_s:g} s · {of.settings.retakes:g} retakes per expression"
@@ -112,8 +112,8 @@ def _row(book: Booklet, item: Item, y: Number, ticks: Number) -> None:
     if not expression:
         book.box(left, y, right - left, tall, fill=WASH, line=None)
     base = y + tall / 2 + 1.2
-    book.text(left + COLUMNS["slate"], base, item.slate, 8, colour=SOFT)
-    book.text(left + COLUMNS["name"], base, item.name, 9.5, bold=True, colour=ink)
+    book.text(left + COLUMNS["slate"], base, shot_number(item), 9.5, bold=True, colour=ink)
+    book.text(left + COLUMNS["name"], base, item.name, 8, colour=SOFT)
     lines = _words(book, item)
     top = y + (tall - LINE_MM * len(lines)) / 2 + 2.4
     for n, line in enumerate(lines):

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from PIL import Image
 
 from capture_plan.expressions.sentences import FROM_REST
-from capture_plan.expressions.session import Item
+from capture_plan.expressions.session import Item, shot_title
 from capture_plan.sheets.expression_page import KIND_COLOURS, KIND_NAMES, Shot, heat_colours
 from capture_plan.sheets.furniture import tick_boxes
 from capture_plan.sheets.page import MARGIN_MM, Align, Booklet
@@ -47,14 +47,13 @@ def plates(book: Booklet) -> Plates:
     return Plates(top, large, tall, small, (tall - 10.0) / 2)
 
 
-def draw_expression(book: Booklet, shot: Shot, relaxed: Picture, item: Item, index: int, total: int) -> None:
-    """The page of one expression, but for its foot; `item` is its line of the shot list, `relaxed` the neutral."""
+def draw_expression(book: Booklet, shot: Shot, relaxed: Picture, item: Item, note: str) -> None:
+    """The page of one expression, but for its foot; `item` is its line of the shot list, `note` of how many it is one,
+    `relaxed` the neutral."""
     e = shot.expression
     left, right = MARGIN_MM, book.paper.width - MARGIN_MM
-    book.text(left, 19, e.name, 34, bold=True)
-    wide = book.width(e.name, 34, bold=True)
-    book.text(left + wide + 2.5, 19, f"expression {index + 1} of {total}", 12, colour=SOFT)
-    book.text(left + wide + 2.5, 13.2, f"slate {item.slate}", 8, colour=SOFT)
+    wide = book.text(left, 19, shot_title(item), 34, bold=True)
+    book.text(left + wide + 2.5, 19, note, 14, colour=SOFT)
     _fields(book, right)
     book.line((left, 23.6), (right, 23.6), width=0.5)
     book.text(left, 29, f"{FROM_REST.strip(' :')}, all at once:", 9.5, colour=SOFT)
@@ -65,8 +64,10 @@ def draw_expression(book: Booklet, shot: Shot, relaxed: Picture, item: Item, ind
     _facts(book, shot, item)
 
 
-def draw_overview(book: Booklet, shots: list[Shot], first: int, total: int, subtitle: str) -> int:
-    """As many thumbnails as fit on the last page, from `first` on; returns the first that did not fit."""
+def draw_overview(book: Booklet, shots: list[Shot], items: list[Item], first: int, subtitle: str) -> int:
+    """As many thumbnails as fit on the last page, from `first` on, with their `items` of the shot list; returns the
+    first that did not fit."""
+    total = len(shots)
     left, width = MARGIN_MM, book.paper.width - 2 * MARGIN_MM
     book.text(left, 15, "EXPRESSIONS AT A GLANCE", 19, bold=True)
     book.paragraph(left, 16.2, subtitle, 7.4, width=width - 66, lines=2, colour=SOFT)
@@ -77,7 +78,8 @@ def draw_overview(book: Booklet, shots: list[Shot], first: int, total: int, subt
     last = min(first + rows * columns, total)
     for index in range(first, last):
         row, column = divmod(index - first, columns)
-        _thumbnail(book, shots[index], index, left + column * cell_w, 27 + row * cell_h, cell_w - 2.5, cell_h - 2.5)
+        x, y = left + column * cell_w, 27 + row * cell_h
+        _thumbnail(book, shots[index], items[index], x, y, cell_w - 2.5, cell_h - 2.5)
     return last
 
 
@@ -150,13 +152,16 @@ def draw_arrow(book: Booklet, start: Float[np.ndarray, " 2"], end: Float[np.ndar
     book.polygon(head, fill=ACCENT, line=ACCENT, width=0.2 * scale)
 
 
-def draw_maps(book: Booklet, shots: list[Shot], first: int) -> int:
+def draw_maps(book: Booklet, shots: list[Shot], items: list[Item], first: int) -> int:
     """How far every place of the face moves, and which skin is active, for as many expressions as fit on the last page
-    from `first` on; returns the first that did not fit."""
+    from `first` on, with their `items` of the shot list; returns the first that did not fit."""
     left, width = MARGIN_MM, book.paper.width - 2 * MARGIN_MM
     book.text(left, 15, "WHERE THE FACE MOVES", 19, bold=True)
-    words = "for technicians: how far the skin moves, and which skin is active, which only smooth, which still"
-    book.text(left, 20.6, words, 8.2, colour=SOFT, fit=width)
+    words = (
+        "for technicians: how far the skin moves, and which skin is active, which only smooth, which still. 'Brings': "
+    )
+    words += "the share of the rebuilt rig's expected squared error that the full list of scans takes away"
+    book.paragraph(left, 16.6, words, 7.6, colour=SOFT, width=width, lines=2)
     book.line((left, 23.6), (left + width, 23.6), width=0.5)
     rows, last = map_rows(book), min(first + map_rows(book) * MAP_COLUMNS, len(shots))
     cell_w, cell_h = width / MAP_COLUMNS, (book.paper.height - 27 - 11) / rows
@@ -164,9 +169,9 @@ def draw_maps(book: Booklet, shots: list[Shot], first: int) -> int:
         row, column = divmod(index - first, MAP_COLUMNS)
         x, y, shot = left + column * cell_w, 27 + row * cell_h, shots[index]
         e, narrow, short = shot.expression, MAP_MM[0], MAP_MM[1]
-        book.text(x, y + 4, e.name, 11, bold=True)
-        share = f"takes {e.gain:.1%} of the squared error, {covered_words(e.covered)} so far"
-        book.text(x + 11, y + 4, share, 7, colour=SOFT, fit=cell_w - 12)
+        wide = book.text(x, y + 4, shot_title(items[index]), 11, bold=True)
+        share = f"{e.name} · brings {e.gain:.1%}, {covered_words(e.covered)} so far"
+        book.text(x + wide + 1.5, y + 4, share, 7, colour=SOFT, fit=cell_w - wide - 3)
         book.image(shot.heat.rgb, x, y + 5.5, narrow, short)
         _heat_bar(book, x, y + 6.5 + short, narrow, shot.scale_mm)
         book.image(shot.kinds.rgb, x + narrow + 1, y + 5.5, narrow, short)
@@ -216,7 +221,7 @@ def _facts(book: Booklet, shot: Shot, item: Item) -> None:
     ticks = ("pass", "retake", "fallback") if item.fallback else ("pass", "retake")
     x = tick_boxes(book, left, y, ticks, size=5.5, pt=12.5)
     book.text(x + 2, y, f"hold {item.hold_s:g} s", 12.5, bold=True)
-    clock = f"done at {item.minutes:.0f} min (an estimate: no session was timed)"
+    clock = f"done about {item.minutes:.0f} min after the start (an estimate)"
     book.text(right, y, clock, 8, colour=SOFT, align="right")
     y = book.paper.height - 17
     for x, end, word in ((left, left + 62, "takes"), (left + 68, right, "notes")):
@@ -251,7 +256,7 @@ def _instead(book: Booklet, item: Item, x: Number, y: Number, width: Number) -> 
         y = max(book.paragraph(x + 6.5 + wide, y, part.sentence, 8.6, width=width - 6.5 - wide, lines=2), y + 5) + 1.2
 
 
-def _thumbnail(book: Booklet, shot: Shot, index: int, x: Number, y: Number, w: Number, h: Number) -> None:
+def _thumbnail(book: Booklet, shot: Shot, item: Item, x: Number, y: Number, w: Number, h: Number) -> None:
     e = shot.expression
     book.box(x, y, w, h, line=FAINT, width=0.2)
     text_h = 17.0
@@ -261,7 +266,8 @@ def _thumbnail(book: Booklet, shot: Shot, index: int, x: Number, y: Number, w: N
     size = (THUMBNAIL_PX, round(THUMBNAIL_PX * rows / columns))
     small = np.asarray(Image.fromarray(shot.front.rgb).resize(size, Image.Resampling.BOX))
     book.image(small, x + (w - picture_w) / 2, y + 0.5, picture_w, picture_w * rows / columns)
-    book.text(x + 1.5, y + 5, e.name, 13, bold=True)
+    wide = book.text(x + 1.5, y + 5, shot_title(item), 12, bold=True)
+    book.text(x + 3 + wide, y + 5, item.name, 8, colour=SOFT, fit=w - wide - 10)
     book.box(x + w - 6, y + 1.6, 4.2, 4.2, fill="#ffffff", width=0.3)
     book.text(x + w - 1.5, y + h - text_h + 0.5, covered_words(e.covered), 7.5, bold=True, align="right", colour=ACCENT)
     if shot.side:

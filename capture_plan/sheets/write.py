@@ -18,6 +18,8 @@ from capture_plan.errors import PlanError
 from capture_plan.evaluation.fallen import falling
 from capture_plan.evaluation.rings import rings_of
 from capture_plan.expressions.record import Expression
+from capture_plan.expressions.session import shot_note
+from capture_plan.expressions.settings import MEASURED_BY
 from capture_plan.layout.dot_contact import meeting_words
 from capture_plan.layout.record import Layout
 from capture_plan.output import write_whole, written_together
@@ -182,17 +184,17 @@ def draw_expressions(
 
     shots = list(track_in_threads(one, expressions, "Drawing expressions"))  # one traces shade while another draws
     line_of = {item.name: item for item in plan.session.items}
-    first = 0
+    items, first = [line_of[shot.expression.name] for shot in shots], 0
     for i in range(overviews):
         add_page("expressions" if i == 0 else f"expressions-{i + 1}")
-        first = draw_overview(book, shots, first, len(shots), packed_words(plan))
-    for i, shot in enumerate(shots):
-        add_page(shot.expression.name)
-        draw_expression(book, shot, relaxed, line_of[shot.expression.name], i, len(shots))
+        first = draw_overview(book, shots, items, first, packed_words(plan))
+    for shot, item in zip(shots, items, strict=True):
+        add_page(f"shot-{item.slate}-{item.name}")
+        draw_expression(book, shot, relaxed, item, shot_note(item, plan.session))
     first = 0
     while first < len(shots):
         add_page("maps" if first == 0 else f"maps-{first // (map_rows(book) * MAP_COLUMNS) + 1}")
-        first = draw_maps(book, shots, first)
+        first = draw_maps(book, shots, items, first)
 
 
 def draw_marker_sheets(layout: Layout, rig: Rig, *, sheet: str, dpi: int) -> Booklet:
@@ -221,7 +223,7 @@ def packed_words(plan: Plan) -> str:
     """What the expressions are worth."""
     packing, layout = plan.packing, plan.layout
     markers = headline_words(layout.information, layout.predictions)
-    bars = "bars: share of the error that scanning can take away, taken so far"
+    bars = f"bars: how much of {MEASURED_BY[plan.settings.expressions.importance]} is covered so far"
     return f"{expression_words(packing)} · {bars} · the markers' {markers}"
 
 

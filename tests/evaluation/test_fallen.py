@@ -72,7 +72,9 @@ def test_where_cameras_decide_a_new_place_is_one_that_they_read(layout):
 
 def test_the_card_says_it_in_words_that_a_make_up_artist_knows(found):
     one = next(one for one in found.alone if "eyeBlinkLeft" in one.unseen)
-    assert why_words(one, {"eyeBlinkLeft": "eye closed (left)"}).startswith("no other dot shows: eye closed (left)")
+    assert why_words(one, {"eyeBlinkLeft": "eye closed (left)"}).startswith(
+        "the only dot that shows: eye closed (left)"
+    )
     carried = next(one for one in found.alone if one.carry_on)
     assert why_words(carried, {}) == ""
     assert instead_words(carried).split()[1] == "mm"

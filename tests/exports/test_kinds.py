@@ -166,4 +166,5 @@ def test_poses_and_rows_of_expressions_stand_in_the_order_of_shooting(tmp_path):
     assert list(of.poses)[1:] == [item.name for item in shot] != [e.name for e in of.plan.packing.expressions]
     rows = pd.read_csv(write_expressions(of.plan, tmp_path / "e.csv"))
     assert list(rows["name"]) == [item.name for item in shot]
+    assert list(rows["shot"]) == [int(item.slate) for item in shot]
     assert list(rows["covered_percent"]) == pytest.approx([100 * item.covered for item in shot], abs=0.01)

@@ -7,7 +7,7 @@ import pytest
 from capture_plan.exports.rows import write_rows
 from capture_plan.exports.slate import write_slate
 from capture_plan.expressions.pack import pack
-from capture_plan.expressions.session import session
+from capture_plan.expressions.session import session, shot_title
 from capture_plan.expressions.session_settings import SessionSettings
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.sample import sample_rig
@@ -19,6 +19,9 @@ PACKING = pack(RIG, RIG.names, PackingSettings(method="minimum"))
 def test_the_slate_has_every_item_once_and_room_for_ticks(tmp_path):
     of = session(RIG, RIG.names, PACKING, SessionSettings(minutes=15))
     rows = list(csv.DictReader(write_slate(of, tmp_path / "slate.csv").open(newline="", encoding="utf-8")))
+    assert [row["shot"] for row in rows] == [
+        shot_title(item).removeprefix("Shot ") * (item.kind != "pause") for item in of.items
+    ]
     assert [row["name"] for row in rows] == [item.name for item in of.items]
     assert [row["sentence"] for row in rows] == [item.sentence for item in of.items]
     assert float(rows[-1]["covered_percent"]) == pytest.approx(100, abs=0.1)

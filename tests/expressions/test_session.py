@@ -10,7 +10,19 @@ from msgspec import structs
 
 from capture_plan.errors import InfeasibleError
 from capture_plan.expressions.pack import pack
-from capture_plan.expressions.session import EASY, ENOUGH, LAST, Session, easy_words, session, spare_words, stop_below
+from capture_plan.expressions.session import (
+    EASY,
+    ENOUGH,
+    LAST,
+    Session,
+    easy_words,
+    session,
+    shot_note,
+    shot_number,
+    shot_title,
+    spare_words,
+    stop_below,
+)
 from capture_plan.expressions.session_settings import SessionSettings
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.sample import sample_rig
@@ -46,7 +58,7 @@ def test_where_time_is_short_the_expressions_that_gain_most_are_shot_whatever_th
     pure, warm = made(easy_first=0, minutes=15), made(minutes=15)
     assert {item.name for item in shown(pure, fitting=True)} == {item.name for item in shown(warm, fitting=True)}
     stop = next(item for item in warm.items if item.name == warm.stop_after)
-    assert f"{stop.covered:.0%} of the" in warm.stop
+    assert f"{stop.covered:.0%} of what" in warm.stop
 
 
 def test_it_begins_and_ends_with_a_neutral_and_has_one_in_the_middle():
@@ -114,11 +126,14 @@ def test_what_does_not_fit_is_named_and_nobody_stops_before_the_last_neutral():
     cut = made(minutes=12)
     fit, every = shown(cut, fitting=True), shown(cut)
     assert spare_words(cut).startswith(
-        f"{every[len(fit)].name} to {every[-1].name}, {len(every) - len(fit)} of {len(every)} expressions, do not fit "
-        "into 12 minutes"
+        f"Shots {shot_number(every[len(fit)])} to {shot_number(every[-1])} "
+        f"({every[len(fit)].name} to {every[-1].name}), {len(every) - len(fit)} of {len(every)} expressions, do not "
+        "fit into 12 minutes"
     )
     assert stop_below(cut) == LAST
-    assert f"stop after {fit[-1].name} and take the last neutral, {LAST}" in cut.stop
+    last = next(item for item in cut.items if item.name == LAST)
+    assert f"stop after shot {shot_number(fit[-1])} ({fit[-1].name})" in cut.stop
+    assert f"take the last neutral, shot {shot_number(last)} ({LAST})" in cut.stop
     assert spare_words(made()) == ""
 
 
@@ -146,5 +161,15 @@ def test_sentences_start_from_a_relaxed_face_and_warnings_come_along():
 def test_what_is_shot_out_of_turn_is_said_and_nothing_else():
     assert easy_words(made(easy_first=0)) == ""
     easy = [item.name for item in shown(made(easy_first=0)) if item.difficulty.level <= EASY]
-    assert easy_words(made(easy_first=2)) == f"{easy[0]} and {easy[1]} are shot first because they are easy."
-    assert easy_words(made(easy_first=1)) == f"{easy[0]} is shot first because it is easy."
+    first, second = (shot_number(item) for item in shown(made())[:2])
+    told = f"Shots {first} and {second} ({easy[0]}, {easy[1]}) come first because they are easy."
+    assert easy_words(made(easy_first=2)) == told
+    assert easy_words(made(easy_first=1)) == f"Shot {first} ({easy[0]}) comes first because it is easy."
+
+
+def test_one_number_counts_all_that_is_shot():
+    of = made()
+    shots = [item for item in of.items if item.kind != "pause"]
+    assert [shot_title(item) for item in shots] == [f"Shot {number + 1}" for number in range(len(shots))]
+    assert {shot_note(item, of) for item in shots} == {f"of {len(shots)} · {item.name}" for item in shots}
+    assert {(shot_title(item), shot_note(item, of)) for item in of.items if item.kind == "pause"} == {("Pause", "")}

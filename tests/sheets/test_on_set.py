@@ -1,6 +1,7 @@
 """What stands before people on set: every item in its order, letters that are read from afar, a mirror that is one."""
 
 import ctypes
+import re
 
 import numpy as np
 import pypdfium2
@@ -12,7 +13,7 @@ from capture_plan.audit.audit import Audit
 from capture_plan.errors import PlanError
 from capture_plan.expressions.record import Expression, Packing
 from capture_plan.expressions.sentences import sentence
-from capture_plan.expressions.session import session
+from capture_plan.expressions.session import session, shot_title
 from capture_plan.expressions.session_settings import SessionSettings
 from capture_plan.layout.record import Layout
 from capture_plan.plan.inputs import PlanInputs
@@ -68,6 +69,7 @@ def planned(*shown):
 
 PLAN = planned(*SHOWN)
 EXPRESSIONS = [item for item in PLAN.session.items if item.kind == "expression"]
+SHOTS = sum(item.kind != "pause" for item in PLAN.session.items)
 
 
 def pages_of(book):
@@ -124,10 +126,10 @@ def test_a_card_for_each_expression_in_the_order_of_shooting_names_the_next(card
     assert len(cards) == len(names)
     for k, (page, name) in enumerate(zip(cards, names, strict=True)):
         text = words_on(page)
-        assert text.startswith(f"{name} {k + 1} of {len(names)}")
+        assert text.startswith(f"{shot_title(EXPRESSIONS[k])} of {SHOTS} · {name}")
         assert of[name] in text
         assert ("next: " in text) == (k + 1 < len(names))
-        assert k + 1 == len(names) or f"next: {names[k + 1]}" in text
+        assert k + 1 == len(names) or f"next: {shot_title(EXPRESSIONS[k + 1]).lower()}" in text
 
 
 def test_the_sentence_of_a_card_is_read_from_the_actors_seat(cards):
@@ -171,7 +173,7 @@ def test_a_sentence_too_long_for_the_actors_seat_is_told():
     with listen(heard.extend):
         draw_cue_cards(plan, PlanInputs(RIG), sheet="a4", dpi=DPI, mirrored=False)
     assert len(heard) == 1
-    assert "the sentence of E01 is long" in heard[0]
+    assert re.match(r"note: the sentence of shot \d+ is long", heard[0])
 
 
 def test_a_mirrored_portrait_is_the_plain_one_with_sides_changed_and_the_same_words():
@@ -210,11 +212,11 @@ def test_a_deck_has_a_page_of_16_to_9_for_every_item_of_the_session_in_its_order
     assert {item.kind for item in items} == {"calibration", "neutral", "teeth", "turned", "expression", "pause"}
     assert len(pages) == len(items)
     of = {e.name: e.sentence for e in PLAN.packing.expressions}
-    for k, (page, item) in enumerate(zip(pages, items, strict=True)):
+    for page, item in zip(pages, items, strict=True):
         wide, high = page.get_size()
         assert wide / high == pytest.approx(16 / 9, abs=1e-3)
         text = words_on(page)
-        assert text.startswith(f"{item.name or 'PAUSE'} {k + 1} of {len(items)}")
+        assert text.startswith(f"{shot_title(item)} of {SHOTS} · {item.name}" if item.slate else "Pause")
         assert of.get(item.name, item.sentence) in text
         assert overlaps(page) == []
         assert min(sizes(page)) >= 6.99
@@ -279,10 +281,12 @@ def test_what_is_written_is_a_pdf_of_each_kind_and_a_plan_of_another_rig_is_refu
 
 def test_a_sculptor_sees_neutral_and_expressions_from_five_sides_and_no_pause():
     many = RIG.names[:24]
-    plan = planned(("jawOpen",), many)
+    plan = planned(many, ("jawOpen",))  # the easy one is shot first
     book = draw_sculptor(plan, PlanInputs(RIG), sheet="a4", dpi=DPI, mirrored=False)
     pages = pages_of(book)
-    assert book.titles == ["NEUTRAL", "E01", "E02", *["E02, continued"] * (len(pages) - 3)]
+    one, other = (f"{shot_title(i)} · {i.name}" for i in plan.session.items if i.kind == "expression")
+    assert one.endswith("E02")
+    assert book.titles == ["NEUTRAL", one, other, *[f"{other}, continued"] * (len(pages) - 3)]
     assert all(title in words_on(page) for title, page in zip(book.titles, pages, strict=True))
     assert all(f"page {k + 1} of {len(pages)}" in words_on(page) for k, page in enumerate(pages))
     assert len(pages) > 3  # what does not fit below the pictures goes on

@@ -72,7 +72,7 @@ CapturePlan.Panel = class {
     const expression = this.expressions[this.current];
     if (this.find("choice")) {
       this.find("choice").value = this.current;
-      this.find("count").textContent = neutral ? `Neutral face, before ${n} expressions` : `${expression.name}, ${this.current + 1} of ${n}`;
+      this.find("count").textContent = neutral ? `Neutral face, before ${n} expressions` : expression.title;
       this.find("title").textContent = neutral ? "Neutral" : expression.sentence;
       this.find("sentence").textContent = neutral ? "Relax the whole face, lips lightly closed, eyes straight ahead." : "";
       this.find("strength").disabled = neutral;
