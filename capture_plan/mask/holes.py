@@ -64,13 +64,20 @@ def _hole(dot: Dot, skin: Skin, radius: float, settings: MaskSettings) -> Hole |
         axis = np.cos(turn) * normal + np.sin(turn) * aside
         along = offset @ axis
         if not _in_the_way(offset, along).any():
-            beside = np.linalg.norm(offset[near] - along[near, None] * axis, axis=1)
-            own = np.abs(along[near]) < PEN_MM
-            highest = [along[near][own & (beside <= radius + more)].max(initial=0.0) for more in (FLAT_MM, AROUND_MM)]
-            foot = highest[0] + settings.gap_mm
-            top = max(foot + LAND_MM, highest[1] + settings.gap_mm + settings.wall_mm) + RISE_MM
+            own = near & (np.abs(along) < PEN_MM) & (skin.normals @ axis > 0)
+            around, out = offset[own], settings.gap_mm * skin.normals[own]
+            foot = _highest(around + out, axis, radius + FLAT_MM, settings.gap_mm)
+            over = _highest(around, axis, radius + AROUND_MM, 0.0) + settings.gap_mm + settings.wall_mm
+            top = max(foot + LAND_MM, over) + RISE_MM
             return Hole(dot, axis, radius, foot, foot + LAND_MM, top)
     return None
+
+
+def _highest(offset: Float[np.ndarray, "n 3"], axis: Float[np.ndarray, " 3"], within: float, least: float) -> float:
+    """How far along an axis the points reach that lie within a distance of it; `least` at least."""
+    along = offset @ axis
+    beside = np.linalg.norm(offset - along[:, None] * axis, axis=1)
+    return float(along[beside <= within].max(initial=least))
 
 
 def _in_the_way(offset: Float[np.ndarray, "n 3"], along: Float[np.ndarray, " n"]) -> Bool[np.ndarray, " n"]:

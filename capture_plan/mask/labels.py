@@ -112,13 +112,13 @@ def _label(
 
 def _doubt(label: Label, half: Float[np.ndarray, " 2"], own: Hole, holes: tuple[Hole, ...]) -> float:
     """Price of the doubt whose number it is: 0 where every other hole is much further; infinite where another is as
-    near, or where it touches an eyelet."""
+    near, where its own is not beside it, or where it touches an eyelet."""
     dots = (np.stack([hole.dot.position for hole in holes]) - label.place) @ label.frame.T
     rims = np.array([hole.around_mm for hole in holes])
     gaps = np.linalg.norm(np.maximum(np.abs(dots[:, :2]) - half, 0), axis=1)
     near = np.abs(dots[:, 2]) < 10.0
     mine = np.array([hole is own for hole in holes])
-    if (near & (gaps < rims + np.where(mine, -0.2, CLEAR_MM))).any():
+    if not near[mine].all() or (near & (gaps < rims + np.where(mine, -0.2, CLEAR_MM))).any():
         return np.inf
     ratio = gaps[near & ~mine].min(initial=np.inf) / gaps[mine][0]
     return np.inf if ratio < OWN else 4 * max(0.0, PLAIN - float(ratio))

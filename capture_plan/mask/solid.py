@@ -1,14 +1,19 @@
 """The mask as one closed solid: a field on a grid, its zero surface, and what is cut out of it exactly.
 
-Field     h(x)   height of x over its nearest point of the skin, g(x) the gap there, c(x) the distance inside the cover
-          F = min(h - g, g + wall - h, c + FLANK (h - g - wall/2))       the shell; flanks lean outward, so that no ray
+Inside    h(x)   height of x over its nearest point of the skin, g(x) the gap there
+          A = min(h - g, hats)                    height over the inside of the mask; a hat is the space under a hole
+          A = min(A, r - distance to {A >= r})    a ball of radius r rolls along the inside, in the plastic: no ridge
+                                                  that points into a crease is sharper
+Field     c(x)   distance inside the cover
+          F = min(A, wall - A, c + FLANK (h - g - wall/2))               the shell; flanks lean outward, so that no ray
                                                                          through the wall meets an edge too early
-          F = max(F, min(h - g, cone to a flat top)) for every eyelet, the same with a flat box for every pad
+          F = max(F, min(A, cone to a flat top)) for every eyelet, the same with a flat box for every pad
 Surface   F = 0 by marching cubes, made a manifold and simplified within `SIMPLER_MM`
 Cut out   holes and letters as exact solids: their axes and floors are as exact as they were designed
 
-A wall of the shell cannot be thinner than `wall`: h has no slope above 1, so that a ray from h = g meets h = g + wall
-no earlier.
+No wall is thinner than the ball: A has no slope above 1, so that from A = 0 to A = wall it is as far as `wall`; and a
+ray from the inside, along the normal, runs first through the ball that touches it there, whole in the plastic as
+2 r < wall.
 
 Letters: n points of the skin, x grid points; millimetres.
 """
@@ -23,7 +28,7 @@ from scipy.spatial import KDTree
 from capture_plan.errors import PlanError
 from capture_plan.mask.glyphs import outlines
 from capture_plan.mask.labels import DEPTH_MM, WIDTH
-from capture_plan.mask.record import Hole, Label, MaskSettings, Mesh, level_frame
+from capture_plan.mask.record import LEAST_WALL_MM, Hole, Label, MaskSettings, Mesh, level_frame
 from capture_plan.mask.skin import Skin
 from capture_plan.progress import track
 
@@ -40,8 +45,10 @@ REACH_MM, SHELL_MM = 8.0, 5.5  # how far from the skin the highest eyelet and th
 SEGMENTS = 48  # of a hole's circle: its sides lie within 0.005 mm of it
 THROUGH_MM = 4.2  # by which a hole starts behind the skin and goes on above its eyelet
 SLOPE = 1.0  # of the sides of eyelets and pads, per mm of height: no overhang when printed on any side
-BEVEL_MM = 2.0  # of 45 degrees around what is flat on the inside, exactly; the field goes on from there
-SHOULDER_MM, LEAN = 5.0, 8.0  # how far; mm that a lean of the skin away from the hole is worth
+BEVEL_MM = 2.0  # of 45 degrees around what is flat on the inside
+CHAMFER_MM = 0.1  # of a hole's lower edge: a ray beside it runs along the hole, not into it
+SKIRT_MM = 0.4  # by which the flat of the field is wider than the exact one: it is rounded there, and no step is left
+BALL_MM = LEAST_WALL_MM / 2 + 0.05  # of radius
 FOOT_MM = 2.2  # how far down sides go
 
 
@@ -100,20 +107,61 @@ def _field(
     at = _near_skin(points, normals, raised, origin, shape)
     x = origin + GRID_MM * at
     values = np.stack([gap[used], cover[used], skin.to_border[used].clip(max=OPEN_MM)], axis=1)
-    h, n, g, c, edge = _over(x, points, normals, values)
+    h, g, c, edge = _over(x, points, normals, values)
     wall, tree = settings.wall_mm, KDTree(x)
+    A = h - g
+    for hole in holes:
+        _hollow(A, tree, x, hole)
+    A = _rolled(A, _filled(A, at, shape), x, origin)
     rim = c + FLANK * (h - g - wall / 2)
-    F = np.minimum(h - g, rounded(g + wall - h, rim))
-    clear = np.where(edge < OPEN_MM, np.abs(h), h) - g  # beyond an open edge there is no inside
-    over = np.minimum(h - g, rim)
+    F = np.minimum(A, rounded(wall - A, rim))
+    clear = np.where(edge < OPEN_MM, np.abs(h) - g, A)  # beyond an open edge there is no inside
+    over = np.minimum(A, rim)
     for hole in track(holes, "Raising eyelets"):
         _raise_eyelet(F, tree, x, over, clear, hole)
-        _cut_shoulder(F, tree, x, n, hole)
     for label in labels:
         _raise_pad(F, tree, x, over, label)
+    return gaussian_filter(_filled(F, at, shape), BLUR), origin
+
+
+def _filled(
+    values: Float[np.ndarray, " x"], at: Int[np.ndarray, "x 3"], shape: Int[np.ndarray, " 3"]
+) -> Float[np.ndarray, "i j k"]:
+    """Values at points of the grid, clipped, and `OUTSIDE` at all others."""
     field = np.full(shape, OUTSIDE, dtype=np.float32)
-    field[tuple(at.T)] = np.clip(F, OUTSIDE, -OUTSIDE)
-    return gaussian_filter(field, BLUR), origin
+    field[tuple(at.T)] = np.clip(values, OUTSIDE, -OUTSIDE)
+    return field
+
+
+def _hollow(A: Float[np.ndarray, " x"], tree: KDTree, x: Float[np.ndarray, "x 3"], hole: Hole) -> None:
+    """Takes away from the heights over the inside, in place, what a hole needs under it: flat around the hole, then
+    sides of 45 degrees, then straight down."""
+    at = np.array(tree.query_ball_point(hole.dot.position, REACH_MM + 3.0))
+    d = x[at] - hole.dot.position
+    z = d @ hole.axis - hole.foot_mm
+    beyond = np.sqrt(np.maximum(np.einsum("nx,nx->n", d, d) - (d @ hole.axis) ** 2, 0)) - hole.flat_mm - SKIRT_MM
+    A[at] = np.minimum(A[at], np.maximum(np.maximum(z, beyond - BEVEL_MM), (z + beyond) / np.sqrt(2)))
+
+
+def _rolled(
+    A: Float[np.ndarray, " x"],
+    field: Float[np.ndarray, "i j k"],
+    x: Float[np.ndarray, "x 3"],
+    origin: Float[np.ndarray, " 3"],
+) -> Float[np.ndarray, " x"]:
+    """Heights over the inside that a ball leaves which rolls along it, in the plastic: `field` is A on its grid."""
+    from skimage.measure import marching_cubes
+
+    vertices, _, normals, _ = marching_cubes(field, BALL_MM)
+    centres, low = origin + GRID_MM * vertices, A < BALL_MM
+    away, near = map(np.asarray, KDTree(centres).query(x[low], distance_upper_bound=2 * BALL_MM, workers=-1))
+    found = np.isfinite(away)
+    up = np.einsum("nx,nx->n", x[low][found] - centres[near[found]], normals[near[found]])
+    aside = np.sqrt(np.maximum(away[found] ** 2 - up**2, 0))
+    away[found] = np.hypot(up, np.maximum(aside - SPREAD_MM, 0))
+    rolled = A.copy()
+    rolled[low] = np.minimum(A[low], BALL_MM - np.minimum(away, 2 * BALL_MM))
+    return rolled
 
 
 def rounded(a: Float[np.ndarray, " x"], b: Float[np.ndarray, " x"]) -> Float[np.ndarray, " x"]:
@@ -151,7 +199,7 @@ def _over(
     normals: Float[np.ndarray, "n 3"],
     values: Float[np.ndarray, "n w"],
 ) -> tuple[Float[np.ndarray, "x ..."], ...]:
-    """Height over the nearest point, as over a small disc there, its normal, and values interpolated from the nearest
+    """Height over the nearest point, as over a small disc there, and values interpolated from the nearest
     points."""
     away, near = map(np.asarray, KDTree(points).query(x, k=4, workers=-1))
     offset = x - points[near[:, 0]]
@@ -160,7 +208,7 @@ def _over(
     h = np.sign(up) * np.hypot(up, np.maximum(aside - SPREAD_MM, 0))
     weights = 1 / (away**2 - away[:, :1] ** 2 + SPREAD_MM**2)
     weights /= weights.sum(axis=1, keepdims=True)
-    return h, normals[near[:, 0]], *np.einsum("xk,xkw->wx", weights, values[near])
+    return h, *np.einsum("xk,xkw->wx", weights, values[near])
 
 
 def _raise_eyelet(
@@ -180,22 +228,6 @@ def _raise_eyelet(
     side = (hole.rim_mm + SLOPE * np.minimum(below, FOOT_MM) - beside) / np.hypot(1, SLOPE)
     ring = np.minimum(hole.ring_mm - beside, np.minimum(z - hole.foot_mm, clear[at]))
     F[at] = np.maximum(F[at], np.minimum(below, np.maximum(np.minimum(side, over[at]), ring)))
-
-
-def _cut_shoulder(
-    F: Float[np.ndarray, " x"], tree: KDTree, x: Float[np.ndarray, "x 3"], n: Float[np.ndarray, "x 3"], hole: Hole
-) -> None:
-    """Where skin around a hole rises away from it, as in a crease, the inside falls by no more than 45 degrees from
-    what is flat around the hole, in place: no step that a ray through the wall would meet."""
-    at = np.array(tree.query_ball_point(hole.dot.position, hole.flat_mm + SHOULDER_MM))
-    d = x[at] - hole.dot.position
-    z = d @ hole.axis
-    out = d - z[:, None] * hole.axis
-    beside = np.linalg.norm(out, axis=1)
-    lean = np.einsum("nx,nx->n", n[at], out) / np.maximum(beside, 1e-9)
-    cone = z - hole.foot_mm + np.maximum(beside - hole.flat_mm, 0) + LEAN * np.maximum(lean, 0)
-    facing = n[at] @ hole.axis > 0
-    F[at] = np.where(facing, np.minimum(F[at], cone), F[at])
 
 
 def _raise_pad(
@@ -234,10 +266,11 @@ def _drill(m3: Any, hole: Hole) -> Any:
     r, high = hole.radius_mm, hole.top_mm + 0.3
     profile = [
         (0.0, -THROUGH_MM),
-        (hole.flat_mm + BEVEL_MM, -THROUGH_MM),
-        (hole.flat_mm + BEVEL_MM, hole.foot_mm - BEVEL_MM),
+        (hole.flat_mm + SKIRT_MM, -THROUGH_MM),
+        (hole.flat_mm + SKIRT_MM, hole.foot_mm - SKIRT_MM),
         (hole.flat_mm, hole.foot_mm),
-        (r, hole.foot_mm),
+        (r + CHAMFER_MM, hole.foot_mm),
+        (r, hole.foot_mm + CHAMFER_MM),
         (r, hole.land_mm),
         (hole.mouth_mm, hole.top_mm),
         (hole.mouth_mm + 0.3, high),

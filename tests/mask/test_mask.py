@@ -11,8 +11,12 @@ from capture_plan.anatomy.regions import face_regions
 from capture_plan.errors import PlanError
 from capture_plan.face.anchors import face_anchors
 from capture_plan.mask import Dot, MaskSettings, make_mask, mask_lines
+from capture_plan.mask.holes import holes_for
+from capture_plan.mask.labels import _doubt
 from capture_plan.mask.parts import parts_of
-from capture_plan.mask.solid import manifold3d
+from capture_plan.mask.record import Hole, Label
+from capture_plan.mask.skin import sample_skin
+from capture_plan.mask.solid import as_mesh, manifold3d, solid
 from capture_plan.mask.write import stl_bytes, threemf_bytes
 from capture_plan.mesh import vertex_normals
 from capture_plan.visibility.occluder import Occluder
@@ -135,6 +139,41 @@ def test_the_wall_is_nowhere_thinner_than_plastic_bears(mask, printed, head):
     assert np.percentile(thick, 0.02) >= 1.6
     assert mask.wall.percentile_mm >= 1.75
     assert mask.wall.thin <= 1e-4 * mask.wall.rays
+
+
+def bent(opening):
+    """Skin bent along y as a valley (opening below 180 degrees, seen from +z) or a ridge, 60 x 60 mm, and its cover."""
+    x, y = np.meshgrid(np.linspace(-30, 30, 61), np.linspace(-30, 30, 61), indexing="ij")
+    vertices = np.stack([x, y, np.abs(x) / np.tan(np.radians(opening) / 2)], axis=-1).reshape(-1, 3)
+    i = np.arange(61 * 61).reshape(61, 61)
+    a, b, c, d = i[:-1, :-1].ravel(), i[1:, :-1].ravel(), i[1:, 1:].ravel(), i[:-1, 1:].ravel()
+    skin = sample_skin(vertices, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]))
+    return skin, 14.0 - np.abs(skin.points[:, :2]).max(axis=1)
+
+
+@pytest.mark.parametrize(("opening", "at"), [(100, 4.0), (80, 3.0), (280, 1.5), (290, 3.0)])
+def test_neither_a_crease_nor_a_hole_beside_it_makes_the_wall_thin(opening, at):
+    skin, cover = bent(opening)
+    dot = Dot("M01", "1", skin.points[np.linalg.norm(skin.points[:, :2] - [at, 0], axis=1).argmin()])
+    holes, _ = holes_for((dot,), skin, 3.0, SETTINGS)
+    made = as_mesh(solid(skin, cover, np.full(len(cover), SETTINGS.gap_mm), holes, (), SETTINGS))
+    mesh = trimesh.Trimesh(made.vertices, made.triangles, process=False)
+    points, face = trimesh.sample.sample_surface(mesh, 60_000, seed=1)
+    outward = mesh.face_normals[face]
+    away, near = skin.tree.query(points)
+    inside = (np.einsum("nx,nx->n", outward, skin.normals[near]) < -0.3) & (away < 3.0) & (cover[near] > 2)
+    thick = Occluder(made.vertices, made.triangles).distance(points[inside] - 0.01 * outward[inside], -outward[inside])
+    assert len(holes) == 1
+    assert inside.sum() > 3_000
+    assert thick.min() >= 1.59
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_number_behind_the_skin_of_its_hole_is_not_beside_it():
+    axis = np.array([0.0, 0, 1])
+    hole = Hole(Dot("M01", "1", np.zeros(3)), axis, 1.7, 0.6, 2.4, 3.8)
+    label = Label("M01", "1", -12 * axis, np.eye(3), 3.0, (4.0, 4.0), 3.0)
+    assert _doubt(label, np.array([2.0, 2.0]), hole, (hole,)) == np.inf
 
 
 def test_the_gap_is_the_one_that_was_asked_for(mask):
