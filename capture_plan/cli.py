@@ -9,6 +9,7 @@ import shlex
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
+from datetime import date
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -308,7 +309,9 @@ def plan(
     names: Names = None,
 ) -> None:
     """Plan a session for RIG: landmarks and expressions, with what was proved and what error to expect."""
+    from capture_plan.check.gate import lies, not_ready
     from capture_plan.output import refuse_place, replace_whole
+    from capture_plan.plan.consent import passed_words
     from capture_plan.plan.files import plan_bytes, read_settings, refer_to, settings_seen_from
     from capture_plan.plan.inputs import read_inputs
     from capture_plan.plan.make import make_plan
@@ -334,6 +337,7 @@ def plan(
         {"minutes": minutes},
     )
     refuse_place(output, inputs=[rig, settings, skin, names, *files_of(chosen)], over_plan=True)
+    say(passed_words(chosen.consent, date.today()))
     given = ReadOptions(unit_mm, up, facing, skin, names)
     found = open_rig(rig, given)
     dots.must_be_of(found)
@@ -343,12 +347,15 @@ def plan(
     reference = refer_to(found, rig, output, given)
     heard: list[str] = []
     with listen(lambda lines: say(noted(lines, heard))):
-        made = make_plan(read_inputs(found, settled, output.parent, names=names), settled, reference=reference)
+        inputs = read_inputs(found, settled, output.parent, names=names)
+        made = make_plan(inputs, settled, reference=reference)
     said = replace_whole(output, plan_bytes(made))
     answer(unheard(summary(made), heard))
     say(said)
     say_written([output])
-    say([f"Next: capture-plan check {output}, then capture-plan render {output} for the pages."])
+    ready = [f"Next: capture-plan check {output}, then capture-plan render {output} for the pages."]
+    broken = lies(made, inputs)
+    say(not_ready(output, broken) if broken else ready)
 
 
 @app.command()
@@ -573,7 +580,7 @@ def edit(
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="Plan file to write; by default PLAN itself.")
     ] = None,
     replace: Replace = False,
-    lock: Annotated[list[str] | None, typer.Option(help="'jawOpen=3': in expression 3; several allowed.")] = None,
+    lock: Annotated[list[str] | None, typer.Option(help="'jawOpen=3': in expression E03; several allowed.")] = None,
     together: Annotated[list[str] | None, typer.Option(help="'jawOpen,browInnerUp': in one expression.")] = None,
     apart: Annotated[list[str] | None, typer.Option(help="'jawOpen,browInnerUp': never in one.")] = None,
     drop: Annotated[list[str] | None, typer.Option(help="Blendshape that is not scanned at all.")] = None,
@@ -977,12 +984,14 @@ def open_plan(
     shall, beside what is read; a folder that it is put `into` may show no other head."""
     from capture_plan.check.gate import as_draft, insisted, lies, refusal
     from capture_plan.output import refuse_another
+    from capture_plan.plan.consent import passed_words
     from capture_plan.plan.files import inputs_of, read_plan
     from capture_plan.plan.record import seal_of
     from capture_plan.plan.replacing import files_of_plan
 
     plan = read_plan(path)
     refuse(files_of_plan(plan, path, rig))
+    say(passed_words(plan.settings.consent, date.today()))
     if into is not None:
         refuse_another(into, plan.rig.name)
     given = inputs_of(plan, path, rig_path=rig, takes=takes or plan.seal != seal_of(plan))

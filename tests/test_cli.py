@@ -1,6 +1,7 @@
 """The command line: exit codes, one line for what is wrong, output in the named place only."""
 
 import json
+import re
 import subprocess
 import sys
 
@@ -12,6 +13,7 @@ from capture_plan.reader.read import FOLDER_READERS, FORMATS, READERS
 from capture_plan.rig.read_options import ReadOptions
 from capture_plan.sample import sample_rig
 from tests.command import run
+from tests.light import light_sample
 
 
 @pytest.fixture(scope="module")
@@ -250,3 +252,22 @@ def test_a_new_process_ends_and_says_as_in_this_one(tmp_path, arguments, code):
     done, here = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path), run(*arguments, cwd=tmp_path)
     assert done.returncode == here.returncode == code
     assert (done.stdout, done.stderr) == (here.stdout, here.stderr)
+
+
+def test_a_plan_that_no_pages_are_made_of_is_told_so_when_it_is_made_and_with_what_to_correct(tmp_path):
+    """Names of the upper face exchanged between left and right: `render` refuses such a plan."""
+    rig = light_sample()
+    sides = {"Left": "Right", "Right": "Left"}
+    upper = re.compile(r"(brow|cheek|nose|eye).*(Left|Right)$")
+    names = [re.sub("Left$|Right$", lambda of: sides[of[0]], n) if upper.match(n) else n for n in rig.names]
+    np.savez(tmp_path / "b.npz", vertices=rig.neutral, faces=rig.triangles, deltas=rig.deltas, names=names, units="mm")
+    few = ("--method", "cover", "--expressions", "sequential")
+    made = run("plan", "b.npz", *few, "-o", "p.json", cwd=tmp_path)
+    assert made.returncode == 0
+    told = made.stderr[made.stderr.index("Before `render`") :]
+    refused = run("render", "p.json", "-o", "out", cwd=tmp_path)
+    assert refused.returncode == 1
+    fails = [line for line in refused.stderr.splitlines() if line.startswith(("  FAILS", "  To correct"))]
+    assert len(fails) > 1
+    assert all(line in told for line in fails)
+    assert "plan again, or capture-plan render p.json --force" in told

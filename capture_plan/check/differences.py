@@ -12,7 +12,7 @@ NEAR, SHARE = 1.5e-4, 1e-6  # one unit in the last of four decimals may differ b
 @dataclass(frozen=True)
 class Difference:
     """A place, what is said there and what was found; a value that one side does not have is `ABSENT`. In the path dots
-    and expressions go by their names and what is shot by its slate, as people know them, all else by its number."""
+    and expressions go by their names and what is shot by its number, as people know them, all else by its number."""
 
     path: str
     said: Any
@@ -44,10 +44,10 @@ def _differences(said: Any, found: Any, path: str) -> Iterator[Difference]:
 
 
 def _called(entry: Any) -> str:
-    """'slate 006' or 'M13'; empty for what has no name."""
+    """'shot 6' or 'M13'; empty for what has no name."""
     if not isinstance(entry, dict):
         return ""
-    return f"slate {entry['slate']}" if entry.get("slate") else str(entry.get("name", ""))
+    return f"shot {str(entry['slate']).lstrip('0')}" if entry.get("slate") else str(entry.get("name", ""))
 
 
 def _same(said: Any, found: Any) -> bool:

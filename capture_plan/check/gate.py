@@ -41,7 +41,7 @@ def lies(plan: Plan, inputs: Rig | PlanInputs) -> tuple[Claim, ...]:
     if plan.seal != seal_of(plan):
         broken = _failing(plan, inputs, quick=True)
         return broken if len(broken) > 1 else _failing(plan, inputs, quick=False)
-    given = inputs_for(inputs, plan.settings, takes=False, carried=plan.cameras)
+    given = inputs_for(inputs, plan.settings, takes=False)
     if any(one is not None for one in (given.target, given.rules, given.worn)) or given.zones:
         return _failing(plan, given, quick=True)
     cameras = repr(given.cameras).encode()
@@ -89,11 +89,28 @@ def refusal(plan: Path, broken: tuple[Claim, ...]) -> list[str]:
     """Why nothing is made of the plan, a line for each lie that is named, and what to do."""
     return [
         f"{plan} does not hold:",
-        *(f"  FAILS  {_line(one)}" for one in named_first(broken)),
-        *dict.fromkeys(f"  To correct: {one.mend}." for one in named_first(broken) if one.mend),
+        *failing_lines(broken),
         f"Nothing was made of it. `capture-plan check {plan}` tells all that is wrong. Plan again, or go on with "
         "--force: everything will say DRAFT.",
     ]
+
+
+def not_ready(plan: Path, broken: tuple[Claim, ...]) -> list[str]:
+    """What is said of a plan that was just made and that no pages will be made of as it is: why, and what to do."""
+    return [
+        "Before `render` makes pages of this plan, correct:",
+        *failing_lines(broken),
+        f"Next: correct that and plan again, or capture-plan render {plan} --force: every page will say DRAFT.",
+    ]
+
+
+def failing_lines(broken: tuple[Claim, ...]) -> list[str]:
+    """A line for each lie that is named, and below it what to correct."""
+    lines: list[str] = []
+    for one in named_first(broken):
+        lines += [f"  FAILS  {_line(one)}"]
+        lines += [f"  To correct: {printable(one.mend)}."] if one.mend else []
+    return lines
 
 
 def insisted(plan: Path, broken: tuple[Claim, ...]) -> list[str]:

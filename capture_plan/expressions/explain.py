@@ -3,7 +3,7 @@
 from itertools import product
 
 from capture_plan.errors import RigError
-from capture_plan.expressions.problem import ADVICE, Pairs, Problem, state_problem
+from capture_plan.expressions.problem import Pairs, Problem, state_problem
 from capture_plan.expressions.rules import Rules
 from capture_plan.expressions.settings import PackingSettings
 from capture_plan.input.documents import closest
@@ -23,7 +23,8 @@ def why_apart(
     """Everything that keeps two blendshapes, or their partners, apart; or that nothing does."""
     for name in (a, b):
         if name not in used:
-            raise RigError(f"'{name}' is no blendshape in use{closest(name, used) or ADVICE}")
+            meant = closest(name, used) or ": see what the audit lists"
+            raise RigError(f"'{name}' is no blendshape in use{meant}")
     problem = state_problem(rig, used, settings, rules, apart)
     for name in (a, b):
         if name not in problem.names:

@@ -36,7 +36,6 @@ from capture_plan.expressions.settings import Edits, PackingSettings
 from capture_plan.input.documents import closest
 from capture_plan.rig import Rig
 
-ADVICE = ": see what the audit lists"
 MUCH = 0.2  # of the smaller active set: beyond it one scan of two partners does not tell them apart
 Pairs = tuple[tuple[str, str], ...]
 
@@ -165,8 +164,8 @@ def check_edits(used: tuple[str, ...], edits: Edits) -> None:
         raise InfeasibleError("every blendshape is dropped: keep one")
     for name in edits.names:
         if name not in used:
-            near = closest(name, used)
-            raise InfeasibleError(f"an edit names '{name}', which is no blendshape in use{near or ADVICE}")
+            meant = closest(name, used) or ": see what the audit lists"
+            raise InfeasibleError(f"an edit names '{name}', which is no blendshape in use{meant}")
     for name in (name for group in (*edits.companions, *edits.apart) for name in group):
         if name in edits.dropped:
             raise InfeasibleError(f"'{name}' is dropped and another edit gives it a place: take one of the two back")

@@ -10,7 +10,6 @@ from capture_plan.layout.dot_contact import meeting_words
 from capture_plan.layout.face import SIXTY_EIGHT
 from capture_plan.layout.record import Information, Layout, MotionFit, Prediction, View
 from capture_plan.layout.studio import LEAST_GAIN
-from capture_plan.layout.told_apart import label_words
 from capture_plan.plan.budget_words import bound_words, budget_words, unspent_words
 from capture_plan.plan.predicted import at_noise, error_words, prediction_words
 from capture_plan.plan.record import Plan
@@ -24,6 +23,8 @@ WITHOUT_CONSTRAINTS = {"single set cover": " (without spacing and constraints)"}
 
 def summary(plan: Plan) -> tuple[str, ...]:
     """What a supervisor wants to know first, one sentence a line; every number with its unit."""
+    from capture_plan.layout.told_apart import label_words  # with a solver, which who checks a plan does not load
+
     layout, packing, audit = plan.layout, plan.packing, plan.audit
     took = f"The session takes about {plan.session.minutes:.0f} minutes."
     lines = [

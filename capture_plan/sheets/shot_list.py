@@ -15,7 +15,8 @@ COLUMNS = {"slate": 1.5, "name": 11.0, "words": 23.0, "hard": 123.0, "hold": 140
 WORDS_PT, LINE_MM = 7.6, 3.2
 WORDS_MM, FAR_MM = (COLUMNS[key] - COLUMNS["words"] - 3 for key in ("hard", "hold"))
 TICKS = ("pass", "retake")
-CLOCK = "Done: minutes from the start, estimated. Difficulty 1 to 5. Sides are the actor's own."
+CLOCK = "Done: minutes from the start, estimated. Covered: how much of what the full list brings is taken by then. "
+CLOCK += "Difficulty 1 to 5. Sides are the actor's own."
 TICK_MM = 10.0
 LEVELS = 5
 ALL = 1 - 1e-6  # what is missing beyond that is rounding
@@ -76,7 +77,7 @@ def draw_shot_list(
         y += height(book, item, of)
     note = f"{CLOCK} {easy_words(of)}".rstrip()
     foot = min(y + 1, book.paper.height - BOTTOM_MM + 3)
-    foot = book.paragraph(left, foot, note, 7, width=right - left, lines=1, colour=SOFT)
+    foot = book.paragraph(left, foot, note, 7, width=right - left, lines=2, colour=SOFT)
     last = items[-1:] == list(of.items[-1:])
     lines = 2 if foot < book.paper.height - 2 * BOTTOM_MM else 1
     if apart and last:

@@ -266,8 +266,8 @@ def _thumbnail(book: Booklet, shot: Shot, item: Item, x: Number, y: Number, w: N
     size = (THUMBNAIL_PX, round(THUMBNAIL_PX * rows / columns))
     small = np.asarray(Image.fromarray(shot.front.rgb).resize(size, Image.Resampling.BOX))
     book.image(small, x + (w - picture_w) / 2, y + 0.5, picture_w, picture_w * rows / columns)
-    wide = book.text(x + 1.5, y + 5, shot_title(item), 12, bold=True)
-    book.text(x + 3 + wide, y + 5, item.name, 8, colour=SOFT, fit=w - wide - 10)
+    wide = book.text(x + 1.5, y + 5, shot_title(item), 11, bold=True, halo="#ffffff")
+    book.text(x + 3 + wide, y + 5, item.name, 8, colour=SOFT, halo="#ffffff")
     book.box(x + w - 6, y + 1.6, 4.2, 4.2, fill="#ffffff", width=0.3)
     book.text(x + w - 1.5, y + h - text_h + 0.5, covered_words(e.covered), 7.5, bold=True, align="right", colour=ACCENT)
     if shot.side:

@@ -55,7 +55,7 @@ def test_what_differs_is_called_as_people_know_it(plan):
     mark, shot, item = plan.layout.landmarks[1], plan.packing.expressions[2], plan.session.items[4]
     said = [replace(mark, label="elsewhere"), replace(shot, sentence="Smile."), replace(item, sentence="Smile.")]
     paths = [next(differences([one], [true])).path for one, true in zip(said, (mark, shot, item), strict=True)]
-    assert paths == ["[M02].label", "[E03].sentence", f"[slate {item.slate}].sentence"]
+    assert paths == ["[M02].label", "[E03].sentence", f"[shot {int(item.slate)}].sentence"]
     assert next(differences([1, 2], [1, 3], "order")).path == "order[1]"
 
 

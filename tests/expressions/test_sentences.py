@@ -245,3 +245,10 @@ def test_lips_that_part_are_told_without_a_jaw_that_has_a_name():
     )
     for rig in (parted, nameless):
         assert any(words.startswith("your lips apart by ") for words in movements(rig, ("shape",)))
+
+
+def test_no_movement_of_the_lips_is_measured_by_teeth_that_the_picture_may_not_show():
+    """Rigs have teeth or none, and lips that bare them or do not: the actor is told how far by the picture."""
+    lips = [f"mouth{way}{side}" for way in ("UpperUp", "LowerDown") for side in ("Left", "Right")]
+    for names in (lips[:2], lips[2:], lips):
+        assert "teeth" not in " ".join(spoken(tuple(names)))

@@ -254,14 +254,14 @@ def test_pages_say_whose_left_and_name_every_marker(written, plan):
     assert "ACTOR'S RIGHT" in front
     assert all(mark.name in table for mark in plan.layout.landmarks)
     assert "Open your jaw wide." in page
-    assert "of 2" in page
+    assert "Shot " in page
 
 
 def test_what_was_agreed_stands_on_page_one_alone(rig, plan, written, tmp_path):
-    agreed = replace(plan.settings, consent=Consent(purpose="a game", holder="Studio", keep_until="2027"))
+    agreed = replace(plan.settings, consent=Consent(purpose="a game", holder="Studio", keep_until="2027-01-31"))
     pdf = write_sheets(replace(plan, settings=agreed), rig, tmp_path, paper="a4", dpi=DPI)[0]
     of = [page.get_textpage().get_text_range() for page in pypdfium2.PdfDocument(pdf)]
-    lines = ("Purpose: a game", "Held by: Studio", "Keep until: 2027")
+    lines = ("Purpose: a game", "Held by: Studio", "Keep until: 2027-01-31")
     assert [[line in text for line in lines] for text in of] == [[n == 0] * 3 for n in range(len(of))]
     assert "Purpose" not in pypdfium2.PdfDocument(written[0])[0].get_textpage().get_text_range()
 
