@@ -64,9 +64,9 @@ def test_the_covariance_is_that_of_triangulated_noisy_pixels(name):
         each = zip(cameras, pixels, noises, strict=True)
         return np.concatenate([(one.project(x[None])[0] - at[p] - n[t, p]) / one.noise_px for one, at, n in each])
 
-    for p in range(4):
-        found = [least_squares(residual, points[p], args=(t, p)).x - points[p] for t in range(60)]
-        np.testing.assert_allclose(found, off[:60, p], rtol=0.05, atol=0.03)
+    for p in range(2):
+        found = [least_squares(residual, points[p], args=(t, p)).x - points[p] for t in range(30)]
+        np.testing.assert_allclose(found, off[:30, p], rtol=0.05, atol=0.03)
 
 
 def test_one_camera_tells_no_depth_and_two_do():

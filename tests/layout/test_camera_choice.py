@@ -29,7 +29,7 @@ def every(one, n):
     return {at: one.error2(at) for at in combinations(range(C), n) if one.keeps(at)}
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 6), st.sampled_from([0, 4]))
 def test_no_choice_is_better_than_the_bound_and_ours_is_within_the_gap(seed, n, rows):
     one = problem(seed, rows)
@@ -47,7 +47,7 @@ def test_no_choice_is_better_than_the_bound_and_ours_is_within_the_gap(seed, n, 
     assert found.error_mm <= least * (1 + GAP)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(2, 5))
 def test_the_relaxed_bound_holds_for_every_choice_and_what_is_fixed_is_in_the_best(seed, n):
     one = problem(seed)

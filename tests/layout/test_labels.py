@@ -31,7 +31,7 @@ def follow(points):
     return where
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.floats(0.05, 3.0))
 def test_whose_margin_is_above_0_is_never_lost(seed, speed):
     rng = np.random.default_rng(seed)
@@ -118,7 +118,7 @@ def test_a_take_is_followed_where_it_is_promised_and_lost_where_it_is_not(known,
     assert takes > 5 or not lost
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     st.lists(st.tuples(st.integers(0, 4), st.integers(0, 4)).filter(lambda p: p[0] != p[1]), max_size=7),
     st.integers(2, 3),
