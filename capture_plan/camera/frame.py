@@ -136,7 +136,7 @@ class Standing:
     @property
     def holds(self) -> bool:
         """Whether the head stands upright in the picture, and the camera outside it."""
-        return self.outside and self.share > SHOWN and abs(self.roll) <= ROLL and self.fill >= LEAST_FILL
+        return bool(self.outside and self.share > SHOWN and abs(self.roll) <= ROLL and self.fill >= LEAST_FILL)
 
 
 def to_head(world: str) -> Float[np.ndarray, "3 3"]:
