@@ -34,7 +34,8 @@ class Crop(NamedTuple):
     @classmethod
     def whole(cls, camera: Camera) -> "Crop":
         """All of a camera's picture."""
-        return cls(-0.5, -0.5, *camera.size_px)
+        width, height = camera.size_px
+        return cls(-0.5, -0.5, float(width), float(height))
 
 
 class LensPicture(NamedTuple):
