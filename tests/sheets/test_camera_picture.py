@@ -23,7 +23,9 @@ def head():
 
 def bent(camera):
     """The camera with a lens that bends, and one aside."""
-    return Camera("bent", camera.position, camera.rotation, camera.intrinsics, camera.size_px, (-0.2, 0.05, 1e-3, 0, 0))
+    return Camera(
+        "bent", camera.position, camera.rotation, camera.intrinsics, camera.size_px, np.array([-0.2, 0.05, 1e-3, 0, 0])
+    )
 
 
 def cameras():
