@@ -47,7 +47,7 @@ def test_the_first_lesson_ends_with_printed_pages(short_plan):
     pictures = run("learn/lesson_1_first_plan", plan=short_plan)["pictures"]
     assert all(page.startswith(b"\x89PNG") for page in pictures.values())
     assert any("mirror" in title for title in pictures)
-    assert sum(title.startswith("E") for title in pictures) >= 2
+    assert sum(title.startswith("shot ") and title != "shot list" for title in pictures) >= 2
 
 
 def test_every_paper_is_reproduced_in_ten_lines(small):

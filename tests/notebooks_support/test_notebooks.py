@@ -107,7 +107,7 @@ def test_the_notebook_of_thin_shells_evaluates_the_take_that_it_is_given():
 def test_the_sheets_notebook_draws_every_page(short_plan):
     pages = run("sheets", rig=sample_rig(), plan=short_plan)["pages"]
     assert all(page.startswith(b"\x89PNG") for page in pages.values())
-    assert sum(title.startswith("E") for title in pages) >= 2
+    assert sum(title.startswith("shot ") and title != "shot list" for title in pages) >= 2
 
 
 def test_the_session_makes_the_plan_that_the_command_line_makes():
