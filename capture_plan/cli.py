@@ -258,7 +258,8 @@ def plan(
         str | None,
         SessionOption(
             metavar="CAMERAS",
-            help="Camera file (TOML, or a calibration of another program), or frontal, or head-mounted-pair.",
+            help="Camera file (TOML, or a calibration of another program), or phone, frontal, head-mounted, "
+            "head-mounted-pair, head-mounted-four, ring-N, dome-N.",
         ),
     ] = None,
     expressions: Annotated[
@@ -447,7 +448,7 @@ def check(
     made = read_plan(plan)
     given = inputs_of(made, plan, rig_path=rig)
     if cameras:
-        given = with_cameras(given, cameras)
+        given = with_cameras(given, cameras, {m.name: m.vertex for m in made.layout.landmarks})
     claims = check_plan(made, given)
     lines = [*check_lines(claims, unchecked(made, claims), every=every), *near_words(made)]
     if json:
@@ -479,22 +480,23 @@ def cameras(
     """Say where to put cameras so that they measure PLAN's landmarks best, and what one more would bring."""
     import numpy as np
 
-    from capture_plan.camera import KINDS, cameras_for, own_text
+    from capture_plan.camera import KINDS, own_text
     from capture_plan.camera import candidates as places_of
     from capture_plan.layout.camera_places import alternate, place_cameras, placement_lines
     from capture_plan.output import refuse_place, replace_whole
     from capture_plan.plan.files import inputs_of, read_plan
+    from capture_plan.plan.inputs import with_cameras
 
     made = read_plan(plan)
     if output:
         refuse_place(output, inputs=[plan], over_plan=False)
-    found = inputs_of(made, plan, rig_path=rig, takes=False).rig
-    face, settings = found.neutral[found.skin], made.settings.landmarks
+    given = inputs_of(made, plan, rig_path=rig, takes=False)
+    found, marks, settings = given.rig, made.layout.landmarks, made.settings.landmarks
     if candidates in KINDS:
-        known = places_of(candidates, places, face)
+        known = places_of(candidates, places, found.neutral[found.skin])
     else:
-        known = cameras_for(candidates, found.neutral, found.skin)
-    marks, poses = made.layout.landmarks, made.packing.poses
+        known = with_cameras(given, candidates, {m.name: m.vertex for m in marks}).cameras
+    poses = made.packing.poses
     if move_landmarks:
         layout, best = alternate(found, made.audit.used, settings, known, count, made.layout, views=views, poses=poses)
         moved = len({m.vertex for m in layout.landmarks} - {m.vertex for m in marks})
@@ -538,14 +540,15 @@ def carry(
     """Put PLAN onto the actor's own head: where its dots go on HEAD, how exact that is, and a picture to judge by. What
     `render` and `export` make of it shows that head."""
     from capture_plan.check.gate import as_far_as_it_goes
+    from capture_plan.errors import PlanError
     from capture_plan.exports.expression_meshes import obj_bytes
+    from capture_plan.input.points import read_points
     from capture_plan.output import refuse_place, replace_whole
     from capture_plan.plan.carry import actor_lines, carried, with_places
     from capture_plan.plan.files import plan_bytes
     from capture_plan.plan.places import found_from
     from capture_plan.plan.replacing import refuse_to_replace
     from capture_plan.reader.head_scan import read_head
-    from capture_plan.registration.picked_points import read_points
     from capture_plan.sheets.carried_sheet import carried_picture
 
     laid, picture = (output.with_suffix(ending) for ending in (".laid.obj", ".png"))
@@ -557,7 +560,7 @@ def carry(
     made, given = open_plan(plan, rig, force=force, refuse=refuse)
     if not replace:
         refuse_to_replace(output, given.rig, found_from(plan.parent, made.rig.path), made.settings)
-    scan, picked = read_head(head, unit_mm), read_points(points) if points else {}
+    scan, picked = read_head(head, unit_mm), read_points(points, PlanError) if points else {}
     with as_far_as_it_goes(made):
         found, neutral = carried(made, given.rig, scan, picked)
         found = with_places(found, plan, output, head, laid)

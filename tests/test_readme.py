@@ -1,14 +1,20 @@
 """What the README shows is so: its code runs, its settings are settings, its commands and options are there."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import typer.main
 
+from capture_plan import sample_rig
+from capture_plan.camera import cameras_for
 from capture_plan.cli import app
 from capture_plan.names.name_map import read_name_map
 from capture_plan.plan.files import read_settings
+from capture_plan.registration.picked_points import named_vertices
+from tests.camera.camera_files import pose2sim, stage
 from tests.formats.test_gltf import write_sample_glb
 
 README = (Path(__file__).parents[1] / "README.md").read_text()
@@ -41,13 +47,25 @@ def test_the_code_runs_as_it_stands(folder, monkeypatch, code):
 
 
 def test_the_settings_are_settings_and_the_names_are_a_name_map(tmp_path):
-    names, settings = (code for kind, code in BLOCKS if kind == "toml")
+    names, _, settings = (code for kind, code in BLOCKS if kind == "toml")
     (tmp_path / "names.toml").write_text(names)
     assert read_name_map(str(tmp_path / "names.toml")).names["Smile_01"] == "mouthSmileLeft"
     (tmp_path / "settings.toml").write_text(settings)
     found = read_settings(tmp_path / "settings.toml", lambda words, _: tuple(int(re.sub(r"\D", "", w)) for w in words))
     assert found.landmarks.pins == (12,)
     assert found.landmarks.keep_out["scar.ply"] == 0
+
+
+def test_the_calibration_is_aligned_as_its_lines_say(tmp_path):
+    rig, (_, calibration, _) = sample_rig(), (code for kind, code in BLOCKS if kind == "toml")
+    (tmp_path / "own.toml").write_text(calibration.replace("session.xcp", "Calib.toml"))
+    places = {name: rig.neutral[vertex] for name, vertex in named_vertices(rig).items()}
+    away = np.array([12, 1580, 310]) - places["nose_tip"]
+    pose2sim(tmp_path, [replace(one, t=(one.t - one.R @ away) / 1000) for one in stage()])
+    cameras = cameras_for(str(tmp_path / "own.toml"), rig.neutral, rig.skin, lambda: places)
+    for one, truth in zip(cameras, stage(), strict=True):
+        assert np.linalg.norm(one.position - truth.centre) < 1.0
+        assert (one.slip.mm, one.slip.degrees) == (20, 15)
 
 
 def test_every_command_and_option_is_there():

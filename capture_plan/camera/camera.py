@@ -4,9 +4,11 @@ World     a stated frame in millimetres; a plan's is the rig's own: +y up, the f
 Camera    x to the right of the image, y down, z forward:  (x, y, z) = R (X - position) = R X + t
 Lens      (a', b') of the direction (x, y, z), `lens.py`
 Pixel     u = fx a' + skew b' + cx,  v = fy b' + cy;  the centre of the first pixel is (0, 0)
+Slip      the head lies at X' = Q (X - c) + c + s, with a shift |s| and a turn Q about its middle c of at most so much:
+          the camera stands to the head as one of rotation R Q at Q' (position - c - s) + c
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,6 +19,12 @@ from capture_plan.errors import RigError
 
 MOST_PIXELS = 1_000_000  # of an image side: the largest sensors have 20,000
 NOISE_PX = 0.5  # an assumption: clean round dots are found to 0.1 px, painted ones on moving skin hardly
+MOST_SLIP_MM, MOST_SLIP_DEGREES = 500.0, 90.0
+# where a head slips, and the axis about which it turns at once: about +y with what goes to +x, about -x with +y
+SLIPS = (
+    *((np.array([np.cos(a), np.sin(a), 0]), np.array([-np.sin(a), np.cos(a), 0])) for a in np.arange(8) * np.pi / 4),
+    *((np.array([0, 0, near]), np.array([0, 0, roll])) for near in (1.0, -1.0) for roll in (1.0, -1.0)),
+)
 STEP = 1e-4  # of the depth: what a point is moved by for the derivatives of its pixel
 
 
@@ -30,6 +38,16 @@ class Optics:
     pixel_um: float
 
 
+@dataclass(frozen=True)
+class Slip:
+    """How far the head may leave its place before the camera, or a helmet slip on it: in any direction (mm), and about
+    any axis through a point (degrees; the point in mm)."""
+
+    mm: float
+    degrees: float
+    about: tuple[float, float, float]
+
+
 @dataclass(frozen=True, eq=False)
 class Camera:
     """One camera with its lens.
@@ -37,7 +55,7 @@ class Camera:
     `position` in millimetres; `rotation` world to camera; `intrinsics` [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] in
     pixels; `size_px` width and height; `distortion` in OpenCV's order: k1 k2 p1 p2 k3, or 8, 12 or 14 numbers, or
     k1 k2 k3 k4 of a `fisheye` lens. Without `optics` all is in focus. `noise_px`: standard deviation of a dot's middle
-    as it is found in a picture, pixels in each direction.
+    as it is found in a picture, pixels in each direction. Without a `slip` the head stays where it is.
     """
 
     name: str
@@ -49,6 +67,7 @@ class Camera:
     fisheye: bool = False
     optics: Optics | None = None
     noise_px: float = NOISE_PX
+    slip: Slip | None = None
 
     def __post_init__(self) -> None:
         for what in ("position", "rotation", "intrinsics", "distortion"):
@@ -83,6 +102,11 @@ class Camera:
             )
         if not 0 < self.noise_px < MOST_PIXELS:
             raise RigError(f"camera '{self.name}': noise_px must be above 0, found {self.noise_px:g}")
+        if self.slip and not (0 <= self.slip.mm < MOST_SLIP_MM and 0 <= self.slip.degrees < MOST_SLIP_DEGREES):
+            raise RigError(
+                f"camera '{self.name}': a slip of {self.slip.mm:g} mm and {self.slip.degrees:g} degrees, expected 0 to "
+                f"{MOST_SLIP_MM:g} mm and 0 to {MOST_SLIP_DEGREES:g} degrees: correct slip_mm and slip_degrees"
+            )
         if self.optics and self.optics.focus_mm <= self.focal_mm:
             raise RigError(
                 f"camera '{self.name}': nothing is in focus at {self.optics.focus_mm:g} mm from a lens of "
@@ -141,12 +165,40 @@ class Camera:
         ]
         arrays += [[1.0]] if self.fisheye else []
         arrays += [[self.optics.focus_mm, self.optics.f_number, self.optics.pixel_um]] if self.optics else []
+        arrays += [[self.slip.mm, self.slip.degrees, *self.slip.about]] if self.slip else []
         return np.concatenate(arrays)
+
+    @cached_property
+    def stances(self) -> tuple["Camera", ...]:
+        """The camera as it stands to a head that keeps its place, then as it stands to one that has slipped: aside, up
+        and down and between, turned the same way, nearer and farther, tipped to either side."""
+        still = replace(self, slip=None)
+        if not self.slip:
+            return (still,)
+        c, shift, turn = np.array(self.slip.about), self.slip.mm, np.radians(self.slip.degrees)
+        found = []
+        for way, axis in SLIPS:
+            Q, s = rotation_about(turn * axis), shift * way
+            found.append(replace(still, rotation=self.rotation @ Q, position=(self.position - c - s) @ Q + c))
+        return (still, *found) if shift or turn else (still,)
 
     def in_image(self, points: Float[np.ndarray, "p 3"]) -> Bool[np.ndarray, " p"]:
         """Whether each point projects onto the image, whatever lies in between."""
         pixels = self.project(points)
         return np.all((pixels >= -0.5) & (pixels < np.array(self.size_px) - 0.5), axis=1)
+
+
+def rotation_about(axis: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
+    """The rotation about an axis by its length in radians (Rodrigues).
+
+    Example:
+        >>> rotation_about(np.array([0, np.pi / 2, 0])).round().astype(int).tolist()
+        [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]
+    """
+    angle = float(np.linalg.norm(axis))
+    x, y, z = axis / angle if angle else axis
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
 
 
 def look_at(position: Float[np.ndarray, "3"], target: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:

@@ -10,13 +10,15 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_plan.camera.camera import Camera
-from capture_plan.camera.presets import BOOM, FIELD_DEGREES, aimed, upper_philtrum
+from capture_plan.camera.philtrum import aimed, upper_philtrum
 
 KINDS = ("ring", "dome", "boom")
 SIDEWAYS, DOME_UP, DOME_DOWN = 100.0, 60.0, 40.0  # degrees from straight ahead
 DISTANCE = 5.0  # of the head's width: about 0.8 m
 FILLS, FACE = 0.7, 1.6  # of the picture's height; height of a face, of the head's width
 SIZE, BOOM_SIZE = (4096, 3000), (1536, 2048)
+BOOM = 1.5  # of the head's width, to a head-mounted lens
+FIELD_DEGREES = 50.0  # at 250 mm an image 233 mm high and 175 mm wide: from the hairline to below an open jaw
 GOLDEN = (1 + 5**0.5) / 2
 BOOM_FROM, BOOM_TO, RISE, ASIDE = 0.9, 2.0, 0.6, 0.5  # of the head's width
 

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
-from capture_plan.camera.camera import Camera
+from capture_plan.camera.camera import Camera, rotation_about
 from capture_plan.camera.lens import FISHEYE, SAMPLES, SIZES, fitted
 from capture_plan.errors import RigError
 
@@ -91,7 +91,7 @@ def turned(vector: Float[np.ndarray, "3"], where: str) -> Float[np.ndarray, "3 3
             f"{where}: its rotation vector has the length {length:.4g}, expected at most 6.28 radians: "
             "it is in degrees, or three Euler angles: write a rotation vector in radians, or a 3x3 matrix"
         )
-    return Rotation.from_rotvec(vector).as_matrix()
+    return rotation_about(vector)
 
 
 def rotation(value: Any, key: str, where: str) -> Float[np.ndarray, "3 3"]:

@@ -19,7 +19,7 @@ more and no farther; against what the format says, one part and far nearer. Then
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import product
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -208,12 +208,28 @@ def conventions(unit: str | None, given: dict[str, object]) -> Iterator[Conventi
             yield one
 
 
+class Alignment(Protocol):
+    """What tells where the head is in the world of a calibration (`align.py`)."""
+
+    def turned(self, R: Float[np.ndarray, "c 3 3"], C: Float[np.ndarray, "c 3"], mm: float, mirrored: bool) -> "Stood":
+        """Cameras of a world, whose unit is so many millimetres, in the head's frame."""
+        ...
+
+
+Stood = tuple[Float[np.ndarray, "c 3 3"], Float[np.ndarray, "c 3"]]  # world-to-camera rotations and places (mm)
+
+
 def find_frame(
-    read: Calibration, head: Float[np.ndarray, "v 3"], what: str, given: dict[str, object] | None = None
+    read: Calibration,
+    head: Float[np.ndarray, "v 3"],
+    what: str,
+    given: dict[str, object] | None = None,
+    alignment: Alignment | None = None,
 ) -> Found:
     """The cameras of a calibration in the frame of a head whose vertices (millimetres, +y up, facing +z) are given.
 
-    `what` opens the lines of errors; `given` are parts of `Convention` that a person states.
+    `what` opens the lines of errors; `given` are parts of `Convention` that a person states. With an `alignment` the
+    world is as that says, and units, axes and poses are judged by where it puts the cameras.
 
     Raises:
         RigError: no convention has the head upright in half of the pictures, or two do, and put cameras elsewhere.
@@ -223,14 +239,23 @@ def find_frame(
     R, C = (np.stack([getattr(camera, part) for camera in read.cameras]) for part in ("rotation", "position"))
     lenses, tried = np.array([reach(camera) for camera in read.cameras]), []
     for one in conventions(read.unit, given):
-        if 2 * might_hold(*one.poses(R, C, stated_mm), lenses, points).sum() < c:
+        poses = one.poses(R, C, stated_mm)
+        if alignment:
+            poses = alignment.turned(*poses, UNITS[one.unit], one.mirrored)
+        if 2 * might_hold(*poses, lenses, points).sum() < c:
             continue
-        cameras = tuple(one.of(camera, stated_mm) for camera in read.cameras)
+        stood = zip(read.cameras, *poses, strict=True)
+        cameras = tuple(replace(camera, rotation=turn, position=place) for camera, turn, place in stood)
         held = [stand for camera in cameras if (stand := standing(camera, points)).holds]
         if 2 * len(held) >= c:
             tried.append(Reading.of(one, one.otherwise(read.unit), cameras, held))
     tried = [each for each in tried if each.score >= LEAST_SCORE]
     if not tried:
+        if alignment:
+            raise RigError(
+                f"{what}: {read.format}, aligned as [align] says: no camera has the head upright in its picture: the "
+                "places are measured in the calibration's own frame and unit; correct them, or unit, axes or pose"
+            )
         raise RigError(f"{what}: {_misread(read, points, given)}")
     best, *rest = sorted(tried, key=lambda each: (round(each.score, 6), -each.oddness), reverse=True)
     others = [each for each in rest if each.votes >= best.votes and _apart(best.cameras, each.cameras)]
@@ -308,14 +333,18 @@ def _apart(some: Sequence[Camera], others: Sequence[Camera]) -> bool:
 
 
 def looked_at(cameras: Sequence[Camera]) -> Float[np.ndarray, "3"] | None:
-    """The point nearest to the optical axes of cameras, millimetres; None where these are all but parallel.
+    """The point nearest to the optical axes of cameras, millimetres; None where these are all but parallel."""
+    R, C = (np.stack([getattr(camera, part) for camera in cameras]) for part in ("rotation", "position"))
+    return meeting(R[:, 2], C)
 
-    Sum over the cameras of (I - f f') (X - C) = 0, f the direction in which a camera looks.
+
+def meeting(ways: Float[np.ndarray, "c 3"], places: Float[np.ndarray, "c 3"]) -> Float[np.ndarray, "3"] | None:
+    """The point nearest to lines through `places` C along unit `ways` f; None where these are all but parallel.
+
+    Sum over them of (I - f f') (X - C) = 0.
     """
-    normal, right = np.zeros((3, 3)), np.zeros(3)
-    for camera in cameras:
-        across = np.eye(3) - np.outer(camera.rotation[2], camera.rotation[2])
-        normal, right = normal + across, right + across @ camera.position
+    across = np.eye(3) - ways[:, :, None] * ways[:, None]
+    normal, right = across.sum(axis=0), np.einsum("cxy,cy->x", across, places)
     return np.linalg.solve(normal, right) if np.linalg.cond(normal) < 1e3 else None
 
 

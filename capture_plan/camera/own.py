@@ -16,6 +16,8 @@
     f_number = 5.6
     pixel_um = 3.45                     # pitch of the sensor's pixels, micrometres
     noise_px = 0.5                      # standard deviation of a dot's middle in a picture, pixels; left out: 0.5
+    slip_mm = 0.0                       # how far the head may leave its place, or the helmet slip on it, in any way;
+    slip_degrees = 0.0                  # and how far it may turn; left out: 0
 
 Who has measured with a tape only writes, instead of R and t, where the camera stands and what its image centre shows:
 
@@ -31,11 +33,12 @@ from typing import Any
 import numpy as np
 
 from capture_plan.camera.calibration import Calibration
-from capture_plan.camera.camera import NOISE_PX, Camera, Optics, look_at
+from capture_plan.camera.camera import NOISE_PX, Camera, Optics, Slip, look_at
 from capture_plan.camera.fields import distinct, fisheye_lens, matrix, numbers, pinhole_lens, turned, whole_pixels
 from capture_plan.errors import RigError
 
 OPTICS = ("focus_mm", "f_number", "pixel_um")
+SLIP = ("slip_mm", "slip_degrees")
 POSES = ("R and t", "rvec and t", "position and look_at")
 KEYS = {
     "name",
@@ -51,6 +54,7 @@ KEYS = {
     "f_number",
     "pixel_um",
     "noise_px",
+    *SLIP,
     "R",
     "rvec",
     "t",
@@ -95,6 +99,7 @@ def camera_from(table: dict[str, Any], where: str) -> Camera:
         fisheye=fisheye,
         optics=optics_of(table, where),
         noise_px=float(numbers(table, "noise_px", where)) if "noise_px" in table else NOISE_PX,
+        slip=slip_of(table, where),
     )
 
 
@@ -109,6 +114,13 @@ def optics_of(table: dict[str, Any], where: str) -> Optics | None:
     if min(values) <= 0:
         raise RigError(f"{where}: {', '.join(OPTICS)} must be above 0, found {', '.join(f'{x:g}' for x in values)}")
     return Optics(*values)
+
+
+def slip_of(table: dict[str, Any], where: str) -> Slip | None:
+    """How far the head of a table's camera may slip, about the origin as long as no head is known; None where it may
+    not."""
+    mm, degrees = (float(numbers(table, key, where)) if key in table else 0.0 for key in SLIP)
+    return Slip(mm, degrees, (0.0, 0.0, 0.0)) if mm or degrees else None
 
 
 def _pose(table: dict[str, Any], where: str) -> tuple[np.ndarray, np.ndarray]:
@@ -152,6 +164,8 @@ def own_text(cameras: Iterable[Camera], note: str = "") -> str:
         if camera.optics:
             values = (camera.optics.focus_mm, camera.optics.f_number, camera.optics.pixel_um)
             lines += [f"{key} = {value:g}" for key, value in zip(OPTICS, values, strict=True)]
+        if camera.slip:
+            lines += [f"slip_mm = {camera.slip.mm:g}", f"slip_degrees = {camera.slip.degrees:g}"]
         lines.append("")
     return "\n".join(lines)
 

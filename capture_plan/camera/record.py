@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 from msgspec import Struct
 
-from capture_plan.camera.camera import Camera, Optics
+from capture_plan.camera.camera import Camera, Optics, Slip
 
 SAME = 1e-6  # of a number: files carry fewer digits
 
@@ -13,7 +13,8 @@ Row = tuple[float, float, float]
 
 class KnownCamera(Struct, frozen=True, forbid_unknown_fields=True):
     """One camera in the rig's frame (millimetres, +y up, facing +z), as `Camera` has it; `optics` are focus (mm),
-    f-number and pixel pitch (micrometres), or nothing."""
+    f-number and pixel pitch (micrometres), or nothing; `slip` is millimetres, degrees and the point that the head turns
+    about, or nothing."""
 
     name: str
     size_px: tuple[int, int]
@@ -24,6 +25,7 @@ class KnownCamera(Struct, frozen=True, forbid_unknown_fields=True):
     position: Row
     noise_px: float
     optics: Row | None = None
+    slip: tuple[float, float, Row] | None = None
 
 
 def recorded(camera: Camera) -> KnownCamera:
@@ -39,6 +41,7 @@ def recorded(camera: Camera) -> KnownCamera:
         position=_row(camera.position),
         noise_px=float(camera.noise_px),
         optics=(optics.focus_mm, optics.f_number, optics.pixel_um) if optics else None,
+        slip=(slip.mm, slip.degrees, slip.about) if (slip := camera.slip) else None,
     )
 
 
@@ -58,6 +61,7 @@ def camera_of(known: KnownCamera) -> Camera:
         fisheye=known.fisheye,
         optics=Optics(*known.optics) if known.optics else None,
         noise_px=known.noise_px,
+        slip=Slip(*known.slip) if known.slip else None,
     )
 
 
@@ -91,6 +95,9 @@ def _changed(was: KnownCamera, now: KnownCamera) -> str:
         return f"finds a dot to {now.noise_px:g} px, not {was.noise_px:g}"
     if was.optics != now.optics:
         return "is focused otherwise"
+    if was.slip != now.slip:
+        slips = [f"{one.slip[0]:g} mm and {one.slip[1]:g} degrees" if one.slip else "none" for one in (was, now)]
+        return f"is to bear a slip of the head of {slips[1]}, not {slips[0]}"
     rest = [np.concatenate([np.ravel(one.intrinsics), one.distortion, [one.fisheye]]) for one in (was, now)]
     same = rest[0].shape == rest[1].shape and np.allclose(rest[0], rest[1], rtol=SAME, atol=1e-9)
     return "" if same else "has another lens or principal point"

@@ -30,7 +30,7 @@ from pathlib import Path
 import numpy as np
 
 STILL, RANK, PRIOR_SD = 0.01, 1e-4, 0.2  # share of motion; share of singular values; standard deviation of weights
-FORMATS, ORDERED = (7,), ("studio", "budget", "motion")
+FORMATS, ORDERED = (8,), ("studio", "budget", "motion")
 EVEN, USUAL = "dots spread evenly", 68
 RULES = ("pairs", "local", "relaxed", "exclusive", "colliding", "drivers")
 TARGETS = ("68 points (iBUG)", EVEN)

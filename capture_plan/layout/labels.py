@@ -6,6 +6,7 @@ Promised  where D_ab > 2 d, with D_ab the distance of the two in a frame and d t
           |p_b(t+1) - p_a(t)| >= D_ab - d > d
 Sweep     a transition takes `SECONDS` in a straight way between two poses: between `PER_FRAME` samples a frame the
           distance falls by no more than half of how the two move against each other, and d is the longest of all steps
+Slip      where the head may slip before the camera, the least of all its stances counts
 Margin    (D - 2 d) / 2: how far each of the two may be off, or be found off, and still be told; millimetres at the
           nearer depth. The least of all pairs is the layout's
 """
@@ -104,10 +105,16 @@ def _space(places: Float[np.ndarray, "e m 3"], way: tuple[int, int]) -> Float[np
 def _picture(
     places: Float[np.ndarray, "e m 3"], way: tuple[int, int], camera: Camera, seen: Bool[np.ndarray, "e m"]
 ) -> Float[np.ndarray, "m m"]:
-    """Margins in millimetres of pairs that the camera sees at either end of the way."""
+    """Margins in millimetres of pairs that the camera sees at either end of the way, the least of its stances."""
     points = _samples(places, way)
+    return np.minimum.reduce([_margins_in(stance, points, seen[way[0]] | seen[way[1]]) for stance in camera.stances])
+
+
+def _margins_in(
+    camera: Camera, points: Float[np.ndarray, "s m 3"], seen: Bool[np.ndarray, " m"]
+) -> Float[np.ndarray, "m m"]:
     pixels = camera.project(points.reshape(-1, 3)).reshape(*points.shape[:2], 2)
-    there = (seen[way[0]] | seen[way[1]]) & np.isfinite(pixels).all(axis=(0, 2))
+    there = seen & np.isfinite(pixels).all(axis=(0, 2))
     depth = ((points - camera.position) @ camera.rotation[2]).min(axis=0)
     mm = np.minimum(depth[:, None], depth[None]) / camera.intrinsics[0, 0]
     margin = _margins(np.where(there[None, :, None], pixels, 0)) * mm / 2

@@ -170,11 +170,16 @@ def expression_knobs() -> Any:
 
 
 def camera_knob() -> Any:
-    """Who looks at the face; the value is a name of `visibility.PRESETS`, or nothing where cameras are not known."""
+    """Who looks at the face; the value is a preset of `camera.PRESETS`, or nothing where cameras are not known."""
     names = {
         "Not known: seen from all sides": None,
-        "One frontal camera": "frontal",
+        "A phone in front": "phone",
+        "One portrait camera in front": "frontal",
+        "Head-mounted, one lens": "head-mounted",
         "Head-mounted pair": "head-mounted-pair",
+        "Head-mounted, four lenses": "head-mounted-four",
+        "Ring of 8": "ring-8",
+        "Dome of 24": "dome-24",
     }
     return mo.ui.dropdown(names, "Not known: seen from all sides", label="Cameras")
 

@@ -15,6 +15,7 @@ from msgspec import structs
 
 from capture_plan.cache import digest
 from capture_plan.errors import PlanError
+from capture_plan.input.points import Point
 from capture_plan.layout.record import Landmark, Layout
 from capture_plan.mesh.nearest import nearest_on_surface
 from capture_plan.plan.inputs import PlanInputs
@@ -22,7 +23,7 @@ from capture_plan.plan.places import found_from, seen_from, with_files
 from capture_plan.plan.record import SAMPLE, ActorDot, ActorHead, Plan, sealed
 from capture_plan.reader.head_scan import HeadScan
 from capture_plan.registration.onto_head import Laid, lay_onto_head
-from capture_plan.registration.picked_points import Point, picks_on
+from capture_plan.registration.picked_points import picks_on
 from capture_plan.rig import Rig
 
 DIGITS = 4  # of millimetres, and of what is laid in its file

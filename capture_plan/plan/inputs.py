@@ -20,7 +20,7 @@ from msgspec import structs
 
 from capture_plan.anatomy.painted_zone import painted_zone
 from capture_plan.anatomy.zones import ZONES
-from capture_plan.camera import PRESETS, Camera, KnownCamera, camera_of, cameras_for
+from capture_plan.camera import Camera, KnownCamera, camera_of, cameras_for, is_preset
 from capture_plan.errors import PlanError
 from capture_plan.expressions.rules import Rules, read_rules
 from capture_plan.names.name_map import read_name_map
@@ -29,6 +29,7 @@ from capture_plan.plan.settings import Settings
 from capture_plan.reader.head_scan import HeadScan
 from capture_plan.reader.neutral import read_neutral
 from capture_plan.reader.vertex_weights import read_vertex_weights
+from capture_plan.registration.picked_points import named_vertices
 from capture_plan.rig import Rig
 from capture_plan.sequence import read_sequence
 from capture_plan.shell.takes import Takes, takes_of
@@ -130,18 +131,25 @@ def read_inputs(
 
 def read_cameras_of(rig: Rig, cameras: str, carried: tuple[KnownCamera, ...]) -> tuple[Camera, ...]:
     """The cameras of a preset or a file, or those that were carried where the file is not there."""
-    if carried and cameras not in PRESETS and not os.path.exists(cameras):
+    if carried and not is_preset(cameras) and not os.path.exists(cameras):
         return tuple(map(camera_of, carried))
-    return cameras_for(cameras, rig.neutral, rig.skin)
+    return cameras_for(cameras, rig.neutral, rig.skin, lambda: _places(rig, {}))
 
 
-def with_cameras(inputs: PlanInputs, cameras: str) -> PlanInputs:
-    """The inputs with the cameras of a preset or a file.
+def _places(rig: Rig, markers: Mapping[str, int]) -> dict[str, Float[np.ndarray, "3"]]:
+    """Places of the head that calibrations are aligned by, and the dots of a plan (vertices), in millimetres."""
+    return {name: rig.neutral[vertex] for name, vertex in (named_vertices(rig) | dict(markers)).items()}
+
+
+def with_cameras(inputs: PlanInputs, cameras: str, markers: Mapping[str, int]) -> PlanInputs:
+    """The inputs with the cameras of a preset or a file; `markers` are the vertices of the plan's dots by name, by
+    which a file may be aligned.
 
     Raises:
         RigError: it is neither, or no camera has the head in its picture.
     """
-    return replace(inputs, cameras=cameras_for(cameras, inputs.rig.neutral, inputs.rig.skin))
+    rig = inputs.rig
+    return replace(inputs, cameras=cameras_for(cameras, rig.neutral, rig.skin, lambda: _places(rig, markers)))
 
 
 def read_takes(rig: Rig, settings: Settings, folder: Path, names: str | None) -> Takes | None:
@@ -166,7 +174,7 @@ def inputs_for(
         PlanError: the settings name what was not given.
     """
     inputs = given if isinstance(given, PlanInputs) else PlanInputs(given)
-    if settings.cameras in PRESETS and not inputs.cameras:
+    if is_preset(settings.cameras) and not inputs.cameras:
         rig = inputs.rig
         inputs = replace(inputs, cameras=cameras_for(settings.cameras, rig.neutral, rig.skin))
     if carried and not inputs.cameras:

@@ -17,7 +17,7 @@ from capture_plan.layout.unread import Unread, unread
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
 
-FORMAT_VERSION = 7
+FORMAT_VERSION = 8
 SAMPLE = "sample"
 DECIDING = ("capture-plan", "numpy", "scipy", "embreex", "ortools")  # packages that a plan's numbers depend on
 

@@ -236,6 +236,8 @@ def view_words(plan: Plan) -> list[str]:
             continue
         rest = {name: view for name, view in views.items() if not view.always}
         line = f"Camera '{camera.name}' reads {len(always)} of {len(marks)} markers in every expression"
+        if slip := camera.slip:
+            line += f", wherever the head slips within {slip[0]:g} mm and {slip[1]:g}°"
         lines.append(f"{line}{'; not always ' + _reasons(rest) if rest else ''}.")
     deep = [m for m in landmarks if len(m.measured_mm) == 3]
     if deep:

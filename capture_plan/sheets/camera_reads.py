@@ -117,6 +117,10 @@ class CameraReads:
             ("Sharp", sharp_words(m.sharp_mm)),
             ("A dot's middle is found to", f"{camera.noise_px:g} px (standard deviation, as stated or assumed)"),
         ]
+        if slip := camera.slip:
+            rows.append(
+                ("The head may move or the helmet slip by", f"{slip.mm:g} mm and {slip.degrees:g}°, all allowed for")
+            )
         for other in self.cameras:
             if other is not camera and len(self.cameras) <= 4:
                 apart, angle = between(camera, other, self.philtrum)

@@ -9,6 +9,7 @@ Reads     a camera reads the dot unless, in this order,
           SMALL       its smaller diameter in the image is below `FEWEST_PIXELS`
           BLURRED     it is out of focus by more than its smaller diameter
 Seen      a camera sees what is not OUTSIDE, TURNED or HIDDEN, however badly
+Slip      where the head may slip, all this holds in each of the camera's `stances`; the first that fails tells why not
 Answer    l_i = min over the shapes of (cameras that see i) / (cameras), 0 to 1
 """
 
@@ -55,9 +56,13 @@ def seen_by(
     camera: Camera, occluder: Occluder, vertices: Float[np.ndarray, "v 3"], at: Int[np.ndarray, " m"]
 ) -> Bool[np.ndarray, " m"]:
     """Whether the camera sees each vertex `at` of the shape that `occluder` was made from."""
-    way = camera.position - vertices[at]
-    seen = (np.einsum("mx,mx->m", way, occluder.normals[at]) > 0) & camera.in_image(vertices[at])
-    seen[seen] = ~_hidden(camera, occluder, vertices, at[seen])
+    seen = np.ones(len(at), dtype=bool)
+    for stance in camera.stances:
+        some = at[seen]
+        way = stance.position - vertices[some]
+        sees = (np.einsum("mx,mx->m", way, occluder.normals[some]) > 0) & stance.in_image(vertices[some])
+        sees[sees] = ~_hidden(stance, occluder, vertices, some[sees])
+        seen[seen] = sees
     return seen
 
 
@@ -70,7 +75,24 @@ def sights(
     dot_mm: float,
 ) -> tuple[UInt8[np.ndarray, " m"], Float[np.ndarray, " m"]]:
     """The `Sight` of a dot at each vertex of the shape that `occluder` was made from, and its smaller diameter in
-    pixels, 0 where the camera does not see it."""
+    pixels, 0 where the camera does not see it; where the head may slip, the least."""
+    still, *slipped = camera.stances
+    found, pixels = _sights(still, occluder, vertices, at, dot_mm)
+    for stance in slipped:
+        read = np.flatnonzero(found == Sight.READ)
+        found[read], least = _sights(stance, occluder, vertices, at[read], dot_mm)
+        pixels[read] = np.where(np.isin(found[read], SEEN), np.minimum(pixels[read], least), pixels[read])
+    return found, pixels
+
+
+def _sights(
+    camera: Camera,
+    occluder: Occluder,
+    vertices: Float[np.ndarray, "v 3"],
+    at: Int[np.ndarray, " m"],
+    dot_mm: float,
+) -> tuple[UInt8[np.ndarray, " m"], Float[np.ndarray, " m"]]:
+    """`sights` of a head that keeps its place."""
     points, normals = vertices[at], occluder.normals[at]
     way = camera.position - points
     towards = np.einsum("mx,mx->m", way, normals) / np.linalg.norm(way, axis=1)

@@ -222,11 +222,31 @@ def test_a_missing_or_binary_file_is_refused_in_one_line(tmp_path):
     for path in (tmp_path / "noise.toml", tmp_path / "none.toml", tmp_path):
         with pytest.raises(RigError, match=r"is not TOML|does not exist|is a folder"):
             read_cameras(path)
-    with pytest.raises(RigError, match="neither a file nor one of frontal, head-mounted-pair"):
+    with pytest.raises(RigError, match="neither a file nor one of phone, frontal, head-mounted"):
         cameras_for("frontel", np.zeros((3, 3)), np.ones(3, dtype=bool))
 
 
-@pytest.mark.parametrize("preset", PRESETS)
+AHEAD = [name for name in PRESETS if not name.endswith("-N")]
+
+
+@pytest.mark.parametrize("preset", ["ring-5", "dome-24"])
+def test_a_ring_or_a_dome_has_as_many_cameras_as_its_name_says_all_aimed_at_the_philtrum(preset):
+    rig = sample_rig()
+    cameras = cameras_for(preset, rig.neutral, rig.skin)
+    assert len(cameras) == int(preset.split("-")[1])
+    for one in cameras:
+        middle = (np.array(one.size_px) - 1) / 2
+        assert one.project(np.array([[0.0, 686.0, 143.0]]))[0] == pytest.approx(middle, abs=0.03 * one.size_px[1])
+
+
+@pytest.mark.parametrize("preset", ["ring-N", "dome-N"])
+def test_a_ring_without_a_number_asks_for_one(preset):
+    rig = sample_rig()
+    with pytest.raises(RigError, match=r"without a number: write how many, as (ring|dome)-12"):
+        cameras_for(preset, rig.neutral, rig.skin)
+
+
+@pytest.mark.parametrize("preset", AHEAD)
 def test_presets_show_the_upper_philtrum_in_the_middle_and_the_whole_face(preset):
     rig = sample_rig()
     face = rig.neutral[rig.skin & (rig.neutral[:, 2] > 80) & (rig.neutral[:, 1] > 640)]
@@ -280,7 +300,7 @@ def test_a_head_mounted_pair_is_built_as_measured(tmp_path):
     assert single.name == "boom"
 
 
-@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("preset", AHEAD)
 def test_presets_see_brows_and_mouth_corners_at_rest(preset):
     rig = sample_rig()
     regions = face_regions(rig)

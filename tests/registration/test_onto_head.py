@@ -10,12 +10,13 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from capture_plan.errors import PlanError, RigError
+from capture_plan.input.points import read_points
 from capture_plan.mesh import vertex_normals
 from capture_plan.mesh.decimate import decimate
 from capture_plan.reader.head_scan import HeadScan
 from capture_plan.registration.empirical_layouts import empirical_layout
 from capture_plan.registration.onto_head import lay_onto_head, refuse_strays
-from capture_plan.registration.picked_points import named_vertices, picks_on, read_points
+from capture_plan.registration.picked_points import named_vertices, picks_on
 from capture_plan.sample import sample_rig
 from capture_plan.sample.people import made_up_people
 
@@ -152,7 +153,7 @@ def test_points_that_contradict_the_head_are_refused_in_one_line(people):
 )
 def test_points_are_read_from_small_files(tmp_path, name, text):
     (tmp_path / name).write_text(text)
-    assert read_points(tmp_path / name) == {"chin": (1.0, 2.5, -3.0), "M01": (0.0, 0.0, 0.0)}
+    assert read_points(tmp_path / name, PlanError) == {"chin": (1.0, 2.5, -3.0), "M01": (0.0, 0.0, 0.0)}
 
 
 @pytest.mark.parametrize(
@@ -170,7 +171,7 @@ def test_points_are_read_from_small_files(tmp_path, name, text):
 def test_files_without_points_are_refused_in_one_line(tmp_path, name, text):
     (tmp_path / name).write_text(text)
     with pytest.raises(PlanError, match="CSV with rows chin,x,y,z"):
-        read_points(tmp_path / name)
+        read_points(tmp_path / name, PlanError)
 
 
 def test_named_points_lie_where_their_names_say():
