@@ -64,8 +64,8 @@ def test_the_calibration_is_aligned_as_its_lines_say(tmp_path):
     pose2sim(tmp_path, [replace(one, t=(one.t - one.R @ away) / 1000) for one in stage()])
     cameras = cameras_for(str(tmp_path / "own.toml"), rig.neutral, rig.skin, lambda: places)
     for one, truth in zip(cameras, stage(), strict=True):
-        assert np.linalg.norm(one.position - truth.centre) < 1.0
-        assert (one.slip.mm, one.slip.degrees) == (20, 15)
+        assert np.linalg.norm(one.position - truth.centre) < 2.0  # its numbers are whole millimetres
+        assert one.slip is not None and (one.slip.mm, one.slip.degrees) == (20, 15)
 
 
 def test_every_command_and_option_is_there():
