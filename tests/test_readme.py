@@ -65,7 +65,8 @@ def test_the_calibration_is_aligned_as_its_lines_say(tmp_path):
     cameras = cameras_for(str(tmp_path / "own.toml"), rig.neutral, rig.skin, lambda: places)
     for one, truth in zip(cameras, stage(), strict=True):
         assert np.linalg.norm(one.position - truth.centre) < 2.0  # its numbers are whole millimetres
-        assert one.slip is not None and (one.slip.mm, one.slip.degrees) == (20, 15)
+        assert one.slip is not None
+        assert (one.slip.mm, one.slip.degrees) == (20, 15)
 
 
 def test_every_command_and_option_is_there():
