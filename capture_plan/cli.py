@@ -250,6 +250,12 @@ def plan(
         float | None,
         LandmarkOption(metavar="MM", help="Diameter of a marker, millimetres; by default 3."),
     ] = None,
+    label_margin_mm: Annotated[
+        float | None,
+        LandmarkOption(
+            metavar="MM", help="How far each of two dots may be found off and still be told from the other."
+        ),
+    ] = None,
     head_markers: Annotated[
         int | None,
         LandmarkOption(metavar="N", help="Markers for the head's own motion, 3 to 5; by default none."),
@@ -331,7 +337,8 @@ def plan(
         | {"epsilon": epsilon, "symmetric": symmetric, "spacing_mm": spacing_mm, "noise_mm": noise_mm}
         | {"number": number, "keep_out": zones(keep_out), "relaxed_for": relaxed_for, "caps": counts(cap)}
         | {"pins": pin and dots.vertices(pin, "--pin"), "forbidden": forbid and dots.vertices(forbid, "--forbid")}
-        | {"min_views": min_views, "dot_mm": dot_mm, "head_markers": head_markers},
+        | {"min_views": min_views, "dot_mm": dot_mm, "head_markers": head_markers}
+        | {"label_margin_mm": label_margin_mm},
         {"method": expressions, "mu": mu, "paired": paired, "limit": limit, "rules": rules, "most_things": most_things},
         {"cameras": cameras, "target": target, "sequences": sequence}
         | {"sequence_weights": sequence_weight, "vertex_weights": vertex_weights},
@@ -496,7 +503,7 @@ def cameras(
         known = places_of(candidates, places, found.neutral[found.skin])
     else:
         known = with_cameras(given, candidates, {m.name: m.vertex for m in marks}).cameras
-    poses = made.packing.poses
+    poses = made.poses
     if move_landmarks:
         layout, best = alternate(found, made.audit.used, settings, known, count, made.layout, views=views, poses=poses)
         moved = len({m.vertex for m in layout.landmarks} - {m.vertex for m in marks})

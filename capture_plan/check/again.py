@@ -26,8 +26,9 @@ from capture_plan.expressions.settings import PackingSettings
 from capture_plan.layout.record import Layout
 from capture_plan.plan.collide import collide
 from capture_plan.plan.inputs import PlanInputs
-from capture_plan.plan.record import Plan, with_poses
+from capture_plan.plan.record import Plan, with_poses, with_takes
 from capture_plan.rig import Rig
+from capture_plan.shell.takes import Takes
 
 Pairs = tuple[tuple[str, str], ...]
 
@@ -62,9 +63,9 @@ def stated_list(plan: Plan, inputs: PlanInputs, apart: Pairs | None = None) -> S
     return Stated(rig, settings, problem, inputs.target, chosen)
 
 
-def made_again(plan: Plan, report: Audit, layout: Layout, given: Stated) -> Plan:
+def made_again(plan: Plan, report: Audit, layout: Layout, given: Stated, takes: Takes | None = None) -> Plan:
     """The plan of these decisions: `report` is the rig's audit, `layout` follows from what was decided of landmarks,
-    `given` is the list."""
+    `given` is the list. Without `takes` what is said of them is taken over."""
     rig, packing = given.rig, packing_again(plan, given)
     again = replace(
         plan,
@@ -74,7 +75,7 @@ def made_again(plan: Plan, report: Audit, layout: Layout, given: Stated) -> Plan
         packing=packing,
         session=session(rig, plan.audit.used, packing, plan.settings.session, plan.settings.expressions.importance),
     )
-    return with_poses(again, rig)
+    return with_takes(with_poses(again, rig), takes)
 
 
 def packing_again(plan: Plan, given: Stated) -> Packing:

@@ -15,6 +15,7 @@ PARTS = {
     "meetings": "dots that come near each other when the face moves are those of the rig",
     "unread": "markers that a camera does not read in an expression are those of the rig",
     "labels": "dots are told from each other as surely as the plan says",
+    "take_labels": "dots are told from each other in the takes as surely as the plan says",
 }
 
 

@@ -74,7 +74,7 @@ def claims_of(plan: Plan, inputs: Rig | PlanInputs, *, quick: bool = False) -> I
     takes = None if quick else given.takes
     listed = stated_list(plan, given, plan.packing.colliding if quick else None)
     decided = decided_in(plan.layout, task)
-    again = made_again(plan, report, follow(task, decided, takes), listed)
+    again = made_again(plan, report, follow(task, decided, takes), listed, takes)
     if quick:
         again = replace(again, layout=replace(again.layout, motion=plan.layout.motion))
     yield from again_claims(plan, again)

@@ -48,7 +48,7 @@ def studio_claims(plan: Plan, task: Task, decided: Decided) -> list[Claim]:
     least = f"no landmark can be left out of the default and all of it be as good beside {name}"
     claims = [claim(least, not spare, f"{spare or 'none'} of {len(chosen)} places can")]
     if plan.packing.as_made:
-        gain = best_gain(task.apart_in(plan.packing.poses), decided) if goal.error(chosen) > target_mm else 0.0
+        gain = best_gain(task.apart_in(plan.poses), decided) if goal.error(chosen) > target_mm else 0.0
         more = f"the default reaches the error of {name}, or another landmark is not worth its while"
         found = f"{goal.error(chosen):.3f} mm against {target_mm:.3f} mm, another would take {gain:.1%} of it"
         claims.append(claim(more, gain < 2 * LEAST_GAIN, found))

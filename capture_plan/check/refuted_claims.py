@@ -31,7 +31,7 @@ AS_GOOD = 1e-6  # share of a loss by which rounding may turn the order of two si
 def refuted_claims(plan: Plan, task: Task, decided: Decided) -> list[Claim]:
     """Every claim that a second look may refute; `decided` is what the plan's layout says was."""
     known = plan.packing.as_made and decided.method in BY_ERROR
-    apart = task.apart_in(plan.packing.poses) if known else task
+    apart = task.apart_in(plan.poses) if known else task
     claims = [single_cover_claim(plan, task), *promise_claims(plan, task, decided, apart)]
     if decided.programs and decided.method not in SEVERAL:
         claims.append(program_claim(plan, apart, decided))

@@ -22,6 +22,7 @@ from capture_plan.expressions.record import Expression, Packing
 from capture_plan.expressions.sentences import from_rest, mistakes
 from capture_plan.expressions.session_settings import SessionSettings
 from capture_plan.expressions.settings import MEASURED_BY, Importance
+from capture_plan.once import once
 from capture_plan.prose import in_series
 from capture_plan.rig import Rig
 
@@ -76,6 +77,7 @@ class Session(Struct, frozen=True, forbid_unknown_fields=True):
     stop: str
 
 
+@once
 def session(
     rig: Rig, used: tuple[str, ...], packing: Packing, settings: SessionSettings, importance: Importance = "error"
 ) -> Session:

@@ -140,7 +140,7 @@ def inspect_plan(plan: Plan, inputs: Rig | PlanInputs) -> Inspection:
         markers=marker_reports(plan, face, charts, covers),
         two_lost=losses(observation, vertices, covers, face.used, at_once=2),
         trials=trials(observation, vertices, rig.neutral, charts),
-        others=alternatives(face, settings, plan.layout, count=ALTERNATIVES, takes=takes, poses=plan.packing.poses),
+        others=alternatives(face, settings, plan.layout, count=ALTERNATIVES, takes=takes, poses=plan.poses),
         alike=similarities(rig, vertices) if face.points68 is not None else (),
         take=take_report(plan, takes),
         draft=plan.draft,

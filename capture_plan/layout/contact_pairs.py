@@ -37,7 +37,7 @@ def met_in(
         retained = np.linalg.norm(neutral[u] - neutral[v], axis=1) >= spacing_mm
         pairs.append(at[np.stack([u[retained], v[retained]], axis=1)])
     u, v = np.concatenate(pairs).T
-    return _paired(u, v, len(points))
+    return paired(u, v, len(points))
 
 
 def torn(
@@ -78,10 +78,10 @@ def without_pairs_of(met: csr_array, some: Int[np.ndarray, " n"]) -> csr_array:
     """`met` without pairs of which both are among `some`."""
     u, v = met.nonzero()
     retained = ~(np.isin(u, some) & np.isin(v, some))
-    return _paired(u[retained], v[retained], len(met.indptr) - 1)
+    return paired(u[retained], v[retained], len(met.indptr) - 1)
 
 
-def _paired(u: Int[np.ndarray, " n"], v: Int[np.ndarray, " n"], count: int) -> csr_array:
+def paired(u: Int[np.ndarray, " n"], v: Int[np.ndarray, " n"], count: int) -> csr_array:
     """The symmetric table that holds these pairs."""
     table = coo_array((np.ones(2 * len(u)), (np.concatenate([u, v]), np.concatenate([v, u]))), shape=(count, count))
     return csr_array(table.astype(bool).astype(np.float32))

@@ -17,18 +17,19 @@ from capture_plan.camera import Camera, root, told, why_blind
 from capture_plan.errors import InfeasibleError, RigError
 from capture_plan.layout.contact_pairs import met_in
 from capture_plan.layout.dot_contact import Poses
+from capture_plan.layout.label_pairs import untold_in
 from capture_plan.layout.observation import Observation
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.layout.site_sampling import places_on
 from capture_plan.layout.sites import Sites, mirrored_sites, moving, single_sites
 from capture_plan.layout.spacing import Spacing, check_density
-from capture_plan.layout.unread import pose_deltas
+from capture_plan.layout.unread import pose_deltas, vertex_views
 from capture_plan.mesh import straight_table, surface_graph
 from capture_plan.mesh.mirror import mirror_map
 from capture_plan.once import once
 from capture_plan.registration.empirical_layouts import place_ibug68, place_layout
 from capture_plan.rig import Rig
-from capture_plan.visibility import FEWEST_PIXELS, Views, camera_views, camera_visibility, global_visibility
+from capture_plan.visibility import FEWEST_PIXELS, SEEN, Views, camera_views, camera_visibility, global_visibility
 
 SIXTY_EIGHT = "68 points (iBUG)"
 USUAL = 68  # points that people are used to
@@ -250,6 +251,36 @@ class Face:
     def _met(self, at: Int[np.ndarray, " n"], *, dot_mm: float, spacing_mm: float) -> csr_array:
         poses = performed_deltas(self.rig, self.used)[:, at]
         return met_in(self.rig.neutral, at, poses, dot_mm=dot_mm, spacing_mm=spacing_mm)
+
+    def untold(self, settings: LayoutSettings, poses: Poses) -> csr_array:
+        """Pairs of `dotted` vertices at the spacing whose dots a tracker may take for each other on the way between
+        poses, in their order, by the margin that the settings ask for. (v v) of 0 and 1."""
+        names, weights = tuple(poses), np.array([[pose.get(k, 0.0) for k in self.rig.names] for pose in poses.values()])
+        asked = settings.label_margin_mm or 0.0
+        at = self.dotted(settings)
+        return self._untold(at, names, weights, dot_mm=settings.dot_mm, spacing_mm=settings.spacing_mm, asked_mm=asked)
+
+    @once
+    def _untold(
+        self,
+        at: Int[np.ndarray, " n"],
+        names: tuple[str, ...],
+        weights: Float[np.ndarray, "e k"],
+        *,
+        dot_mm: float,
+        spacing_mm: float,
+        asked_mm: float,
+    ) -> csr_array:
+        rig = self.rig
+        moved = np.tensordot(weights, rig.deltas[:, at].astype(float), 1)
+        places = rig.neutral[at] + np.concatenate([np.zeros((1, len(at), 3)), moved])
+        seen = np.ones((len(places), 1, len(at)), dtype=bool)
+        if self.cameras:
+            poses = {
+                name: dict(zip(rig.names, row.tolist(), strict=True)) for name, row in zip(names, weights, strict=True)
+            }
+            seen = np.isin(vertex_views(rig, at, poses, self.cameras, dot_mm=dot_mm).how, SEEN)
+        return untold_in(places, seen, at, len(rig.neutral), self.cameras, spacing_mm=spacing_mm, asked_mm=asked_mm)
 
     def spacing(self, sites: Sites, spacing_mm: float) -> Spacing | None:
         """Which of the sites stand too close to each other; None where any may."""

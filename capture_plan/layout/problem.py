@@ -74,8 +74,9 @@ class Task:
         return dataclass_replace(self, limits=(*self.limits, *more))
 
     def apart_in(self, poses: Poses) -> "Task":
-        """This task where no two dots meet in any blendshape or pose. What a person decides twice (two pins, or one and
-        its mirror image) and partners without which nothing stands for a blendshape may meet: it is told, not refused.
+        """This task where no two dots meet in any blendshape or pose and, where a margin is asked for, none are taken
+        for each other from pose to pose. What a person decides twice (two pins, or one and its mirror image) and
+        partners without which nothing stands for a blendshape may: it is told, not refused.
 
         The paper's methods know the neutral alone, and without a spacing dots may stand as they like.
         """
@@ -85,6 +86,8 @@ class Task:
         rig, at = self.face.rig, self.face.dotted(settings)
         moved = pose_movements(rig, poses, at)
         planned = met_in(rig.neutral, at, moved, dot_mm=settings.dot_mm, spacing_mm=settings.spacing_mm)
+        if settings.label_margin_mm is not None and poses:
+            planned = csr_array(planned + self.face.untold(settings, poses))
         pins = self.face.pinned(settings)
         decided = np.union1d(pins, self.face.mirror[pins]) if settings.symmetric else pins
         met = without_pairs_of(csr_array(self.face.met(settings) + planned), decided)

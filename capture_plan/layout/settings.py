@@ -49,7 +49,9 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     dot's diameter of its points landmarks may stand as its own do, in zones without dots and where they are hardly
     seen. `caps`: most landmarks in a region, by its name ("nose"). `min_views`: cameras that have to see a landmark in
     every expression, where cameras are known (2 where they triangulate); one of them never smaller than 3 pixels; 0
-    leaves cameras out of it. `dot_mm`: diameter of a marker.
+    leaves cameras out of it. `dot_mm`: diameter of a marker. `label_margin_mm`: by how much each of two dots may be
+    found off and still be told from the other, in every expression and on the way from each to the next (`labels`);
+    without it a plan only tells which dots may be taken for each other.
     `head_markers`: 3 to 5 further markers where the face hardly moves, from which the motion of the head is taken.
     """
 
@@ -71,6 +73,7 @@ class LayoutSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     caps: dict[str, Count] = field(default_factory=dict)
     min_views: Count = 1
     dot_mm: Annotated[float, Meta(gt=0, le=LONGEST_MM)] = DOT_MM
+    label_margin_mm: Length | None = None
     head_markers: Annotated[int, Meta(ge=0, le=5)] = 0
 
     def __post_init__(self) -> None:

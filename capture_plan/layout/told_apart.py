@@ -31,29 +31,34 @@ def told_apart(names: Sequence[str], pairs: Sequence[tuple[str, str]], *, kinds:
     return {name: q for name, q in picked.items() if q}
 
 
-def label_words(found: Sequence[Labels], names: Sequence[str]) -> list[str]:
-    """What can be confused, and what would tell it apart, a sentence each."""
+def label_words(found: Sequence[Labels], names: Sequence[str], asked_mm: float | None = None) -> list[str]:
+    """What can be confused, by a margin that is asked for where one is, and what would tell it apart, a sentence
+    each."""
     if not found:
         return []
-    how = f"Followed to the nearest dot at {FPS:g} pictures a second, expressions taken up in {SECONDS:g} s,"
-    bad = [(one, labels.camera) for labels in found for one in labels.confusable]
+    takes = ", and in the takes as they are" if any(labels.take for labels in found) else ""
+    how = f"Followed to the nearest dot at {FPS:g} pictures a second, expressions taken up in {SECONDS:g} s{takes},"
+    bad = [(one, labels) for labels in found for one in labels.confusable]
     if not bad:
         least = min(found, key=lambda labels: labels.margin_mm)
-        where = f" in '{least.camera}'" if least.camera else ""
-        a, b = least.dots
+        asked = f"; {asked_mm:g} mm were asked for" if asked_mm else ""
         return [
-            f"{how} no two dots are taken for each other: each may be {least.margin_mm:.1f} mm off (least between {a} "
-            f"and {b}, {least.between[0]} to {least.between[1]}{where})."
+            f"{how} no two dots are taken for each other: each may be {least.margin_mm:.1f} mm off (least between "
+            f"{' and '.join(least.dots)}, {_moment(least.between, least)}{asked})."
         ]
-    told = ", ".join(
-        f"{one.dots[0]} and {one.dots[1]} ({one.between[0]} to {one.between[1]}{f', {camera}' if camera else ''})"
-        for one, camera in bad[:MOST_TOLD]
-    )
+    told = ", ".join(f"{' and '.join(one.dots)} ({_moment(one.between, labels)})" for one, labels in bad[:MOST_TOLD])
     more = f" and {len(bad) - MOST_TOLD} more" if len(bad) > MOST_TOLD else ""
-    lines = [f"{how} these may be taken for each other: {told}{more}."]
+    off = f" where each is found {asked_mm:g} mm off" if asked_mm else ""
+    lines = [f"{how} these may be taken for each other{off}: {told}{more}."]
     pairs = list(dict.fromkeys(one.dots for one, _ in bad))
     for kinds in (2, 3):
         if (apart := told_apart(names, pairs, kinds=kinds)) is not None:
             colours = "a second colour" if kinds == 2 else "a second and a third colour"
             return [*lines, f"{colours.capitalize()} on {', '.join(sorted(apart))} tells them apart."]
     return [*lines, "Three colours do not tell them apart: space dots wider or record more pictures a second."]
+
+
+def _moment(between: tuple[str, str], of: Labels) -> str:
+    """'E15 to E16, boom top', or 'smile, frame 12, boom top'."""
+    when = f"{of.take}, frame {between[1]}" if of.take else f"{between[0]} to {between[1]}"
+    return f"{when}, {of.camera}" if of.camera else when

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from msgspec import Struct
 
 from capture_plan.camera import Camera
@@ -32,7 +32,13 @@ def pose_views(
     rig: Rig, markers: Sequence[Landmark], poses: Poses, cameras: Sequence[Camera], *, dot_mm: float
 ) -> Views:
     """What the cameras see of the markers in the neutral and in each pose."""
-    at = np.array([m.vertex for m in markers], dtype=int)
+    return vertex_views(rig, np.array([m.vertex for m in markers], dtype=int), poses, cameras, dot_mm=dot_mm)
+
+
+def vertex_views(
+    rig: Rig, at: Int[np.ndarray, " n"], poses: Poses, cameras: Sequence[Camera], *, dot_mm: float
+) -> Views:
+    """What the cameras see of dots at vertices in the neutral and in each pose."""
     return camera_views(rig.neutral, pose_deltas(rig, poses), rig.triangles, at, cameras, dot_mm=dot_mm)
 
 

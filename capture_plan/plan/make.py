@@ -16,9 +16,20 @@ from capture_plan.layout.record import Layout
 from capture_plan.plan.collide import collide
 from capture_plan.plan.files import change_settings
 from capture_plan.plan.inputs import PlanInputs, inputs_for, settings_recorded
-from capture_plan.plan.record import DECIDING, FORMAT_VERSION, SAMPLE, Plan, RigReference, sealed, with_poses
+from capture_plan.plan.record import (
+    DECIDING,
+    FORMAT_VERSION,
+    SAMPLE,
+    Plan,
+    RigReference,
+    in_order,
+    sealed,
+    with_poses,
+    with_takes,
+)
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
+from capture_plan.shell.takes import Takes
 
 
 def make_plan(
@@ -56,11 +67,14 @@ def make_plan(
         rules=given.rules,
         apart=collide(rig, report.used, settings.expressions),
     )
+    shots = session(rig, report.used, packing, settings.session, settings.expressions.importance)
     try:
-        layout = design_layout(face, settings.landmarks, takes=given.takes, poses=packing.poses)
+        layout = design_layout(face, settings.landmarks, takes=given.takes, poses=in_order(packing, shots))
     except InfeasibleError as error:
         raise InfeasibleError(f"{error}{size_words(report)}") from error
-    return assemble_plan(rig, settings, report, layout, packing, cameras=given.cameras, reference=reference)
+    return assemble_plan(
+        rig, settings, report, layout, packing, cameras=given.cameras, takes=given.takes, reference=reference
+    )
 
 
 def size_words(report: Audit) -> str:
@@ -82,6 +96,7 @@ def assemble_plan(
     packing: Packing,
     *,
     cameras: tuple[Camera, ...] = (),
+    takes: Takes | None = None,
     reference: RigReference | None = None,
 ) -> Plan:
     """A plan from its parts, for who computes them one at a time."""
@@ -96,4 +111,4 @@ def assemble_plan(
         cameras=tuple(map(recorded, cameras)),
         versions={name: version(name) for name in DECIDING},
     )
-    return sealed(with_poses(made, rig))
+    return sealed(with_takes(with_poses(made, rig), takes))

@@ -10,12 +10,13 @@ from capture_plan.audit.audit import Audit
 from capture_plan.camera import Camera, KnownCamera, camera_of
 from capture_plan.expressions.record import Expression, Packing
 from capture_plan.expressions.session import Session
-from capture_plan.layout.dot_contact import Meeting, meetings
-from capture_plan.layout.labels import Labels, label_margins
+from capture_plan.layout.dot_contact import Meeting, Poses, meetings
+from capture_plan.layout.labels import Labels, label_margins, take_labels
 from capture_plan.layout.record import Layout
 from capture_plan.layout.unread import Unread, unread
 from capture_plan.plan.settings import Settings
 from capture_plan.rig import Rig
+from capture_plan.shell.takes import Takes
 
 FORMAT_VERSION = 8
 SAMPLE = "sample"
@@ -84,7 +85,8 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True):
 
     `cameras` are those that it was made for, in the rig's frame; none where they are unknown. `meetings` are dots that
     come too near to each other in the neutral or in an expression (`layout/dot_contact.py`), `unread` dots
-    that a camera does not read in one, `labels` how surely a tracker tells them from each other.
+    that a camera does not read in one, `labels` how surely a tracker tells them from each other between expressions in
+    the order of shooting, `take_labels` in the takes.
     `draft` says what did not hold of the plan when something was made of it all the same; empty where all holds.
     `actor` is the head that the plan was carried onto; all else speaks of the rig.
     `seal` is a digest of all else: it tells a plan that was changed by hand, and is no signature.
@@ -102,6 +104,7 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True):
     meetings: tuple[Meeting, ...] = ()
     unread: tuple[Unread, ...] = ()
     labels: tuple[Labels, ...] = ()
+    take_labels: tuple[Labels, ...] = ()
     draft: tuple[str, ...] = ()
     actor: ActorHead | None = None
     seal: str = ""
@@ -112,6 +115,16 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True):
         of = {expression.name: expression for expression in self.packing.expressions}
         items = [item for item in self.session.items if item.name in of]
         return tuple(structs.replace(of[item.name], covered=item.covered) for item in items)
+
+    @property
+    def poses(self) -> Poses:
+        """The pose of every expression by its name, in the order of shooting."""
+        return in_order(self.packing, self.session)
+
+
+def in_order(packing: Packing, shots: Session) -> Poses:
+    """The pose of every expression by its name, in the order of a session."""
+    return {item.name: packing.poses[item.name] for item in shots.items if item.name in packing.poses}
 
 
 def number_of(plan: Plan) -> str:
@@ -136,13 +149,23 @@ def head_words(plan: Plan, *, generic: bool = False) -> str:
 def with_poses(plan: Plan, rig: Rig) -> Plan:
     """The plan with the dots that come too near to each other in its expressions, and those that a camera does not read
     in them."""
-    markers, poses, dot_mm = plan.layout.markers, plan.packing.poses, plan.settings.landmarks.dot_mm
-    cameras = cameras_of(plan)
+    markers, poses, settings = plan.layout.markers, plan.packing.poses, plan.settings.landmarks
+    cameras, dot_mm, asked_mm = cameras_of(plan), settings.dot_mm, settings.label_margin_mm or 0.0
     return structs.replace(
         plan,
         meetings=meetings(rig, markers, poses, dot_mm),
         unread=unread(rig, markers, poses, cameras, dot_mm),
-        labels=label_margins(rig, markers, poses, cameras, dot_mm),
+        labels=label_margins(rig, markers, plan.poses, cameras, dot_mm=dot_mm, asked_mm=asked_mm),
+    )
+
+
+def with_takes(plan: Plan, takes: Takes | None) -> Plan:
+    """The plan with how surely its dots are told from each other in the takes; as it is where there are none."""
+    if takes is None:
+        return plan
+    asked_mm = plan.settings.landmarks.label_margin_mm or 0.0
+    return structs.replace(
+        plan, take_labels=take_labels(plan.layout.markers, takes, cameras_of(plan), asked_mm=asked_mm)
     )
 
 

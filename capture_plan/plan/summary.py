@@ -27,6 +27,7 @@ def summary(plan: Plan) -> tuple[str, ...]:
 
     layout, packing, audit = plan.layout, plan.packing, plan.audit
     took = f"The session takes about {plan.session.minutes:.0f} minutes."
+    asked_mm = plan.settings.landmarks.label_margin_mm
     lines = [
         f"{plan.rig.name}: {len(audit.used)} of {audit.blendshapes} blendshapes planned for, "
         f"{audit.skin_vertices:,} skin vertices.",
@@ -43,7 +44,7 @@ def summary(plan: Plan) -> tuple[str, ...]:
         *head_words(plan),
         *near_words(plan),
         *view_words(plan),
-        *label_words(plan.labels, [m.name for m in plan.layout.markers]),
+        *label_words((*plan.labels, *plan.take_labels), [m.name for m in plan.layout.markers], asked_mm),
         f"Proved: under these constraints, to see {'all of the others' if layout.uncovered else 'every blendshape'} at "
         f"all takes at least {layout.certificate.landmarks} landmarks.",
         *fine_words(plan),

@@ -95,6 +95,10 @@ class Sequence:
             raise RigError(f"{self.name} has the frames 0 to {len(self) - 1:,}, frame {t:,} was asked for")
         return self.frames.block(t, t + 1)[0]
 
+    def places(self, at: Int[np.ndarray, " n"]) -> Float[np.ndarray, "t n 3"]:
+        """Where some vertices are in every frame, millimetres."""
+        return np.concatenate([block[:, at] for _, block in self.chunks()])
+
     def motion(self) -> Float[np.ndarray, " v"]:
         """How far each vertex gets from the neutral in the whole take, millimetres."""
         furthest = np.zeros(len(self.neutral))

@@ -113,7 +113,7 @@ def test_a_changed_rig_behind_an_old_plan_is_refused(plan, rig, tmp_path, monkey
         (b"", "is not a plan"),
         (b"[1, 2]", "is not a plan"),
         (b'{"format": 8}', "is not a plan"),
-        (b'{"format": 6}', "format 6, expected 7"),
+        (b'{"format": 6}', "format 6, expected 8"),
         (b"\xff\xfe\x00", "is not a plan"),
         (b"[" * 100_000, "is not a plan"),
     ],
