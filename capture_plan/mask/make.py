@@ -26,6 +26,7 @@ SEAT = (0.11, 0.15)  # half width and half height of the seat on the bridge of t
 BRIDGE = -0.06  # its middle, below the eyes
 OPEN = 0.2  # of the places along an opening, seen out from
 HELD = 0.25  # of the skin under a ring that the shell covers
+MOST_PUPILS_MM = 200.0  # no person has 80, and a mask of such a head would take minutes and fit no printer
 ASTRAY_MM = 15.0  # from the nearest vertex of the skin: a dot of another head
 BESIDE_EAR = 0.35  # of the pupil distance: in front of the ears the mask ends
 
@@ -56,6 +57,7 @@ def make_mask(head: Rig, dots: tuple[Dot, ...], *, dot_mm: float, settings: Mask
     settings = settings or MaskSettings()
     manifold3d()
     anchors = face_anchors(head)
+    refuse_giants(head, anchors)
     ears = float(anchors.ear_left[2] + anchors.ear_right[2]) / 2 + BESIDE_EAR * anchors.pupils
     beyond = _out_of_reach(dots, ears)
     reached = tuple(dot for dot in dots if dot.name not in beyond)
@@ -86,6 +88,15 @@ def make_mask(head: Rig, dots: tuple[Dot, ...], *, dot_mm: float, settings: Mask
         gap_of(mesh, skin.points[beneath], skin.normals[beneath]),
         settings,
     )
+
+
+def refuse_giants(head: Rig, anchors: Anchors) -> None:
+    """PlanError where the face is far larger than any person's."""
+    if anchors.pupils > MOST_PUPILS_MM:
+        raise PlanError(
+            f"{head.name} has {anchors.pupils:,.0f} mm between the pupils, a person 60 to 66: nobody could wear its "
+            "mask: correct the unit (plan with --unit-mm), or carry the plan onto the actor's scan"
+        )
 
 
 def shut(mesh: Mesh, cut: tuple[Opening, ...]) -> list[str]:

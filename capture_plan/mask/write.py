@@ -4,6 +4,11 @@ by; and what a person who prints it must know.
 Files are in millimetres. `mask.stl` is one piece; of several, `mask-1.stl` and so on, by their numbers.
 """
 
+import hashlib
+import io
+import re
+import uuid
+import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import cast
@@ -20,8 +25,10 @@ from capture_plan.output import write_whole, written_together
 from capture_plan.plan.inputs import PlanInputs
 from capture_plan.plan.record import Plan, number_of, words_of
 from capture_plan.prose import in_series
+from capture_plan.reader.head_scan import MASK_BEGINS, PIECE
 from capture_plan.sheets.solid import solid_picture
 
+UUID = re.compile(rb"[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}")
 PIECES = 40  # names that the folder's guard knows
 WRITES = (
     *either("mask.stl", "mask.3mf", "mask.png"),
@@ -36,7 +43,8 @@ REACH_MM, MIDDLE_MM, SHOWN = 5.0, 10.0, 3  # of a piece from the dots it holds; 
 def write_mask(
     plan: Plan, inputs: PlanInputs, folder: Path | str, *, settings: MaskSettings | None = None
 ) -> tuple[Mask, tuple[Path, ...]]:
-    """Make the mask of a plan and write it into `folder`, all of its files or none.
+    """Make the mask of a plan and write it into `folder`, all of its files or none; the pieces of a mask that was
+    written there before go.
 
     Raises:
         PlanError: no dot can have a hole, a library is missing, or the folder cannot be written.
@@ -46,7 +54,7 @@ def write_mask(
     made = make_mask(head, dots_of(plan, inputs), dot_mm=plan.settings.landmarks.dot_mm, settings=settings)
     stem = f"mask{DRAFT if plan.draft else ''}"
     names = {f"{stem}.stl": made.parts[0]} if len(made.parts) == 1 else numbered(made.parts, plan)
-    with written_together(folder, head.name, number_of(plan)) as new:
+    with written_together(folder, head.name, number_of(plan), whole=WRITES) as new:
         for name, part in names.items():
             write_whole(new / name, stl_bytes(part.printed, title_of(plan)))
         write_whole(new / f"{stem}.3mf", threemf_bytes(made.parts))
@@ -57,7 +65,7 @@ def write_mask(
 def title_of(plan: Plan) -> str:
     """What the picture is of, and for a carried plan how exactly places are known."""
     off = f"; places off by about {plan.actor.error_mm:.1f} mm" if plan.actor else ""
-    return f"Mask: {words_of(plan)}{off}"
+    return f"{MASK_BEGINS}{words_of(plan)}{off}"
 
 
 def numbered(parts: tuple[Part, ...], plan: Plan) -> dict[str, Part]:
@@ -78,12 +86,12 @@ def stl_bytes(mesh: Mesh, said: str) -> bytes:
     import trimesh
 
     data = cast("bytes", trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False).export(file_type="stl"))
-    head = said.encode("ascii", "replace")[:STL_HEADER]  # which must not begin with 'solid'
+    head = said.encode("ascii", "replace")[:STL_HEADER]  # begins with `MASK_BEGINS`, which must not begin with 'solid'
     return head.ljust(STL_HEADER, b"\0") + data[STL_HEADER:]
 
 
 def threemf_bytes(parts: tuple[Part, ...]) -> bytes:
-    """3MF in millimetres, each piece an object on the bed, side by side."""
+    """3MF in millimetres, each piece an object on the bed, side by side; equal pieces, equal bytes."""
     import trimesh
 
     scene, x = trimesh.Scene(), 0.0
@@ -93,9 +101,23 @@ def threemf_bytes(parts: tuple[Part, ...]) -> bytes:
         move = np.eye(4)
         move[0, 3] = x + part.size_mm[0] / 2
         x += part.size_mm[0] + BETWEEN_MM
-        scene.add_geometry(mesh, node_name=f"mask {i + 1}", geom_name=f"mask {i + 1}", transform=move)
+        scene.add_geometry(mesh, node_name=f"{PIECE}{i + 1}", geom_name=f"{PIECE}{i + 1}", transform=move)
     scene.units = "millimeter"
-    return cast("bytes", scene.export(file_type="3mf"))
+    return with_own_identifiers(cast("bytes", scene.export(file_type="3mf")))
+
+
+def with_own_identifiers(archive: bytes) -> bytes:
+    """A 3MF file whose UUIDs follow from what it holds, in place of random ones."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(archive)) as old, zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as new:
+        for entry in old.infolist():
+            content = old.read(entry)
+            bare = hashlib.sha256(UUID.sub(b"", content)).hexdigest()
+            for number, random in enumerate(dict.fromkeys(UUID.findall(content))):
+                own = str(uuid.uuid5(uuid.NAMESPACE_OID, f"{bare} {number}")).encode()
+                content = content.replace(random, own)
+            new.writestr(entry, content, zipfile.ZIP_DEFLATED)
+    return out.getvalue()
 
 
 def mask_lines(mask: Mask) -> Iterator[str]:

@@ -3,13 +3,13 @@
 They are made in a folder beside their places (`new/`), then moved there one by one; what stands there is kept in `old/`
 until all have been moved, and put back where one cannot be. Each folder remembers in `.capture-plan.json` what we wrote
 into it. What somebody else wrote, or changed since, is kept with `~` behind its name (`whole.keeping`). In folders of
-the set, what we wrote before and do not write now is taken away.
+the set, what we wrote before and do not write now is taken away, and so are files of one thing (`whole`).
 """
 
 import json
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -37,10 +37,11 @@ SHOWN = 60  # letters of a name
 
 
 @contextmanager
-def written_together(folder: Path, of: str = "", number: str = "") -> Iterator[Path]:
+def written_together(folder: Path, of: str = "", number: str = "", *, whole: Iterable[str] = ()) -> Iterator[Path]:
     """A folder to write into; once the block ends well all that is in it stands in `folder`. `of` names the head that
     it shows, where it shows one: `refuse_another` asks for it; `number` is the plan's that it was made of: what stays
-    beside it of another plan is told.
+    beside it of another plan is told. Files of the names `whole` are one thing: of those that we wrote before, what is
+    not written now is taken away.
 
     Inside another such block nothing is moved twice: `folder` is then part of that one.
 
@@ -57,17 +58,17 @@ def written_together(folder: Path, of: str = "", number: str = "") -> Iterator[P
             os.mkdir(made / NEW)
             yield made / NEW
             with alone_in(folder):
-                move(made, of, number)
+                move(made, of, number, set(whole))
         finally:
             if not (made / MOVES).exists():  # else it could not be put back now: the next sweep will
                 shutil.rmtree(made, ignore_errors=True)
             release(lock)
 
 
-def move(made: Path, of: str, number: str) -> None:
+def move(made: Path, of: str, number: str, whole: set[str]) -> None:
     """Move what is in `new/` to its places, with what it takes the place of kept; all of it or nothing."""
     new, folder = made / NEW, made.parent
-    gone = remember(new, folder, files_in(new), of, number)
+    gone = remember(new, folder, files_in(new), of, number, whole)
     names = files_in(new)
     for name in names:
         flush(new / name)
@@ -111,9 +112,9 @@ def _keep(made: Path, name: Path) -> bool:
     return True
 
 
-def remember(new: Path, folder: Path, names: list[Path], of: str, number: str) -> list[Path]:
+def remember(new: Path, folder: Path, names: list[Path], of: str, number: str, whole: set[str]) -> list[Path]:
     """Write into each folder of the set what we wrote there; keep what is not ours beside it. Returns what we wrote
-    into its folders before and do not write now."""
+    into its folders before, and of the names `whole`, and do not write now."""
     gone = []
     for inside in sorted({name.parent for name in names}):
         refuse_links(folder, inside, [name for name in names if name.parent == inside])
@@ -125,9 +126,9 @@ def remember(new: Path, folder: Path, names: list[Path], of: str, number: str) -
                     same_file(old, new / inside / retained.name)
                     tell([f"note: {old} was not as we wrote it: it is kept as {retained.name}"])
         left = [name for name in before if name not in now]
-        if inside != Path():
-            gone += [inside / name for name in left if unchanged(folder / inside / name, before[name])]
-            left = []
+        old = [name for name in left if inside != Path() or name in whole]
+        gone += [inside / name for name in old if unchanged(folder / inside / name, before[name])]
+        left = [name for name in left if name not in old]
         memory = dict(sorted((now | {name: before[name] for name in left}).items()))
         others = {name: numbers[name] for name in left if name in numbers and (folder / inside / name).exists()}
         retained = {WRITTEN: memory} | ({OF: of} if of else {})

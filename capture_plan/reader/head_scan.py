@@ -7,6 +7,8 @@ Ending   .obj, .ply, .stl, .3mf, .glb, .off; what hangs together is welded, tria
 
 import io
 import math
+import zipfile
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,9 +24,11 @@ from capture_plan.mesh.geometry import triangle_areas
 HEAD_FORMATS = (".obj", ".ply", ".stl", ".3mf", ".glb", ".off")
 MOST_BYTES = 1 << 28  # a PLY scan of 5 million triangles has 180 MB
 MOST_TRIANGLES = 5_000_000
+MASK_BYTES = 1 << 16  # at the beginning of a 3MF model, where the first object stands
 LEAST_TRIANGLES = 200  # with fewer no nose has a shape
 UNITS_MM = (1.0, 10.0, 1000.0, 25.4, 100.0)  # mm, cm, m, inch, dm: in this order where several are possible
 HEAD_MM = (200.0, 1100.0)  # diagonal of the box around a face mask, and around a head with shoulders
+MASK_BEGINS, PIECE = "Mask: ", "mask "  # a mask's STL; the names of its pieces in 3MF
 FLAT = 1e-12  # area over the box's squared diagonal: such a triangle has no normal
 
 
@@ -53,6 +57,8 @@ def read_head(path: Path | str, unit_mm: float | None = None) -> HeadScan:
     if not path.exists():
         raise RigError(f"{path} does not exist: give a file with the actor's head")
     data = content(path, MOST_BYTES)
+    if is_mask(data):
+        raise RigError(f"{path.name} is a mask that was made of a plan: give the scan of the actor's head instead")
     try:
         mesh = trimesh.load_mesh(io.BytesIO(data), file_type=path.suffix.lower()[1:], process=True, skip_materials=True)
         vertices, triangles = np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces)
@@ -66,6 +72,17 @@ def read_head(path: Path | str, unit_mm: float | None = None) -> HeadScan:
     vertices, triangles = _sound(path.name, vertices, triangles)
     # the name of what was read, so that the same bytes are the same head
     return HeadScan(path.stem, vertices, triangles, _units(path.name, vertices, unit_mm), digest([data])[:16])
+
+
+def is_mask(data: bytes) -> bool:
+    """Whether a file holds a mask that we wrote (`mask/write.py`)."""
+    if data.startswith(MASK_BEGINS.encode()):
+        return True
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            return f'name="{PIECE}1"'.encode() in archive.open("3D/3dmodel.model").read(MASK_BYTES)
+    except (zipfile.BadZipFile, KeyError, OSError, ValueError, NotImplementedError, RuntimeError, zlib.error, EOFError):
+        return False
 
 
 def _sound(

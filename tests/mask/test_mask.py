@@ -1,6 +1,7 @@
 """The mask of a noisy, coarse head, as a scan of an actor is: measured on its finished file, not by how it was made."""
 
 import io
+import zipfile
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 import trimesh
 
 from capture_plan.anatomy.regions import face_regions
-from capture_plan.errors import PlanError
+from capture_plan.errors import PlanError, RigError
 from capture_plan.face.anchors import face_anchors
 from capture_plan.mask import Dot, MaskSettings, make_mask, mask_lines
 from capture_plan.mask.holes import holes_for
@@ -17,8 +18,9 @@ from capture_plan.mask.parts import parts_of
 from capture_plan.mask.record import Hole, Label
 from capture_plan.mask.skin import sample_skin
 from capture_plan.mask.solid import as_mesh, manifold3d, solid
-from capture_plan.mask.write import stl_bytes, threemf_bytes
+from capture_plan.mask.write import UUID, stl_bytes, threemf_bytes
 from capture_plan.mesh import vertex_normals
+from capture_plan.reader.head_scan import read_head
 from capture_plan.visibility.occluder import Occluder
 from tests.light import light_sample
 from tests.mask.fitted import fitted_axis
@@ -284,3 +286,22 @@ def rings(mesh, hole):
     middle = hole.dot.position + (hole.land_mm - 0.4) * hole.axis
     way = Occluder(mesh.vertices, mesh.triangles).distance(np.tile(middle, (36, 1)), out)
     return float((np.abs(way - hole.radius_mm) < 0.05).mean())
+
+
+def test_equal_pieces_are_equal_files_and_are_no_head(mask, tmp_path):
+    one, other = threemf_bytes(mask.parts), threemf_bytes(mask.parts)
+    assert one == other
+    (tmp_path / "anna.3mf").write_bytes(one)
+    (tmp_path / "anna.stl").write_bytes(stl_bytes(mask.mesh, "Mask: plan 0123456789abcdef of hero"))
+    for name in ("anna.3mf", "anna.stl"):
+        with pytest.raises(RigError, match="is a mask that was made of a plan"):
+            read_head(tmp_path / name)
+    with zipfile.ZipFile(io.BytesIO(one)) as archive:
+        numbers = UUID.findall(archive.read("3D/3dmodel.model"))
+    assert len(set(numbers)) == len(numbers) > 1
+
+
+def test_a_head_that_nobody_has_gets_no_mask(head, dots):
+    giant = replace(head, neutral=6 * head.neutral, deltas=6 * head.deltas)
+    with pytest.raises(PlanError, match=r"mm between the pupils, a person 60 to 66: .*--unit-mm"):
+        make_mask(giant, tuple(replace(dot, position=6 * dot.position) for dot in dots), dot_mm=3.0)

@@ -331,3 +331,22 @@ def test_who_waits_for_another_command_says_so(tmp_path):
     thread.join()
     with listen(said.extend), alone_in(tmp_path):
         assert len(said) == 1
+
+
+def test_files_of_one_thing_that_are_not_written_again_go_and_nothing_else_does(tmp_path):
+    names = ("mask.stl", "mask-1.stl", "mask-2.stl", "mask-3.stl")
+
+    def write(**files):
+        with written_together(tmp_path, whole=names) as new:
+            for name, content in files.items():
+                (new / name.replace("_", "-")).with_suffix(".stl").write_bytes(content)
+
+    with written_together(tmp_path) as new:
+        (new / "plan.html").write_bytes(b"page")
+    write(mask_1=b"one", mask_2=b"two", mask_3=b"three")
+    (tmp_path / "mask-2.stl").write_bytes(b"sanded by hand")
+    (tmp_path / "notes.stl").write_bytes(b"somebody else's")
+    write(mask=b"whole")
+    there = {path.name for path in tmp_path.iterdir() if not path.name.startswith(".")}
+    assert there == {"mask.stl", "mask-2.stl", "notes.stl", "plan.html"}
+    assert (tmp_path / "mask-2.stl").read_bytes() == b"sanded by hand"
