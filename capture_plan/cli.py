@@ -10,7 +10,6 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from datetime import date
-from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, TextIO
@@ -88,7 +87,7 @@ Weights = Literal["lexicographic", "paper", "count"]
 Packer = Literal["early", "minimum", "sequential", "greedy"]
 
 
-Export = StrEnum("Export", {name: name for name in ("html", *KINDS)})
+KINDS_TOLD = ("html", *KINDS)
 
 
 def say_version(wanted: bool | None) -> None:
@@ -771,8 +770,8 @@ def export(
     plan: PlanPath,
     output: Folder = Path("export"),
     only: Annotated[
-        list[Export] | None,  # pyright: ignore[reportInvalidTypeForm]  # its members are the table's
-        typer.Option(help="Write only this; may be given several times.", case_sensitive=False),
+        list[str] | None,
+        typer.Option(metavar=f"[{'|'.join(KINDS_TOLD)}]", help="Write only this, or these: c3d,trc."),
     ] = None,
     without_likeness: Likeness = False,
     rig: OtherRig = None,
@@ -788,12 +787,12 @@ def export(
     from capture_plan.output import refuse_folder, refuse_plan, same
     from capture_plan.plan.files import rig_file_of
     from capture_plan.plan.likeness import on_generic_head
-    from capture_plan.plan.record import number_of
+    from capture_plan.plan.record import number_of, whose_words
     from capture_plan.prose import in_series
     from capture_plan.report import write_html
 
     usual = ["html", *(name for name, kind in KINDS.items() if kind.usual)]
-    wanted = [kind.value for kind in only] if only else ["html"] if without_likeness else usual
+    wanted = kinds_of(only) if only else ["html"] if without_likeness else usual
     if without_likeness and wanted != ["html"]:
         raise PlanError("--without-likeness is for the HTML page and for render: give --only html, or nothing")
     if {"json", "verify"} & set(wanted) and not same(plan, output / "plan.json"):
@@ -809,11 +808,11 @@ def export(
     of = Delivery(made, given, rig_file_of(made, plan, rig_path=rig), output)
     written: list[Path] = []
     refused: dict[str, str] = {}
-    with as_far_as_it_goes(made), together(output, written, given.rig.name, number_of(made)) as new:
+    with as_far_as_it_goes(made), together(output, written, whose_words(made), number_of(made)) as new:
         if "html" in wanted:
             shown = on_generic_head(given) if without_likeness else given
             written.append(write_html(made, shown, new / "plan.html"))
-        for name in dict.fromkeys(wanted):
+        for name in wanted:
             if name in KINDS:
                 try:
                     written += KINDS[name].write(of, new)
@@ -828,6 +827,18 @@ def export(
         say([f"Next: open {output / 'plan.html'}; it needs no network. For other programs: export --only KIND."])
     else:
         say(f"Next: {line}" for line in next_steps(wanted, output, of.suffix))
+
+
+def kinds_of(given: Iterable[str]) -> list[str]:
+    """Kinds of export that a person names, one or several at a time between commas, each once."""
+    kinds = [word.strip().lower() for words in given for word in words.split(",")]
+    for kind in kinds:
+        if kind not in KINDS_TOLD:
+            raise typer.BadParameter(
+                f"'{kind[:40]}' is no kind of export: give some of {', '.join(KINDS_TOLD)}, as --only c3d,trc",
+                param_hint="'--only'",
+            )
+    return list(dict.fromkeys(kinds))
 
 
 def next_steps(kinds: Iterable[str], folder: Path, draft: str) -> list[str]:
@@ -996,14 +1007,14 @@ def open_plan(
     from capture_plan.output import refuse_another
     from capture_plan.plan.consent import passed_words
     from capture_plan.plan.files import inputs_of, read_plan
-    from capture_plan.plan.record import seal_of
+    from capture_plan.plan.record import seal_of, whose_words
     from capture_plan.plan.replacing import files_of_plan
 
     plan = read_plan(path)
     refuse(files_of_plan(plan, path, rig))
     say(passed_words(plan.settings.consent, date.today()))
     if into is not None:
-        refuse_another(into, plan.rig.name)
+        refuse_another(into, whose_words(plan))
     given = inputs_of(plan, path, rig_path=rig, takes=takes or plan.seal != seal_of(plan))
     broken = lies(plan, given)
     if broken:

@@ -99,8 +99,10 @@ def test_an_audit_is_a_picture_where_its_file_is_called_one(folder):
 
 
 def test_tables_and_schema_are_written_where_asked(folder):
-    done = run("export", "plan.json", "-o", "out", "--only", "csv", "--only", "json", cwd=folder)
+    done = run("export", "plan.json", "-o", "out", "--only", "CSV,json", "--only", "csv", cwd=folder)
     assert done.returncode == 0, done.stderr
+    said = done.stderr.splitlines() + done.stdout.splitlines()
+    assert len(said) == len(set(said))
     names = sorted(path.name for path in (folder / "out").iterdir() if path.name != ".capture-plan.json")
     assert names == ["expressions.csv", "landmarks.csv", "plan.json", "plan.schema.json", "slate.csv"]
     assert (folder / "out" / "plan.json").read_bytes() == (folder / "plan.json").read_bytes()
@@ -119,6 +121,7 @@ def test_tables_and_schema_are_written_where_asked(folder):
         (["plan", "sample", "--skin", "nose", "-o", "x.json"], "--skin"),
         (["check", "nothing.json"], "nothing.json"),
         (["export", "plan.json", "--only", "fax"], "fax"),
+        (["export", "plan.json", "--only", "c3d,"], "is no kind of export"),
         (["dance"], "dance"),
     ],
 )

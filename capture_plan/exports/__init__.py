@@ -39,7 +39,7 @@ def write_exports(
     from capture_plan.exports.delivery import Delivery
     from capture_plan.output import written_together
     from capture_plan.plan.inputs import inputs_for
-    from capture_plan.plan.record import number_of
+    from capture_plan.plan.record import number_of, whose_words
 
     wanted = tuple(only)
     for name in wanted:
@@ -48,6 +48,6 @@ def write_exports(
     takes = "verify" in wanted
     given, folder = inputs_for(inputs, plan.settings, takes=takes, carried=plan.cameras), Path(folder)
     of = Delivery(plan, given, Path(rig_file) if rig_file else None, folder)
-    with written_together(folder, plan.rig.name, number_of(plan)) as new:
+    with written_together(folder, whose_words(plan), number_of(plan)) as new:
         written = [path for name in wanted for path in KINDS[name].write(of, new)]
     return [folder / path.relative_to(new) for path in written]

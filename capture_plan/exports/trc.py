@@ -1,6 +1,7 @@
 """Markers as a TRC table: `markers.trc`, for OpenSim, Cortex and MotionBuilder. Millimetres, +y up, facing +z.
 
 Frames   the neutral on frame 1, expression i on frame i + 1, one a second: poses, no motion
+Head     its first line names the file and, where readers skip, which plan it is of
 
 Letters: m markers, e frames.
 """
@@ -11,6 +12,7 @@ from pathlib import Path
 from capture_plan.exports.delivery import Delivery, posed_dots_mm
 from capture_plan.exports.marker_names import plain_names
 from capture_plan.output import write_whole
+from capture_plan.plan.record import words_of
 
 LONGEST = 30  # letters of a label, as readers of C3D expect too
 COLUMNS = (
@@ -27,7 +29,7 @@ def write(of: Delivery, folder: Path) -> list[Path]:
     frames = posed_dots_mm(of.plan, of.inputs)
     e, m = frames.shape[:2]
     head = [
-        ["PathFileType", 4, "(X/Y/Z)", path.name],
+        ["PathFileType", 4, "(X/Y/Z)", path.name, words_of(of.plan)],
         COLUMNS,
         [RATE, RATE, e, m, "mm", RATE, 1, e],
         ["Frame#", "Time", *chain.from_iterable((name, "", "") for name in names)],

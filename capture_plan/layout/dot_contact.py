@@ -43,9 +43,13 @@ def meetings(rig: Rig, markers: Sequence[Landmark], poses: Poses, dot_mm: float)
     return tuple(found)
 
 
-def meeting_words(found: Sequence[Meeting], dot_mm: float) -> str:
-    """'Dots of 3 mm come near each other: E11 M24 and M32 2.5 mm (they overlap). …'; empty where none do."""
-    messages = [f"{one.pose} {' and '.join(one.dots)} {one.apart_mm:.1f} mm{_how(one, dot_mm)}" for one in found]
+def meeting_words(found: Sequence[Meeting], dot_mm: float, shots: Mapping[str, str]) -> str:
+    """'Dots of 3 mm come near each other: shot 18 (E11) M24 and M32 2.5 mm (they overlap). …'; empty where none do.
+    `shots` has the words for an expression by its name."""
+    messages = [
+        f"{shots.get(one.pose, one.pose)} {' and '.join(one.dots)} {one.apart_mm:.1f} mm{_how(one, dot_mm)}"
+        for one in found
+    ]
     if not messages:
         return ""
     return (

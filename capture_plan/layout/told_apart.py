@@ -3,7 +3,7 @@
 Model   one kind q for each dot, no pair of the same kind, as many dots as can be of kind 0: an integer program (CP-SAT)
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from ortools.sat.python import cp_model
 
@@ -31,9 +31,11 @@ def told_apart(names: Sequence[str], pairs: Sequence[tuple[str, str]], *, kinds:
     return {name: q for name, q in picked.items() if q}
 
 
-def label_words(found: Sequence[Labels], names: Sequence[str], asked_mm: float | None = None) -> list[str]:
+def label_words(
+    found: Sequence[Labels], names: Sequence[str], shots: Mapping[str, str], asked_mm: float | None = None
+) -> list[str]:
     """What can be confused, by a margin that is asked for where one is, and what would tell it apart, a sentence
-    each."""
+    each. `shots` has the words for an expression by its name."""
     if not found:
         return []
     takes = ", and in the takes as they are" if any(labels.take for labels in found) else ""
@@ -44,9 +46,11 @@ def label_words(found: Sequence[Labels], names: Sequence[str], asked_mm: float |
         asked = f"; {asked_mm:g} mm were asked for" if asked_mm else ""
         return [
             f"{how} no two dots are taken for each other: each may be {least.margin_mm:.1f} mm off (least between "
-            f"{' and '.join(least.dots)}, {_moment(least.between, least)}{asked})."
+            f"{' and '.join(least.dots)}, {_moment(least.between, least, shots)}{asked})."
         ]
-    told = ", ".join(f"{' and '.join(one.dots)} ({_moment(one.between, labels)})" for one, labels in bad[:MOST_TOLD])
+    told = ", ".join(
+        f"{' and '.join(one.dots)} ({_moment(one.between, labels, shots)})" for one, labels in bad[:MOST_TOLD]
+    )
     more = f" and {len(bad) - MOST_TOLD} more" if len(bad) > MOST_TOLD else ""
     off = f" where each is found {asked_mm:g} mm off" if asked_mm else ""
     lines = [f"{how} these may be taken for each other{off}: {told}{more}."]
@@ -58,7 +62,8 @@ def label_words(found: Sequence[Labels], names: Sequence[str], asked_mm: float |
     return [*lines, "Three colours do not tell them apart: space dots wider or record more pictures a second."]
 
 
-def _moment(between: tuple[str, str], of: Labels) -> str:
-    """'E15 to E16, boom top', or 'smile, frame 12, boom top'."""
-    when = f"{of.take}, frame {between[1]}" if of.take else f"{between[0]} to {between[1]}"
+def _moment(between: tuple[str, str], of: Labels, shots: Mapping[str, str]) -> str:
+    """'shot 21 (E15) to shot 22 (E16), boom top', or 'smile, frame 12, boom top'."""
+    start, end = (shots.get(pose, pose) for pose in between)
+    when = f"{of.take}, frame {between[1]}" if of.take else f"{start} to {end}"
     return f"{when}, {of.camera}" if of.camera else when

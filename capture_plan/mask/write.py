@@ -23,7 +23,7 @@ from capture_plan.mask.parts import Part
 from capture_plan.mask.record import LEAST_WALL_MM, Dot, MaskSettings, Mesh
 from capture_plan.output import write_whole, written_together
 from capture_plan.plan.inputs import PlanInputs
-from capture_plan.plan.record import Plan, number_of, words_of
+from capture_plan.plan.record import Plan, number_of, whose_words, words_of
 from capture_plan.prose import in_series
 from capture_plan.reader.head_scan import MASK_BEGINS, PIECE
 from capture_plan.sheets.solid import solid_picture
@@ -54,7 +54,7 @@ def write_mask(
     made = make_mask(head, dots_of(plan, inputs), dot_mm=plan.settings.landmarks.dot_mm, settings=settings)
     stem = f"mask{DRAFT if plan.draft else ''}"
     names = {f"{stem}.stl": made.parts[0]} if len(made.parts) == 1 else numbered(made.parts, plan)
-    with written_together(folder, head.name, number_of(plan), whole=WRITES) as new:
+    with written_together(folder, whose_words(plan), number_of(plan), whole=WRITES) as new:
         for name, part in names.items():
             write_whole(new / name, stl_bytes(part.printed, title_of(plan)))
         write_whole(new / f"{stem}.3mf", threemf_bytes(made.parts))

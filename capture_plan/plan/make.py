@@ -28,6 +28,7 @@ from capture_plan.plan.record import (
     with_takes,
 )
 from capture_plan.plan.settings import Settings
+from capture_plan.plan.structure import check_texts
 from capture_plan.rig import Rig
 from capture_plan.shell.takes import Takes
 
@@ -51,6 +52,8 @@ def make_plan(
     """
     settings = settings or Settings()
     change_settings(settings, {})  # what is written in Python is not held against its ranges before
+    if reference:
+        check_texts(reference, "give the file another name")
     given = inputs_for(inputs, settings)
     rig, settings = given.rig, settings_recorded(settings, given)
     report = audit_once(rig)

@@ -9,7 +9,7 @@ from msgspec import Struct, structs
 from capture_plan.audit.audit import Audit
 from capture_plan.camera import Camera, KnownCamera, camera_of
 from capture_plan.expressions.record import Expression, Packing
-from capture_plan.expressions.session import Session
+from capture_plan.expressions.session import Session, shot_number
 from capture_plan.layout.dot_contact import Meeting, Poses, meetings
 from capture_plan.layout.labels import Labels, label_margins, take_labels
 from capture_plan.layout.record import Layout
@@ -117,6 +117,11 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True):
         return tuple(structs.replace(of[item.name], covered=item.covered) for item in items)
 
     @property
+    def shots(self) -> dict[str, str]:
+        """Words for every expression by its name: 'shot 18 (E11)'."""
+        return {item.name: f"shot {shot_number(item)} ({item.name})" for item in self.session.items if item.slate}
+
+    @property
     def poses(self) -> Poses:
         """The pose of every expression by its name, in the order of shooting."""
         return in_order(self.packing, self.session)
@@ -144,6 +149,11 @@ def head_words(plan: Plan, *, generic: bool = False) -> str:
     if generic:
         return f"{plan.rig.name} on a generic head"
     return f"{plan.rig.name} on {plan.actor.name}'s head" if plan.actor else plan.rig.name
+
+
+def whose_words(plan: Plan) -> str:
+    """Whose head a folder shows that holds what is made of the plan: scans of one name are told apart."""
+    return f"{head_words(plan)} (scan {plan.actor.fingerprint[:8]})" if plan.actor else head_words(plan)
 
 
 def with_poses(plan: Plan, rig: Rig) -> Plan:

@@ -12,7 +12,7 @@ from capture_plan.errors import PlanError
 from capture_plan.layout.assembly import SINGLE_COVER
 from capture_plan.layout.record import ErrorBound, Layout
 from capture_plan.layout.settings import ORDERED
-from capture_plan.plan.record import DECIDING, Plan
+from capture_plan.plan.record import DECIDING, Plan, RigReference
 from capture_plan.rig import Rig
 
 TURNING = frozenset("\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")  # bidirectional
@@ -28,12 +28,13 @@ def check_structure(plan: Plan, rig: Rig) -> None:
         raise PlanError(f"the plan of {plan.rig.name} {fault}: make it again with `capture-plan plan`")
 
 
-def check_texts(plan: Plan) -> None:
+def check_texts(plan: Plan | RigReference, mend: str = "make it again") -> None:
     """PlanError where a text, at any depth, has a sign in it that a screen would obey or that begins a new line: it
     could make a page say what nobody found."""
     for place, text in _texts(msgspec.to_builtins(plan), ""):
         if any(obeyed(sign) for sign in text):
-            raise PlanError(f"the plan has a control character in {place}: {text[:40]!a}: make it again")
+            where = place if isinstance(plan, Plan) else f"rig.{place}"
+            raise PlanError(f"the plan has a control character in {where}: {text[:40]!a}: {mend}")
 
 
 def obeyed(sign: str) -> bool:

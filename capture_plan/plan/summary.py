@@ -44,7 +44,7 @@ def summary(plan: Plan) -> tuple[str, ...]:
         *head_words(plan),
         *near_words(plan),
         *view_words(plan),
-        *label_words((*plan.labels, *plan.take_labels), [m.name for m in plan.layout.markers], asked_mm),
+        *label_words((*plan.labels, *plan.take_labels), [m.name for m in plan.layout.markers], plan.shots, asked_mm),
         f"Proved: under these constraints, to see {'all of the others' if layout.uncovered else 'every blendshape'} at "
         f"all takes at least {layout.certificate.landmarks} landmarks.",
         *fine_words(plan),
@@ -151,7 +151,7 @@ def region_words(plan: Plan) -> list[str]:
 
 def near_words(plan: Plan) -> list[str]:
     """Which dots come too near to each other in which expression."""
-    words = meeting_words(plan.meetings, plan.settings.landmarks.dot_mm)
+    words = meeting_words(plan.meetings, plan.settings.landmarks.dot_mm, plan.shots)
     return [f"{words}."] if words else []
 
 
@@ -353,7 +353,8 @@ def expression_lines(plan: Plan, former: Plan) -> tuple[str, ...]:
     return (
         f"{expression_words(packing)}{unmoved}.",
         *(
-            f"{'  ' if shot.blendshapes in before else '* '}{shot.name} {', '.join(shot.blendshapes)}"
-            for shot in packing.expressions
+            f"{'  ' if shot.blendshapes in before else '* '}{plan.shots.get(shot.name, shot.name)}: "
+            f"{', '.join(shot.blendshapes)}"
+            for shot in plan.in_session
         ),
     )

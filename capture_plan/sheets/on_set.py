@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 from capture_plan.output import write_whole, written_together
 from capture_plan.plan.inputs import PlanInputs
-from capture_plan.plan.record import Plan, number_of
+from capture_plan.plan.record import Plan, number_of, whose_words
 from capture_plan.rig import Rig
 from capture_plan.sheets.cue_cards import draw_cue_cards
 from capture_plan.sheets.deck import draw_deck
@@ -55,7 +55,7 @@ def write_on_set(
         file_of(kind, as_mirror=as_mirror): DRAWN[kind](plan, given, sheet=paper, dpi=dpi, mirrored=as_mirror)
         for kind in kinds
     }
-    with written_together(Path(folder), given.rig.name, number_of(plan)) as new:
+    with written_together(Path(folder), whose_words(plan), number_of(plan)) as new:
         for name, book in made.items():
             write_whole(new / name, book.bytes())
     return tuple(Path(folder) / name for name in made)

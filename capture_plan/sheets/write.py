@@ -27,7 +27,7 @@ from capture_plan.plan.carry import as_worn, worn_words
 from capture_plan.plan.consent import consent_lines
 from capture_plan.plan.inputs import PlanInputs
 from capture_plan.plan.predicted import headline_words
-from capture_plan.plan.record import Plan, cameras_of, head_words, number_of
+from capture_plan.plan.record import Plan, cameras_of, head_words, number_of, whose_words
 from capture_plan.plan.summary import expression_words
 from capture_plan.progress import track, track_in_threads
 from capture_plan.rig import Rig
@@ -82,7 +82,7 @@ def write_sheets(
     """
     given = inputs if isinstance(inputs, PlanInputs) else PlanInputs(inputs)
     book = draw_sheets(plan, given, sheet=paper, dpi=dpi)
-    return write_booklet(book, Path(folder), dpi, given.rig.name, number_of(plan))
+    return write_booklet(book, Path(folder), dpi, whose_words(plan), number_of(plan))
 
 
 def write_marker_sheets(
@@ -153,7 +153,7 @@ def draw_sheets(plan: Plan, inputs: PlanInputs, *, sheet: str, dpi: int) -> Book
     markers.draw(add_page)
     for i, items in enumerate(lists):
         add_page("shot-list" if i == 0 else f"shot-list-{i + 1}")
-        near = meeting_words(plan.meetings, plan.settings.landmarks.dot_mm)
+        near = meeting_words(plan.meetings, plan.settings.landmarks.dot_mm, plan.shots)
         draw_shot_list(book, plan.session, items, apart_lines(plan.audit.apart), near)
     draw_expressions(plan, head, markers, overviews, add_page)
     if cameras:

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 
 from capture_plan.exports.trc import write
+from capture_plan.plan.record import words_of
 from tests.exports.deliveries import badly_named, posed_dots, sample
 
 
@@ -15,6 +16,7 @@ def test_a_table_of_coordinates_one_frame_a_pose(tmp_path):
     table = pd.read_csv(path, sep="\t", skiprows=5, header=None)
     e, m = posed_dots(sample()).shape[:2]
     assert (kind[0], facts["Units"]) == ("PathFileType", "mm")
+    assert kind[4] == words_of(sample().plan)
     assert (int(facts["NumFrames"]), int(facts["NumMarkers"])) == (e, m) == (len(table), len(sample().names))
     assert tuple(names[2::3]) == sample().names
     assert axes[2:5] == ["X1", "Y1", "Z1"]

@@ -84,8 +84,9 @@ def test_dots_that_meet_in_a_pose_are_those_that_come_within_a_diameter_and_the_
             messages = [one for one in found if one.pose == name]
             assert {one.dots for one in messages} == expected
             assert [one.apart_mm for one in messages] == sorted(one.apart_mm for one in messages)
-    assert "E" not in meeting_words((), 3.0)
-    words = meeting_words(found, 25.0)
+    assert "E" not in meeting_words((), 3.0, {})
+    words = meeting_words(found, 25.0, {found[0].pose: "shot 5 (E01)"})
+    assert f"shot 5 (E01) {' and '.join(found[0].dots)}" in words
     assert all(f"{one.dots[0]} and {one.dots[1]} {one.apart_mm:.1f} mm" in words for one in found)
     assert words.count("(they overlap)") == sum(one.apart_mm < 25.0 for one in found)
 

@@ -30,6 +30,7 @@ from capture_plan.visibility.occluder import Occluder
 from capture_plan.visibility.seen import seen_by
 from tests.once import plan_of
 
+ASKED = 4.5  # more than the plan has without being asked
 EVERY_PAIR = np.stack(np.triu_indices(5, 1), axis=1)
 
 
@@ -152,11 +153,14 @@ def test_the_fewest_dots_get_another_colour(edges, kinds):
 def test_words_say_who_and_what_would_help(known):
     _, marks, _, _ = known
     sure = Labels("boom", 1.25, ("M01", "M02"), ("neutral", "E01"))
-    assert "each may be 1.2 mm off (least between M01 and M02, neutral to E01, boom)" in label_words([sure], ["M01"])[0]
+    assert (
+        "each may be 1.2 mm off (least between M01 and M02, neutral to E01, boom)"
+        in label_words([sure], ["M01"], {})[0]
+    )
     bad = plan_of().labels[0]
     worse = replace(bad, confusable=((pair := _pair(marks)),))
-    lines = label_words([worse], [mark.name for mark in marks])
-    assert f"{pair.dots[0]} and {pair.dots[1]}" in lines[0]
+    lines = label_words([worse], [mark.name for mark in marks], {"E01": "shot 6 (E01)"})
+    assert f"{pair.dots[0]} and {pair.dots[1]} (neutral to shot 6 (E01)" in lines[0]
     assert lines[1].startswith("A second colour on M0")
 
 
@@ -191,12 +195,12 @@ def test_a_margin_that_is_asked_for_is_had_and_a_check_holds(rig):
     few = dataclass_replace(rig, names=rig.names[::3], deltas=rig.deltas[::3])
     inputs = PlanInputs(few, cameras=cameras_for("head-mounted-pair", rig.neutral, rig.skin))
     free = LayoutSettings(method="budget", budget=14, symmetric=False)
-    plans = [make_plan(inputs, Settings(landmarks=replace(free, label_margin_mm=mm))) for mm in (None, 3.0)]
+    plans = [make_plan(inputs, Settings(landmarks=replace(free, label_margin_mm=mm))) for mm in (None, ASKED)]
     least = [min(labels.margin_mm for labels in plan.labels) for plan in plans]
-    assert least[0] < 3.0 < least[1]
+    assert least[0] < ASKED < least[1]
     assert not any(labels.confusable for labels in plans[1].labels)
     assert plans[1].layout.information.error_mm < 1.1 * plans[0].layout.information.error_mm
-    assert "3 mm were asked for" in " ".join(label_words(plans[1].labels, [], 3.0))
+    assert f"{ASKED:g} mm were asked for" in " ".join(label_words(plans[1].labels, [], {}, ASKED))
     assert all(claim.holds for claim in check_plan(plans[1], inputs))
 
 
@@ -211,7 +215,7 @@ def test_a_take_in_a_plan_says_at_which_frame_two_dots_come_too_near(known):
     assert (found.take, found.camera) == ("jump", "")
     assert found.margin_mm < 0
     assert found.between in {("24", "25"), ("25", "26")}
-    assert "jump, frame 2" in " ".join(label_words([found], [m.name for m in marks]))
+    assert "jump, frame 2" in " ".join(label_words([found], [m.name for m in marks], {}))
     calm = Sequence("calm", rig.neutral, rig.triangles, StoredFrames(frames[:20]), 60.0, rig=rig)
     (sure,) = take_labels(marks, takes_of(rig, [calm]), ())
     assert sure.margin_mm > 0

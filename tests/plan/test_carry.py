@@ -17,7 +17,7 @@ from capture_plan.exports.tables import write
 from capture_plan.plan.carry import actor_words, as_worn, off_surface
 from capture_plan.plan.files import inputs_of, read_plan, write_plan
 from capture_plan.plan.inputs import PlanInputs
-from capture_plan.plan.record import sealed
+from capture_plan.plan.record import sealed, whose_words
 from capture_plan.sample.people import made_up_people
 from tests.command import run
 from tests.once import QUICK, plan_of
@@ -153,3 +153,15 @@ def test_what_is_no_head_is_refused_in_one_line_and_nothing_is_written(folder):
     assert said.returncode == 2
     assert "not sure where the face is" in said.stderr
     assert not list((folder / "out").glob("ball*"))
+
+
+def test_a_folder_that_shows_one_head_is_not_given_another(folder, carried):
+    """Nor that of another scan of the same name; the rig's own is another head, too."""
+    plan, _ = carried
+    assert run("export", "out/anna.json", "-o", "shown", "--only", "csv", cwd=folder).returncode == 0
+    rescanned = replace(plan, actor=replace(plan.actor, fingerprint="0123456789abcdef"))
+    assert whose_words(rescanned) != whose_words(plan)
+    done = run("export", "plan.json", "-o", "shown", "--only", "csv", cwd=folder)
+    assert done.returncode == 2
+    assert "on anna's head (scan " in done.stderr
+    assert "choose another place with -o" in done.stderr

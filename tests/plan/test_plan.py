@@ -22,6 +22,7 @@ from capture_plan.plan.files import (
 )
 from capture_plan.plan.inputs import read_inputs
 from capture_plan.plan.make import make_plan
+from capture_plan.plan.record import RigReference
 from capture_plan.plan.settings import Settings
 from capture_plan.plan.summary import summary
 from tests.light import light_sample
@@ -181,3 +182,9 @@ def test_where_nothing_can_be_had_on_a_head_of_another_size_its_size_is_said(by,
     with pytest.raises(InfeasibleError) as error:
         make_plan(small, settings)
     assert ("between the pupils" in str(error.value)) is said
+
+
+def test_a_file_name_that_a_page_would_obey_is_refused_before_any_work():
+    reference = RigReference("hero", "he\tro.npz", "0" * 16, 3)
+    with pytest.raises(PlanError, match=r"control character in rig\.path.*give the file another name"):
+        make_plan(light_sample(), reference=reference)
