@@ -80,7 +80,7 @@ def label_margins(
 def take_labels(
     markers: Sequence[Landmark], takes: Takes, cameras: Sequence[Camera], *, asked_mm: float = 0.0
 ) -> tuple[Labels, ...]:
-    """The same in every take, from each of its frames to the next; of a camera the dots that it reads in some
+    """Of each take and camera, or in space: from each frame to the next; of a camera the dots that it reads in some
     expression of the plan."""
     found = []
     for take in (one.sequence for person in takes.subjects for one in person.recordings):

@@ -330,7 +330,7 @@ LIES = [
     (
         "default",
         more_needed_for_the_target,
-        "proved: no layout of fewer than 29 landmarks has an upper estimate of 0.184 mm",
+        "proved: no layout of fewer than 28 landmarks has an upper estimate of 0.184 mm",
     ),
     ("budget", weaker_proof_of_the_target, "proved: no layout of fewer than"),
     ("default", target_out_of_reach, "no number of landmarks here has an upper estimate of 0.184 mm"),

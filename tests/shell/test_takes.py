@@ -11,7 +11,7 @@ from capture_plan.check.check import check_plan
 from capture_plan.cli import app
 from capture_plan.curves.frames import StoredFrames
 from capture_plan.errors import PlanError, RigError
-from capture_plan.layout.contact_pairs import _paired
+from capture_plan.layout.contact_pairs import paired
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.motion_design import _place, fit_of
 from capture_plan.layout.problem import task_of
@@ -136,7 +136,7 @@ def test_no_marker_of_a_take_stands_where_its_dot_would_meet_a_pin_that_lies_whe
     u, every = int(task.sites.vertices[pin, 0]), np.ones(len(task.sites.size), dtype=bool)
     others = np.setdiff1d(takes.first.at[takes.first.candidates], [u])
     beside = others[rig.neutral[others, 0] > 0]  # the left half of the face
-    met = replace(task, met=_paired(np.full(len(beside), u), beside, len(rig.neutral)))
+    met = replace(task, met=paired(np.full(len(beside), u), beside, len(rig.neutral)))
     free, retained = (set(_place(one, takes, np.array([pin]), every).tolist()) for one in (task, met))
     assert free & set(beside.tolist())
     assert u in retained
