@@ -17,7 +17,7 @@ from capture_plan.layout.face import see_face
 from capture_plan.layout.record import Layout
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.plan.make import make_plan
-from capture_plan.plan.record import Plan
+from capture_plan.plan.record import Plan, sealed
 from capture_plan.plan.settings import Settings
 from capture_plan.sample import sample_rig
 
@@ -31,6 +31,12 @@ def plan_of(settings: Settings | None = None) -> Plan:
     """The plan of the bundled head with these settings, the default ones if none are given."""
     asked = settings or Settings()
     return once(asked, Plan, lambda: make_plan(sample_rig(), asked))
+
+
+def shortened(plan: Plan) -> Plan:
+    """A plan with two of its expressions, for pages that are asked neither for the others nor for the whole."""
+    packing = msgspec.structs.replace(plan.packing, expressions=plan.packing.expressions[:2])
+    return sealed(msgspec.structs.replace(plan, packing=packing))
 
 
 def layout_of(settings: LayoutSettings | None = None) -> Layout:

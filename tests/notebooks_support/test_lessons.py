@@ -5,7 +5,6 @@ import html.parser
 import re
 from dataclasses import replace
 
-import msgspec
 import pytest
 
 import capture_plan
@@ -16,9 +15,8 @@ from capture_plan.layout.face import see_face
 from capture_plan.notebook import notebooks_folder
 from capture_plan.notebooks_support import site
 from capture_plan.notebooks_support.lessons import first_sentence, parameters
-from capture_plan.plan.record import sealed
 from tests.notebooks_support.test_notebooks import run
-from tests.once import plan_of
+from tests.once import plan_of, shortened
 
 LEARN = notebooks_folder() / "learn"
 
@@ -26,9 +24,7 @@ LEARN = notebooks_folder() / "learn"
 @pytest.fixture(scope="module")
 def short_plan():
     """The sample's plan with two of its expressions: enough to draw."""
-    plan = plan_of()
-    packing = msgspec.structs.replace(plan.packing, expressions=plan.packing.expressions[:2])
-    return sealed(msgspec.structs.replace(plan, packing=packing))
+    return shortened(plan_of())
 
 
 @pytest.fixture(scope="module")

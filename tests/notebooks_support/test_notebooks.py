@@ -19,13 +19,13 @@ from capture_plan.expressions import PackingSettings
 from capture_plan.layout.settings import LayoutSettings
 from capture_plan.notebook import notebooks_folder, open_notebook
 from capture_plan.plan.files import plan_bytes
-from capture_plan.plan.record import Plan, sealed
+from capture_plan.plan.record import Plan
 from capture_plan.progress import track
 from capture_plan.report.words import millimetres
 from capture_plan.sample import sample_rig
 from capture_plan.sample.motion import sample_motion
 from capture_plan.shell.takes import takes_of
-from tests.once import plan_of
+from tests.once import plan_of, shortened
 
 NOTEBOOKS = sorted(notebooks_folder().glob("*.py"))
 NAMES = [
@@ -45,9 +45,7 @@ NAMES = [
 @pytest.fixture(scope="module")
 def short_plan():
     """The sample's plan with two of its expressions: enough to draw."""
-    plan = plan_of()
-    packing = msgspec.structs.replace(plan.packing, expressions=plan.packing.expressions[:2])
-    return sealed(msgspec.structs.replace(plan, packing=packing))
+    return shortened(plan_of())
 
 
 def run(name, **given):

@@ -17,7 +17,7 @@ from capture_plan.plan.record import ActorDot, ActorHead, head_words, number_of
 from capture_plan.report.page import page_html
 from capture_plan.rig import Rig
 from capture_plan.sample import sample_rig
-from tests.once import QUICK, plan_of
+from tests.once import QUICK, plan_of, shortened
 
 
 @cache
@@ -36,6 +36,11 @@ def given():
     return on_generic_head(PlanInputs(stranger()))
 
 
+@pytest.fixture(scope="module")
+def own():
+    return on_generic_head(PlanInputs(sample_rig()))
+
+
 def test_the_shape_is_the_bundled_heads_and_not_the_rigs(given):
     sample, rig = sample_rig(), stranger()
     skin = np.flatnonzero(rig.skin & (np.linalg.norm(rig.neutral - face_anchors(rig).nose_tip, axis=1) < 60))
@@ -48,9 +53,9 @@ def test_the_shape_is_the_bundled_heads_and_not_the_rigs(given):
     assert off(rig.neutral) > 2
 
 
-def test_places_are_those_of_the_plan_and_pages_say_that_distances_are_nobodys(given):
+def test_places_are_those_of_the_plan_and_pages_say_that_distances_are_nobodys(given, own):
     plan = plan_of(QUICK)
-    shown, worn = as_worn(plan, on_generic_head(PlanInputs(sample_rig())))
+    shown, worn = as_worn(plan, own)
     assert [m.name for m in shown.layout.markers] == [m.name for m in plan.layout.markers]
     was, now = (np.array([m.position for m in one.layout.markers]) for one in (plan, shown))
     assert np.linalg.norm(was - now, axis=1).max() < 3
@@ -60,9 +65,9 @@ def test_places_are_those_of_the_plan_and_pages_say_that_distances_are_nobodys(g
     assert worn_words(plan, PlanInputs(sample_rig())) == ""
 
 
-def test_the_html_page_shows_the_generic_head_and_keeps_the_plans_number():
-    plan = plan_of(QUICK)
-    page = page_html(plan, on_generic_head(PlanInputs(sample_rig())))
+def test_the_html_page_shows_the_generic_head_and_keeps_the_plans_number(own):
+    plan = shortened(plan_of(QUICK))
+    page = page_html(plan, own)
     assert "drawn on a generic head" in page
     assert number_of(plan) in page
     assert "drawn on a generic head" not in page_html(plan, sample_rig())
@@ -70,7 +75,8 @@ def test_the_html_page_shows_the_generic_head_and_keeps_the_plans_number():
 
 def test_no_place_on_the_rig_or_on_the_actor_stands_in_the_page():
     rig = stranger()
-    plan = structs.replace(plan_of(QUICK), rig=structs.replace(plan_of(QUICK).rig, fingerprint=rig.fingerprint))
+    made = plan_of(QUICK)
+    plan = structs.replace(shortened(made), rig=structs.replace(made.rig, fingerprint=rig.fingerprint))
     at = {m.name: rig.neutral[m.vertex].astype(float).round(4).tolist() for m in plan.layout.landmarks}
     dots = tuple(ActorDot(name, (1.234567, *place[1:]), (7.654321, 0.0, 0.0), 0.1) for name, place in at.items())
     actor = ActorHead(
