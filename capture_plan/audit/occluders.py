@@ -1,10 +1,9 @@
-"""What lies in front of the skin: glasses, hair, clothes, pieces without a name.
+"""What lies in front of the skin: lashes, tear and occlusion shells, brows, glasses, hair.
 
 Data     u        directions from which a face is filmed: the front and AROUND_DEGREES around it
          open     directions from which a vertex of the skin, facing them, is seen past the rest of the skin
-Covered  more than half of the open directions are stopped by a part that holds no skin, is no eyeball and hides what is
-         behind it: lashes, brows, tear and occlusion shells do not (`rig.hiding`)
-The plan traces visibility past such parts too, so that markers keep off what they hide.
+Covered  more than half of the open directions are stopped by a part that holds no skin and is no eyeball
+The plan traces visibility past every part, so that markers keep off such skin.
 """
 
 import numpy as np
@@ -14,7 +13,6 @@ from scipy.spatial import KDTree
 from capture_plan.anatomy.delta_relations import Finding
 from capture_plan.face.anchors import eyeballs
 from capture_plan.mesh import pieces, vertex_areas
-from capture_plan.rig.parts import THIN, part_kind
 from capture_plan.rig.record import Rig
 from capture_plan.visibility.occluder import Occluder
 
@@ -42,8 +40,6 @@ def covers(rig: Rig) -> list[Finding]:
     area = vertex_areas(rig.neutral, rig.triangles[rig.skin[rig.triangles].all(axis=1)])[at] / 100
     covered, hidden = [], np.zeros(len(at), dtype=bool)
     for part, name in enumerate(rig.part_names):
-        if part_kind(name) in THIN:
-            continue
         layer = rig.triangles[~on_skin & ~eyes & (rig.parts[rig.triangles[:, 0]] == part)]
         if len(layer) == 0:
             continue

@@ -59,7 +59,7 @@ def camera_problem(
     vertices that fewer than `views` places read in one of these."""
     deltas = np.concatenate([performed_deltas(rig, used), pose_deltas(rig, poses)]) if poses else None
     alone = performed_deltas(rig, used) if deltas is None else deltas
-    found = camera_views(rig.neutral, alone, rig.hiding, vertices, places, dot_mm=dot_mm)
+    found = camera_views(rig.neutral, alone, rig.triangles, vertices, places, dot_mm=dot_mm)
     B = rig.deltas[rig.rows(used)][:, vertices].astype(float)  # (k m 3)
     H = []
     for c, camera in enumerate(places):

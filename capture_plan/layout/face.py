@@ -200,13 +200,13 @@ class Face:
         one at the nearest place."""
         rig, at = self.rig, np.flatnonzero(self.places)
         deltas = performed_deltas(rig, self.used)
-        found = camera_views(rig.neutral, deltas, rig.hiding, at, self.cameras, dot_mm=dot_mm)
+        found = camera_views(rig.neutral, deltas, rig.triangles, at, self.cameras, dot_mm=dot_mm)
         return found.at(_nearest_of(rig.neutral, np.flatnonzero(rig.skin), at))
 
     def pose_views(self, poses: Poses, dot_mm: float) -> Views:
         """What every camera sees of a dot at every skin vertex in the neutral and in poses, as `views` has it."""
         rig, at = self.rig, np.flatnonzero(self.places)
-        found = camera_views(rig.neutral, pose_deltas(rig, poses), rig.hiding, at, self.cameras, dot_mm=dot_mm)
+        found = camera_views(rig.neutral, pose_deltas(rig, poses), rig.triangles, at, self.cameras, dot_mm=dot_mm)
         return found.at(_nearest_of(rig.neutral, np.flatnonzero(rig.skin), at))
 
     @cached_property
@@ -327,9 +327,9 @@ def see_face(
     at, deltas = np.flatnonzero(face.markable & face.places), performed_deltas(rig, used)
     visibility = np.zeros(len(rig.neutral))
     if cameras:
-        visibility[at] = camera_visibility(rig.neutral, deltas, rig.hiding, at, cameras)
+        visibility[at] = camera_visibility(rig.neutral, deltas, rig.triangles, at, cameras)
     else:
-        visibility[at] = global_visibility(rig.neutral, deltas, rig.hiding, at)
+        visibility[at] = global_visibility(rig.neutral, deltas, rig.triangles, at)
     markable = np.flatnonzero(face.markable)
     if len(at):
         visibility[markable] = visibility[at][_nearest_of(rig.neutral, markable, at)]

@@ -74,9 +74,9 @@ def head_candidates(face: Face, cameras: tuple[Camera, ...] = ()) -> HeadSites:
     vertices = np.concatenate(found)
     deltas = performed_deltas(rig, face.used)
     if cameras:
-        visibility = camera_visibility(rig.neutral, deltas, rig.hiding, vertices, cameras)
+        visibility = camera_visibility(rig.neutral, deltas, rig.triangles, vertices, cameras)
     else:
-        visibility = global_visibility(rig.neutral, deltas, rig.hiding, vertices)
+        visibility = global_visibility(rig.neutral, deltas, rig.triangles, vertices)
     sector = np.repeat(np.arange(len(SECTORS)), [len(of_sector) for of_sector in found])
     return HeadSites(vertices, motion[vertices], sector, visibility, tuple(limits), tuple(notes))
 

@@ -39,7 +39,7 @@ def vertex_views(
     rig: Rig, at: Int[np.ndarray, " n"], poses: Poses, cameras: Sequence[Camera], *, dot_mm: float
 ) -> Views:
     """What the cameras see of dots at vertices in the neutral and in each pose."""
-    return camera_views(rig.neutral, pose_deltas(rig, poses), rig.hiding, at, cameras, dot_mm=dot_mm)
+    return camera_views(rig.neutral, pose_deltas(rig, poses), rig.triangles, at, cameras, dot_mm=dot_mm)
 
 
 def unread(

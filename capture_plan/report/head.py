@@ -16,14 +16,14 @@ from jaxtyping import Float, Int
 
 from capture_plan.layout.record import Landmark
 from capture_plan.rig import Rig
-from capture_plan.rig.parts import THIN, part_kind
+from capture_plan.rig.parts import part_kind
 from capture_plan.sheets import region_looks
 
 DELTA_STEP_MM = 0.01  # a fifth of the thinnest visible line of a head that fills a screen
 INT16 = 32767
 SHADE = 255
 
-SHADELESS = THIN | {"hair"}
+THIN = ("clear", "lash", "eye line", "brow", "hair")  # cast no shade
 
 
 def packed_head(rig: Rig, names: tuple[str, ...], shade: Float[np.ndarray, " v"]) -> dict[str, Any]:
@@ -72,7 +72,7 @@ def triangle_materials(rig: Rig) -> tuple[list[str], Int[np.ndarray, " f"]]:
 def opaque_triangles(rig: Rig) -> Int[np.ndarray, "o 3"]:
     """The triangles that cast shade."""
     names, of_triangle = triangle_materials(rig)
-    return rig.triangles[~np.isin(of_triangle, [i for i, name in enumerate(names) if name in SHADELESS])]
+    return rig.triangles[~np.isin(of_triangle, [i for i, name in enumerate(names) if name in THIN])]
 
 
 def packed(arrays: dict[str, np.ndarray]) -> tuple[str, list[list[Any]]]:

@@ -45,8 +45,6 @@ NOT_SKIN: frozenset[PartKind] = frozenset(PART_KINDS) - {"skin", "body", "other"
 # On skin, and does not hide it from make-up.
 WORN: frozenset[PartKind] = frozenset({"glasses", "clear", "lash", "hair", "clothes"})
 DRAWN: frozenset[PartKind] = frozenset({"brow", "eye line"})  # on skin
-# Hides no dot from a camera on set: tears and shells are not there, lashes and brows are thin.
-THIN: frozenset[PartKind] = frozenset({"clear", "lash", "eye line", "brow"})
 
 
 @cache

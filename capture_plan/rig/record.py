@@ -12,7 +12,6 @@ from jaxtyping import Bool, Float, Int
 from capture_plan.errors import RigError
 from capture_plan.names.name_map import NameMap
 from capture_plan.names.recognise import recognise
-from capture_plan.rig.parts import THIN, part_kind
 from capture_plan.rig.understood import Understood
 
 NAMING = ("ARKit", "FACS")  # standards whose names say exactly one movement
@@ -74,12 +73,6 @@ class Rig:
         for array in (self.neutral.astype("<f4"), self.triangles.astype("<i4"), self.deltas.astype("<f4"), self.skin):
             digest.update(np.ascontiguousarray(array).tobytes())
         return digest.hexdigest()[:16]
-
-    @cached_property
-    def hiding(self) -> Int[np.ndarray, "h 3"]:
-        """Triangles that hide from a camera on set what lies behind them: skin, and every part that is not `THIN`."""
-        thin = np.array([part_kind(name) in THIN for name in self.part_names])[self.parts] & ~self.skin
-        return self.triangles[~thin[self.triangles].all(axis=1)]
 
     @cached_property
     def vertex_of(self) -> dict[int, int]:

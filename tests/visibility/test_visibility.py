@@ -1,7 +1,6 @@
 """Laws of the global visibility."""
 
 import os
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -66,19 +65,6 @@ def test_a_vertex_without_triangles_is_seen_from_nowhere():
     assert hemisphere_visibility(np.vstack([vertices, [[9.0, 9, 9]]]), triangles, np.array([5]))[0] == 0
 
 
-def test_what_is_thin_or_not_there_on_set_hides_no_skin(rig):
-    """As if lashes had been left out of the file; eyes, teeth and tongue hide as the skin does."""
-    lashes = np.isin(rig.parts, [i for i, name in enumerate(rig.part_names) if "lashes" in name])
-    bare = rig.triangles[~lashes[rig.triangles].any(axis=1)]
-    assert np.array_equal(rig.hiding, bare)
-    at = np.flatnonzero(rig.skin & (rig.displacement.max(axis=0) > 0))
-    past, all_parts = (hemisphere_visibility(rig.neutral, some, at) for some in (rig.hiding, rig.triangles))
-    assert (past >= all_parts).all()
-    assert (past - all_parts > 0.1).sum() > 100
-    unnamed = replace(rig, part_names=tuple("mesh" for _ in rig.part_names))
-    assert len(unnamed.hiding) == len(rig.triangles)
-
-
 def test_directions_are_unit_and_cosine_weighted():
     directions = fibonacci_hemisphere(512)
     assert np.allclose(np.linalg.norm(directions, axis=1), 1)
@@ -113,7 +99,7 @@ def test_an_answer_from_the_cache_equals_a_computed_one_and_is_not_traced_again(
     at = np.arange(0, len(vertices), 3)
     first = global_visibility(vertices, deltas, triangles, at)
     entry = next((cache_dir() / "visibility").glob("*.npz"))
-    monkeypatch.setattr(hemisphere, "most_blocked", None)
+    monkeypatch.setattr(hemisphere, "least_over_shapes", None)
     assert np.array_equal(global_visibility(vertices, deltas, triangles, at), first)
     monkeypatch.undo()
     entry.unlink()

@@ -57,7 +57,7 @@ def neutral_visibility(face: Face) -> Float[np.ndarray, " v"]:
     Beside `face.visibility`, which is the worst of all expressions: the difference is what expressions hide.
     """
     at, share = np.flatnonzero(face.markable), np.zeros(len(face.rig.neutral))
-    share[at] = hemisphere_visibility(face.rig.neutral, face.rig.hiding, at)
+    share[at] = hemisphere_visibility(face.rig.neutral, face.rig.triangles, at)
     return share
 
 
