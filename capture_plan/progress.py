@@ -108,7 +108,7 @@ def in_threads(do: Callable[[T], R], items: Sequence[T]) -> Generator[R, None, N
 
 
 def track_in_threads(do: Callable[[T], R], items: Sequence[T], label: str) -> Iterator[R]:
-    """`in_threads`, tracked."""
+    """What `in_threads` yields, with progress reported."""
     with closing(in_threads(do, items)) as answers:
         yield from track(answers, label, total=len(items))
 
