@@ -7,6 +7,7 @@ from jaxtyping import Float
 from msgspec import Struct
 
 from capture_plan.camera import Camera
+from capture_plan.face.blocking import opaque_triangles
 from capture_plan.layout.dot_contact import NEUTRAL, Poses
 from capture_plan.layout.record import Landmark
 from capture_plan.rig import Rig
@@ -33,7 +34,7 @@ def pose_views(
 ) -> Views:
     """What the cameras see of the markers in the neutral and in each pose."""
     at = np.array([m.vertex for m in markers], dtype=int)
-    return camera_views(rig.neutral, pose_deltas(rig, poses), rig.triangles, at, cameras, dot_mm=dot_mm)
+    return camera_views(rig.neutral, pose_deltas(rig, poses), opaque_triangles(rig), at, cameras, dot_mm=dot_mm)
 
 
 def unread(

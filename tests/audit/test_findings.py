@@ -61,7 +61,7 @@ def of_kind(found, kind):
 
 
 def test_the_sample_is_free_of_faults(clean):
-    assert {finding.kind for finding in clean.findings} == {"opposite", "overlap", "cover"}
+    assert {finding.kind for finding in clean.findings} == {"opposite", "overlap"}
     assert all(finding.urgency == "know" for finding in clean.findings)
 
 
