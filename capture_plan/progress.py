@@ -7,9 +7,9 @@ What runs `with stoppable():` ends in a `StoppedError` soon after another thread
 """
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from contextvars import ContextVar
 from threading import Event
 from typing import TypeVar
@@ -22,7 +22,7 @@ Hearer = Callable[[Iterable[str]], None]
 
 _hearer: ContextVar[Hearer | None] = ContextVar("hearer", default=None)
 _reporter: ContextVar[Reporter | None] = ContextVar("reporter", default=None)
-_asked: ContextVar[Event | None] = ContextVar("asked", default=None)
+_asked: ContextVar[tuple[Event, ...]] = ContextVar("asked", default=())  # any of them ends what runs here
 _at_work: set[Event] = set()  # of every block that can be stopped, in any thread
 
 
@@ -44,7 +44,7 @@ def show_progress(reporter: Reporter) -> Iterator[None]:
 def stoppable() -> Iterator[None]:
     """Let `stop_work` end what runs inside the block."""
     asked = Event()
-    token = _asked.set(asked)
+    token = _asked.set((asked,))
     _at_work.add(asked)
     try:
         yield
@@ -65,8 +65,7 @@ def go_on() -> None:
     Raises:
         StoppedError: somebody asked for its end.
     """
-    asked = _asked.get()
-    if asked is not None and asked.is_set():
+    if any(asked.is_set() for asked in _asked.get()):
         raise StoppedError
 
 
@@ -92,14 +91,26 @@ def track(items: Iterable[T], label: str, *, total: int | None = None) -> Iterat
         reporter(label, done, total)
 
 
-def track_in_threads(do: Callable[[T], R], items: Sequence[T], label: str) -> Iterator[R]:
-    """`do(item)` of each item in their order, tracked, by a thread for each core: for work that releases the
-    interpreter lock. What was not begun when the work is stopped is dropped."""
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+def in_threads(do: Callable[[T], R], items: Sequence[T]) -> Generator[R, None, None]:
+    """`do(item)` of each item in their order, by a thread for each core: for work that releases the interpreter lock.
+
+    Where whoever asked goes away or the work is stopped, what was not begun is dropped, and what was begun ends at its
+    next `go_on()`.
+    """
+    dropped = Event()
+    ends = (*_asked.get(), dropped)
+    with ThreadPoolExecutor(os.cpu_count(), initializer=_asked.set, initargs=(ends,)) as pool:
         try:
-            yield from track(pool.map(do, items), label, total=len(items))
+            yield from pool.map(do, items)
         finally:
+            dropped.set()
             pool.shutdown(cancel_futures=True)
+
+
+def track_in_threads(do: Callable[[T], R], items: Sequence[T], label: str) -> Iterator[R]:
+    """What `in_threads` yields, with progress reported."""
+    with closing(in_threads(do, items)) as answers:
+        yield from track(answers, label, total=len(items))
 
 
 @contextmanager

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from ortools.sat.python import cp_model
 
-from capture_plan.progress import StoppedError, go_on, stop_work, stoppable, track, track_in_threads
+from capture_plan.progress import StoppedError, go_on, in_threads, stop_work, stoppable, track, track_in_threads
 from capture_plan.solver import solve
 
 
@@ -44,4 +44,26 @@ def test_work_that_begins_after_a_stop_goes_on():
             go_on()
         with pytest.raises(StoppedError):
             go_on()
+    go_on()
+
+
+def test_threads_end_soon_after_whoever_asked_them_failed():
+    ended = []
+
+    def endless(item):
+        try:
+            while item:
+                go_on()
+                time.sleep(0.01)
+        except StoppedError:
+            ended.append(item)
+            raise
+
+    start = time.monotonic()
+    answers = in_threads(endless, [0, 1, 2, 3])
+    next(answers)
+    with pytest.raises(KeyboardInterrupt):
+        answers.throw(KeyboardInterrupt)
+    assert time.monotonic() - start < 5
+    assert 3 not in ended  # what was not begun is never begun
     go_on()

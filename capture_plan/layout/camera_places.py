@@ -9,6 +9,7 @@ from jaxtyping import Int
 from capture_plan.anatomy.performed_deltas import performed_deltas
 from capture_plan.camera import Camera, told
 from capture_plan.errors import InfeasibleError
+from capture_plan.face.blocking import opaque_triangles
 from capture_plan.layout.camera_choice import CameraProblem, Chosen, choose
 from capture_plan.layout.design import design_layout
 from capture_plan.layout.dot_contact import NO_POSES, Poses
@@ -59,7 +60,7 @@ def camera_problem(
     vertices that fewer than `views` places read in one of these."""
     deltas = np.concatenate([performed_deltas(rig, used), pose_deltas(rig, poses)]) if poses else None
     alone = performed_deltas(rig, used) if deltas is None else deltas
-    found = camera_views(rig.neutral, alone, rig.triangles, vertices, places, dot_mm=dot_mm)
+    found = camera_views(rig.neutral, alone, opaque_triangles(rig), vertices, places, dot_mm=dot_mm)
     B = rig.deltas[rig.rows(used)][:, vertices].astype(float)  # (k m 3)
     H = []
     for c, camera in enumerate(places):

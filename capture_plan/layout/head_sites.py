@@ -20,6 +20,7 @@ from capture_plan.anatomy.performed_deltas import performed_deltas
 from capture_plan.anatomy.regions import FaceRegions, face_regions
 from capture_plan.camera import Camera
 from capture_plan.errors import InfeasibleError
+from capture_plan.face.blocking import opaque_triangles
 from capture_plan.layout.face import Face
 from capture_plan.layout.record import HeadPose
 from capture_plan.visibility import camera_visibility, global_visibility
@@ -74,9 +75,9 @@ def head_candidates(face: Face, cameras: tuple[Camera, ...] = ()) -> HeadSites:
     vertices = np.concatenate(found)
     deltas = performed_deltas(rig, face.used)
     if cameras:
-        visibility = camera_visibility(rig.neutral, deltas, rig.triangles, vertices, cameras)
+        visibility = camera_visibility(rig.neutral, deltas, opaque_triangles(rig), vertices, cameras)
     else:
-        visibility = global_visibility(rig.neutral, deltas, rig.triangles, vertices)
+        visibility = global_visibility(rig.neutral, deltas, opaque_triangles(rig), vertices)
     sector = np.repeat(np.arange(len(SECTORS)), [len(of_sector) for of_sector in found])
     return HeadSites(vertices, motion[vertices], sector, visibility, tuple(limits), tuple(notes))
 

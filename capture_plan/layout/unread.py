@@ -7,6 +7,7 @@ from jaxtyping import Float, Int
 from msgspec import Struct
 
 from capture_plan.camera import Camera
+from capture_plan.face.blocking import opaque_triangles
 from capture_plan.layout.dot_contact import NEUTRAL, Poses
 from capture_plan.layout.record import Landmark
 from capture_plan.rig import Rig
@@ -39,7 +40,7 @@ def vertex_views(
     rig: Rig, at: Int[np.ndarray, " n"], poses: Poses, cameras: Sequence[Camera], *, dot_mm: float
 ) -> Views:
     """What the cameras see of dots at vertices in the neutral and in each pose."""
-    return camera_views(rig.neutral, pose_deltas(rig, poses), rig.triangles, at, cameras, dot_mm=dot_mm)
+    return camera_views(rig.neutral, pose_deltas(rig, poses), opaque_triangles(rig), at, cameras, dot_mm=dot_mm)
 
 
 def unread(

@@ -23,8 +23,6 @@ DELTA_STEP_MM = 0.01  # a fifth of the thinnest visible line of a head that fill
 INT16 = 32767
 SHADE = 255
 
-THIN = ("clear", "lash", "eye line", "brow", "hair")  # cast no shade
-
 
 def packed_head(rig: Rig, names: tuple[str, ...], shade: Float[np.ndarray, " v"]) -> dict[str, Any]:
     """What `viewer.js` reads: geometry with the deltas of blendshapes `names`.
@@ -67,12 +65,6 @@ def triangle_materials(rig: Rig) -> tuple[list[str], Int[np.ndarray, " f"]]:
     of_vertex = np.where(rig.skin, "skin", of_part[rig.parts])
     names, of_vertex = np.unique(of_vertex, return_inverse=True)
     return names.tolist(), of_vertex[rig.triangles[:, 0]]
-
-
-def opaque_triangles(rig: Rig) -> Int[np.ndarray, "o 3"]:
-    """The triangles that cast shade."""
-    names, of_triangle = triangle_materials(rig)
-    return rig.triangles[~np.isin(of_triangle, [i for i, name in enumerate(names) if name in THIN])]
 
 
 def packed(arrays: dict[str, np.ndarray]) -> tuple[str, list[list[Any]]]:

@@ -22,6 +22,7 @@ from msgspec import structs
 
 from capture_plan.expressions.record import Expression
 from capture_plan.expressions.session import Item, Session, shot_note, shot_title
+from capture_plan.face.blocking import opaque_triangles
 from capture_plan.layout.record import Landmark
 from capture_plan.output import write_whole
 from capture_plan.plan.carry import as_worn, worn_words
@@ -31,7 +32,7 @@ from capture_plan.plan.record import Plan
 from capture_plan.report.cameras import camera_cards
 from capture_plan.report.contents import contents, marker_facts, marker_rows
 from capture_plan.report.evidence import evidence
-from capture_plan.report.head import opaque_triangles, packed_head, packed_landmarks
+from capture_plan.report.head import packed_head, packed_landmarks
 from capture_plan.report.shots import shot_facts, shot_rows
 from capture_plan.report.words import percent
 from capture_plan.rig import Rig

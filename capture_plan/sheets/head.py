@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial import KDTree
 
+from capture_plan.face.blocking import opaque_triangles
 from capture_plan.mesh import edges, half_edges, pieces, vertex_normals
 from capture_plan.rig import Rig
 from capture_plan.rig.parts import PartKind, part_kind
@@ -137,11 +138,10 @@ def make_head(rig: Rig) -> Head:
     share = {m: np.isin(part, [i for i, one in enumerate(materials) if one == m]) & ~on_skin for m in materials if m}
     share[SKIN] = np.logical_or(share.get(SKIN, np.zeros_like(on_skin)), on_skin)
     made = tuple(_piece(rig, m, rig.triangles[of_m]) for m, of_m in share.items() if of_m.any())
-    solid = np.any([of_m for m, of_m in share.items() if m is not LASH], axis=0)
-    skin = np.flatnonzero(rig.skin)
+    opaque, skin = opaque_triangles(rig), np.flatnonzero(rig.skin)
     seen = np.zeros(len(rig.neutral), dtype=bool)
-    seen[skin] = hemisphere_visibility(rig.neutral, rig.triangles[solid], skin, rays=SHADE_RAYS) > OUTSIDE
-    return Head(rig, made, rig.triangles[solid], rig.triangles[seen[rig.triangles].all(axis=1)])
+    seen[skin] = hemisphere_visibility(rig.neutral, opaque, skin, rays=SHADE_RAYS) > OUTSIDE
+    return Head(rig, made, opaque, rig.triangles[seen[rig.triangles].all(axis=1)])
 
 
 def pose(head: Head, vertices: Float[np.ndarray, "v 3"]) -> Posed:

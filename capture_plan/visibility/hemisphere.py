@@ -1,25 +1,23 @@
-"""Global visibility (Zell & McDonnell 2022, eq. 4): how much of the world above it sees a vertex, in every expression.
+"""Rays over the hemisphere above a vertex: how much of the world sees it on one shape.
 
-Data     v0, d_k        neutral and deltas: the shapes are v0 and v0 + d_k for every blendshape k at full weight
-         n_i            normal of vertex i on that shape
-Share    l_i(shape)     = share of rays over the hemisphere around n_i that leave the head
-Answer   l_i            = min over the shapes of l_i(shape), absolute, 0 (hidden) to 1 (nothing in the way)
+Share    l_i = share of rays over the hemisphere around the normal n_i of vertex i that leave the head
 
 The rays are a Fibonacci spiral, cosine-weighted: a dot seen at a grazing angle is seen badly, so directions near the
 skin count less (this is ambient occlusion). Directions are fixed, so the same mesh gives the same answer.
+Error    a share of 64 rays is off that of 4,096 by 0.012 (root mean square), by more than 0.04 at 1 vertex in 100 and
+         by 0.065 at most, and so is the least over all expressions: measured on the skin of four heads
 """
 
-import os
-from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
+from capture_plan.progress import go_on, in_threads
 from capture_plan.visibility.occluder import Occluder
-from capture_plan.visibility.shapes import least_over_shapes, remembered
 
 GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))
-RAYS_AT_ONCE = 1 << 18  # 3 MB of directions: stays in the processor's cache
+RAYS_AT_ONCE = 1 << 16  # 0.8 MB of directions: stays in the cache of a core
 
 
 def fibonacci_hemisphere(rays: int) -> Float[np.ndarray, "r 3"]:
@@ -41,6 +39,67 @@ def tangent_frames(normals: Float[np.ndarray, "m 3"]) -> Float[np.ndarray, "m 3 
     return np.stack([tangent, bitangent, normals], axis=1)
 
 
+@dataclass(frozen=True, eq=False)
+class Hemispheres:
+    """Rays above m vertices of one shape, `rays` each: where they start and the frames that turn them, in the centred
+    frame of its occluder and float32."""
+
+    origins: Float[np.ndarray, "m 3"]
+    frames: Float[np.ndarray, "m 3 3"]
+    rays: int
+
+    def at(self, some: Int[np.ndarray, " n"]) -> "Hemispheres":
+        """Those of some of the vertices."""
+        return Hemispheres(self.origins[some], self.frames[some], self.rays)
+
+    def directions(self) -> Float[np.ndarray, "q 3"]:
+        """Unit directions of all rays, those of a vertex side by side (q = m rays)."""
+        # a small product for each vertex: the same bits whoever is beside it, and no threads of the algebra's own
+        return (fibonacci_hemisphere(self.rays).astype(np.float32) @ self.frames).reshape(-1, 3)
+
+    def parts(self) -> list[slice]:
+        """The vertices in portions of so many rays as are best traced at once."""
+        step = max(1, RAYS_AT_ONCE // self.rays)
+        return [slice(start, start + step) for start in range(0, len(self.origins), step)]
+
+
+def hemispheres(
+    occluder: Occluder, vertices: Float[np.ndarray, "v 3"], at: Int[np.ndarray, " m"], *, rays: int
+) -> Hemispheres:
+    """The rays above each vertex `at` of the shape that `occluder` was made from."""
+    frames = tangent_frames(occluder.normals[at]).astype(np.float32)
+    return Hemispheres(occluder.above_skin(vertices, at), frames, rays)
+
+
+def blocked_rays(
+    occluder: Occluder, above: Hemispheres, asked: Bool[np.ndarray, "m r"] | None = None
+) -> Bool[np.ndarray, "m r"]:
+    """Which of the `asked` rays hit something: of all, by a thread for each core, where none are named.
+
+    Raises:
+        StoppedError: somebody asked for the end of the work.
+    """
+    hit = np.zeros((len(above.origins), above.rays), dtype=bool)
+
+    def trace(part: slice) -> None:
+        go_on()
+        one = Hemispheres(above.origins[part], above.frames[part], above.rays)
+        if asked is None:
+            found = occluder.blocked(np.repeat(one.origins, one.rays, axis=0), one.directions())
+            hit[part] = found.reshape(-1, one.rays)
+            return
+        some = np.flatnonzero(asked[part])
+        origins = np.repeat(one.origins, asked[part].sum(axis=1), axis=0)
+        hit[part].reshape(-1)[some] = occluder.blocked(origins, one.directions()[some])
+
+    if asked is None and len(above.parts()) > 1:
+        list(in_threads(trace, above.parts()))  # embree lets go of the interpreter while it traces
+    else:
+        for part in above.parts():
+            trace(part)
+    return hit
+
+
 def hemisphere_visibility(
     vertices: Float[np.ndarray, "v 3"],
     triangles: Int[np.ndarray, "f 3"],
@@ -53,49 +112,6 @@ def hemisphere_visibility(
     A vertex without a normal (no triangle with an area) is seen from nowhere. Units do not matter.
     """
     occluder = Occluder(vertices, triangles)
-    origins = occluder.above_skin(vertices, at)
-    frames = tangent_frames(occluder.normals[at]).reshape(-1, 9).astype(np.float32)
-    # direction[i, r, x] = sum_a hemisphere[r, a] frame[i, a, x], as one product (m 9) (9 3r)
-    spread = np.kron(fibonacci_hemisphere(rays).T, np.eye(3)).astype(np.float32)
-    share = np.empty(len(at))
-    step = max(1, RAYS_AT_ONCE // rays)
-
-    def trace(start: int) -> None:
-        some = slice(start, start + step)
-        hit = occluder.blocked(np.repeat(origins[some], rays, axis=0), (frames[some] @ spread).reshape(-1, 3))
-        share[some] = 1 - hit.reshape(-1, rays).mean(axis=1)
-
-    if len(at) <= step:
-        trace(0)
-    else:
-        with ThreadPoolExecutor(os.cpu_count()) as pool:  # embreex lets go of the interpreter while it traces
-            list(pool.map(trace, range(0, len(at), step)))
-    share[~occluder.normals[at].any(axis=1)] = 0
-    return share
-
-
-def global_visibility(
-    neutral: Float[np.ndarray, "v 3"],
-    deltas: Float[np.ndarray, "k v 3"],
-    triangles: Int[np.ndarray, "f 3"],
-    at: Int[np.ndarray, " m"],
-    *,
-    rays: int = 64,
-) -> Float[np.ndarray, " m"]:
-    """The least `hemisphere_visibility` of each vertex `at` over the neutral and every blendshape at full weight.
-
-    Cached on disk by content, so that the same rig is traced once.
-    """
-
-    def share(vertices: Float[np.ndarray, "v 3"], some: Int[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-        return hemisphere_visibility(vertices, triangles, some, rays=rays)
-
-    return remembered(
-        lambda: least_over_shapes(share, neutral, deltas, at),
-        "hemisphere",
-        neutral,
-        deltas,
-        triangles,
-        at,
-        np.array(rays),
-    )
+    hit = blocked_rays(occluder, hemispheres(occluder, vertices, at, rays=rays))
+    hit[~occluder.normals[at].any(axis=1)] = True
+    return 1 - hit.mean(axis=1)

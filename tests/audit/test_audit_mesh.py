@@ -145,11 +145,24 @@ def test_a_plate_before_the_mouth_hides_skin_and_one_behind_the_head_none(rig):
     assert finding.urgency == "rigger"
 
 
-def test_lashes_hide_little(rig):
-    (finding,) = covers(rig)
-    assert "lashes_L" in finding.message
-    assert "eye_L" not in finding.message
-    assert finding.urgency == "know"
+def test_lashes_and_eyeballs_are_no_cover(rig):
+    assert covers(rig) == []
+
+
+def cards(rig, number):
+    """Open sheets side by side before the face, as hair hangs into it."""
+    before = face_anchors(rig).mouth + np.array([0, 0, 15.0])
+    sheets = [plate(before + np.array([x, 0, 0]), 25) for x in np.linspace(-30, 30, number)]
+    corners = np.concatenate([corners for corners, _ in sheets])
+    return corners, np.concatenate([np.array(faces) + 4 * i for i, (_, faces) in enumerate(sheets)])
+
+
+def test_hair_of_cards_is_told_as_looked_through_and_a_cap_of_hair_as_hiding(rig):
+    (thin,) = covers(with_part(rig, "hair_cards", *cards(rig, 12)))
+    assert "hair_cards" in thin.message
+    assert "looks through" in thin.message
+    (cap,) = covers(with_part(rig, "hair_cap", *cards(rig, 3)))
+    assert "still seen past it" in cap.message
 
 
 def opened(rig, share):

@@ -7,7 +7,8 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from capture_plan.report.head import THIN, triangle_materials
+from capture_plan.face.blocking import THIN, UNTOLD
+from capture_plan.report.head import triangle_materials
 from capture_plan.rig.parts import DRAWN, NOT_SKIN, PART_KINDS, PART_WORDS, WORN, part_kind
 from capture_plan.sample import sample_rig
 from capture_plan.sheets.head import BY_KIND, SKIN, make_head
@@ -70,6 +71,6 @@ def test_the_same_name_is_the_same_thing_on_paper_and_on_the_page(kind):
 
 def test_kinds_are_known_and_each_has_words():
     assert {kind for kind, _ in PART_WORDS} | {"other"} == set(PART_KINDS)
-    assert NOT_SKIN | WORN | DRAWN | set(BY_KIND) | set(THIN) <= set(PART_KINDS)
+    assert NOT_SKIN | WORN | DRAWN | set(BY_KIND) | THIN | UNTOLD <= set(PART_KINDS)
     assert {"skin", "body", "other"}.isdisjoint(NOT_SKIN)
     assert np.all([kind in NOT_SKIN for kind in (*WORN, *DRAWN)])

@@ -8,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from capture_plan.cache import cache_dir
-from capture_plan.progress import show_progress
-from capture_plan.visibility import global_visibility, hemisphere, hemisphere_visibility
-from capture_plan.visibility.hemisphere import fibonacci_hemisphere, tangent_frames
+from capture_plan.progress import StoppedError, show_progress, stop_work, stoppable
+from capture_plan.sample import sample_rig
+from capture_plan.visibility import all_sides, global_visibility, hemisphere_visibility
+from capture_plan.visibility.hemisphere import blocked_rays, fibonacci_hemisphere, hemispheres, tangent_frames
 from capture_plan.visibility.occluder import Occluder
 from tests.solids import BOX, BOX_SIDES, patch, sphere, square, together
 
@@ -80,6 +81,29 @@ def test_frames_are_right_handed_and_end_with_the_normal(normal):
     assert np.array_equal(frame[2], n[0])
 
 
+def casting_every_ray(vertices, deltas, triangles, at, rays):
+    """Global visibility the long way: each ray of each vertex on each shape."""
+    first, shares = Occluder(vertices, triangles), []
+    for shape in (vertices, *(vertices + deltas)):
+        occluder = Occluder(shape, triangles, like=first)
+        hit = blocked_rays(occluder, hemispheres(occluder, shape, at, rays=rays))
+        shares.append(np.where(occluder.normals[at].any(axis=1), 1 - hit.mean(axis=1), 0))
+    return np.min(shares, axis=0)
+
+
+@pytest.fixture
+def count_rays(monkeypatch):
+    """How many rays each call casts."""
+    calls, blocked = [], Occluder.blocked
+
+    def counted(self, origins, directions, **options):
+        calls.append(len(origins))
+        return blocked(self, origins, directions, **options)
+
+    monkeypatch.setattr(Occluder, "blocked", counted)
+    return calls
+
+
 @settings(max_examples=15, deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_one_more_blendshape_never_raises_visibility(seed):
@@ -89,8 +113,65 @@ def test_one_more_blendshape_never_raises_visibility(seed):
     two = global_visibility(vertices, deltas[:2], triangles, at, rays=16)
     three = global_visibility(vertices, deltas, triangles, at, rays=16)
     assert (three <= two).all()
-    each = [hemisphere_visibility(shape, triangles, at, rays=16) for shape in (vertices, *(vertices + deltas))]
-    assert np.array_equal(three, np.min(each, axis=0))
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.sampled_from([9, 16, 64]), st.sampled_from([0.01, 0.1, 0.5, 1.0]))
+def test_visibility_equals_that_of_casting_every_ray(seed, rays, moving):
+    """Crumpled spheres with flakes around them; on every shape a share of the vertices moves, near or far, the flakes
+    before some skin or away from it."""
+    rng = np.random.default_rng(seed)
+    ball = sphere(8, 12, radius=1.0)
+    flakes = [square(rng.normal(size=3), *(0.4 * rng.normal(size=(2, 3)))) for _ in range(6)]
+    vertices, triangles = together((ball[0] * rng.uniform(0.6, 1.0, size=(len(ball[0]), 1)), ball[1]), *flakes)
+    deltas = rng.normal(size=(6, len(vertices), 3)) * 10 ** rng.uniform(-6, 0.3, size=(6, 1, 1))
+    deltas *= rng.random((6, len(vertices), 1)) < moving
+    deltas[0, : len(ball[0])] = 0
+    at = np.flatnonzero(rng.random(len(vertices)) < 0.8)
+    found = global_visibility(vertices, deltas, triangles, at, rays=rays)
+    assert np.array_equal(found, casting_every_ray(vertices, deltas, triangles, at, rays))
+
+
+def test_visibility_of_a_head_equals_that_of_casting_every_ray_and_casts_two_thirds_of_them(count_rays):
+    rig = sample_rig()
+    at, deltas = np.flatnonzero(rig.skin)[::4], rig.deltas[::4].astype(float)
+    count_rays.clear()
+    found = global_visibility(rig.neutral, deltas, rig.triangles, at)
+    assert sum(count_rays) < 0.7 * 64 * len(at) * (1 + len(deltas))
+    assert np.array_equal(found, casting_every_ray(rig.neutral, deltas, rig.triangles, at, 64))
+    each = [hemisphere_visibility(shape, rig.triangles, at) for shape in (rig.neutral, *(rig.neutral + deltas))]
+    assert np.abs(found - np.min(each, axis=0)).max() <= 1 / 64
+
+
+@pytest.mark.parametrize(("height", "asked"), [(-0.1, 0), (0.1, 64)])
+def test_a_vertex_at_rest_is_asked_again_where_something_moved_above_its_skin(height, asked, count_rays):
+    vertices, triangles = together(patch(), square((50.0, 0, 0), (1, 0, 0), (0, 0, 1)))
+    deltas = np.zeros((1, len(vertices), 3))
+    deltas[0, -4:, 1] = height
+    global_visibility(vertices, deltas, triangles, np.array([0]))
+    assert sum(count_rays) == 2 + 64 + asked  # and one for each scene
+
+
+def test_visibility_that_is_stopped_midway_leaves_nothing(tmp_path):
+    vertices, triangles = sphere(8, 12)
+    deltas = np.random.default_rng(0).normal(size=(9, len(vertices), 3))
+
+    def stop_after_three(label, done, total):
+        if done == 3:
+            stop_work()
+
+    with pytest.raises(StoppedError), stoppable(), show_progress(stop_after_three):
+        global_visibility(vertices, deltas, triangles, np.arange(9))
+    assert not [path for path in tmp_path.rglob("*") if path.is_file()]
+
+
+def test_64_rays_are_off_4096_by_what_is_stated():
+    rig = sample_rig()
+    at = np.flatnonzero(rig.skin)[::4]
+    few, many = (hemisphere_visibility(rig.neutral, rig.triangles, at, rays=rays) for rays in (64, 4096))
+    assert np.sqrt(np.mean((few - many) ** 2)) < 0.0125
+    assert np.quantile(np.abs(few - many), 0.99) < 0.045
+    assert np.abs(few - many).max() < 0.065
 
 
 def test_an_answer_from_the_cache_equals_a_computed_one_and_is_not_traced_again(monkeypatch):
@@ -99,7 +180,7 @@ def test_an_answer_from_the_cache_equals_a_computed_one_and_is_not_traced_again(
     at = np.arange(0, len(vertices), 3)
     first = global_visibility(vertices, deltas, triangles, at)
     entry = next((cache_dir() / "visibility").glob("*.npz"))
-    monkeypatch.setattr(hemisphere, "least_over_shapes", None)
+    monkeypatch.setattr(all_sides, "most_blocked", None)
     assert np.array_equal(global_visibility(vertices, deltas, triangles, at), first)
     monkeypatch.undo()
     entry.unlink()

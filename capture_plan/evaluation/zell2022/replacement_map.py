@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from capture_plan.errors import InfeasibleError
+from capture_plan.face.blocking import opaque_triangles
 from capture_plan.layout.face import Face
 from capture_plan.layout.quality import importance_weights
 from capture_plan.layout.settings import LayoutSettings
@@ -57,7 +58,7 @@ def neutral_visibility(face: Face) -> Float[np.ndarray, " v"]:
     Beside `face.visibility`, which is the worst of all expressions: the difference is what expressions hide.
     """
     at, share = np.flatnonzero(face.markable), np.zeros(len(face.rig.neutral))
-    share[at] = hemisphere_visibility(face.rig.neutral, face.rig.triangles, at)
+    share[at] = hemisphere_visibility(face.rig.neutral, opaque_triangles(face.rig), at)
     return share
 
 
