@@ -12,7 +12,7 @@ Margin    (D - 2 d) / 2: how far each of the two may be off, or be found off, an
           nearer depth. The least of all pairs is the layout's
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -150,6 +150,13 @@ def followed_margin(
         nearer = now < margin
         margin[nearer], frame[nearer] = now[nearer], t
     return margin, frame
+
+
+def moment_words(between: tuple[str, str], of: Labels, shots: Mapping[str, str]) -> str:
+    """'shot 21 (E15) to shot 22 (E16), boom top', or 'smile, frame 12, boom top'."""
+    start, end = (shots.get(pose, pose) for pose in between)
+    when = f"{of.take}, frame {between[1]}" if of.take else f"{start} to {end}"
+    return f"{when}, {of.camera}" if of.camera else when
 
 
 def transitions(count: int) -> list[tuple[int, int]]:

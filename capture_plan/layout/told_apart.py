@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from ortools.sat.python import cp_model
 
-from capture_plan.layout.labels import FPS, SECONDS, Labels
+from capture_plan.layout.labels import FPS, SECONDS, Labels, moment_words
 from capture_plan.solver import solve
 
 MOST_TOLD, WORK = 5, 5.0  # pairs; of the solver
@@ -46,10 +46,10 @@ def label_words(
         asked = f"; {asked_mm:g} mm were asked for" if asked_mm else ""
         return [
             f"{how} no two dots are taken for each other: each may be {least.margin_mm:.1f} mm off (least between "
-            f"{' and '.join(least.dots)}, {_moment(least.between, least, shots)}{asked})."
+            f"{' and '.join(least.dots)}, {moment_words(least.between, least, shots)}{asked})."
         ]
     told = ", ".join(
-        f"{' and '.join(one.dots)} ({_moment(one.between, labels, shots)})" for one, labels in bad[:MOST_TOLD]
+        f"{' and '.join(one.dots)} ({moment_words(one.between, labels, shots)})" for one, labels in bad[:MOST_TOLD]
     )
     more = f" and {len(bad) - MOST_TOLD} more" if len(bad) > MOST_TOLD else ""
     off = f" where each is found {asked_mm:g} mm off" if asked_mm else ""
@@ -60,10 +60,3 @@ def label_words(
             colours = "a second colour" if kinds == 2 else "a second and a third colour"
             return [*lines, f"{colours.capitalize()} on {', '.join(sorted(apart))} tells them apart."]
     return [*lines, "Three colours do not tell them apart: space dots wider or record more pictures a second."]
-
-
-def _moment(between: tuple[str, str], of: Labels, shots: Mapping[str, str]) -> str:
-    """'shot 21 (E15) to shot 22 (E16), boom top', or 'smile, frame 12, boom top'."""
-    start, end = (shots.get(pose, pose) for pose in between)
-    when = f"{of.take}, frame {between[1]}" if of.take else f"{start} to {end}"
-    return f"{when}, {of.camera}" if of.camera else when

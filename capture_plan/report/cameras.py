@@ -32,7 +32,7 @@ def _card(reads: CameraReads, c: int, embed: Embed) -> dict[str, Any]:
         "name": camera.name,
         "reads": f"reads {reads.always(c)} of {len(reads.marks)} markers in the neutral and all expressions",
         "pictures": [_picture(reads, c, e, embed) for e in dict.fromkeys([0, reads.worst(c)])],
-        "facts": [*reads.mounting_rows(c), *reads.measured_rows()],
+        "facts": [*reads.mounting_rows(c), *reads.label_rows(c), *reads.measured_rows()],
         "expressions": ["rest", *reads.poses],
         "rows": [
             {

@@ -155,7 +155,7 @@ class CameraPages:
         y = TOP_MM + 2
         self.book.text(x, y + 1.5, "Where it stands", 10, bold=True)
         y += 4
-        for term, words in [*self.reads.mounting_rows(c), *self.reads.measured_rows()]:
+        for term, words in [*self.reads.mounting_rows(c), *self.reads.label_rows(c), *self.reads.measured_rows()]:
             y = self.book.paragraph(x, y + 1.2, term, 7.5, width=width, lines=2, colour=SOFT)
             y = self.book.paragraph(x, y, words, 9, width=width, lines=4)
         return y

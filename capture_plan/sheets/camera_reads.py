@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float, UInt8
 
 from capture_plan.camera import Camera, Mounting, between, mounting, upper_philtrum
+from capture_plan.layout.labels import moment_words
 from capture_plan.layout.record import Landmark
 from capture_plan.layout.unread import pose_deltas, pose_views
 from capture_plan.mesh import vertex_normals
@@ -126,6 +127,25 @@ class CameraReads:
                 apart, angle = between(camera, other, self.philtrum)
                 rows.append((f"To {other.name}", f"{apart:.0f} mm apart, {angle:.0f}° seen from the face"))
         return rows
+
+    def label_rows(self, c: int) -> list[tuple[str, str]]:
+        """How far dots may be found off in the pictures of camera c before a tracker takes one for another."""
+        found = [
+            labels for labels in (*self.plan.labels, *self.plan.take_labels) if labels.camera == self.cameras[c].name
+        ]
+        if not found:
+            return []
+        least = min(found, key=lambda labels: labels.margin_mm)
+        whose = f"{' and '.join(least.dots)}, {moment_words(least.between, least, self.plan.shots)}"
+        if least.margin_mm > 0:
+            return [
+                (
+                    "Each dot may be found off, and is still told from the others, by",
+                    f"{least.margin_mm:.1f} mm ({whose})",
+                )
+            ]
+        pairs = len({one.dots for labels in found for one in labels.confusable})
+        return [("May be taken for each other", f"{pairs} pair{'s' * (pairs > 1)} of dots, first of all {whose}")]
 
     def measured_rows(self) -> list[tuple[str, str]]:
         """How exactly all cameras together measure the markers."""

@@ -1,6 +1,7 @@
 """Pages for who sets cameras up: every dot in every expression of every camera, and figures as a tape has them."""
 
 import re
+from dataclasses import replace as dataclass_replace
 
 import numpy as np
 import pypdfium2
@@ -8,6 +9,7 @@ import pytest
 from msgspec.structs import replace
 
 from capture_plan.camera import cameras_for
+from capture_plan.layout.labels import Confusable
 from capture_plan.plan.settings import Settings
 from capture_plan.sample import sample_rig
 from capture_plan.sheets.camera_pages import CameraPages
@@ -71,6 +73,18 @@ def test_the_figures_are_those_of_the_preset(pages):
     assert rows["Field of view, across and up"].endswith("50°")
     assert rows["To boom top"].startswith("100 mm apart")
     assert rows["Sharp"] == "not known: state focus_mm, f_number and pixel_um"
+
+
+def test_how_surely_dots_are_told_apart_is_said_of_each_camera(pages):
+    for c, camera in enumerate(pages.cameras):
+        (labels,) = (one for one in pages.plan.labels if one.camera == camera.name)
+        ((term, words),) = pages.label_rows(c)
+        assert labels.dots[0] in words
+        assert labels.dots[1] in words
+        assert ("told from the others" in term) == (labels.margin_mm > 0)
+        close = replace(labels, margin_mm=-0.5, confusable=(Confusable(labels.dots, labels.between, -0.5),))
+        worse = dataclass_replace(pages, plan=replace(pages.plan, labels=(close,)))
+        assert worse.label_rows(c)[0][1].startswith("1 pair of dots, first of all ")
 
 
 def test_directions_are_the_actors():
