@@ -19,7 +19,7 @@ more and no farther; against what the format says, one part and far nearer. Then
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import product
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -208,6 +208,7 @@ def conventions(unit: str | None, given: dict[str, object]) -> Iterator[Conventi
             yield one
 
 
+@runtime_checkable
 class Alignment(Protocol):
     """What tells where the head is in the world of a calibration (`align.py`)."""
 

@@ -41,7 +41,7 @@ def untold_in(
     for start, end in track(transitions(len(places) - 1), "Telling dots apart"):
         points = samples(places[start], places[end])
         if not cameras:
-            pairs = _apart(places[0], _near(points, asked_mm), spacing_mm)
+            pairs = _near(places[0], points, asked_mm, spacing_mm)
             found.append(pairs[swept_margins(points, pairs) / 2 <= asked_mm])
         for c, camera in enumerate(cameras):
             there = seen[start, c] | seen[end, c]
@@ -49,25 +49,25 @@ def untold_in(
                 pixels = stance.project(points.reshape(-1, 3)).reshape(*points.shape[:2], 2)
                 some = np.flatnonzero(there & np.isfinite(pixels).all(axis=(0, 2)))
                 depth = ((points[:, some] - stance.position) @ stance.rotation[2]).min(initial=np.inf)
-                near = some[_near(pixels[:, some], asked_mm * stance.intrinsics[0, 0] / depth)]
-                pairs = _apart(places[0], near, spacing_mm)
+                asked = asked_mm * stance.intrinsics[0, 0] / depth
+                pairs = some[_near(places[0][some], pixels[:, some], asked, spacing_mm)]
                 found.append(pairs[picture_margins(stance, points, there, pairs) <= asked_mm])
     u, v = at[np.unique(np.concatenate(found), axis=0)].T
     return paired(u, v, count)
 
 
-def _near(points: Float[np.ndarray, "s n d"], asked: float) -> Int[np.ndarray, "p 2"]:
-    """Pairs that may have no more than the asked margin, in the unit of the points."""
-    if points.shape[1] < 2:
+def _near(
+    neutral: Float[np.ndarray, "n 3"], points: Float[np.ndarray, "s n d"], asked: float, spacing_mm: float
+) -> Int[np.ndarray, "p 2"]:
+    """Pairs that keep the spacing and may have no more than the asked margin, in the unit of the points."""
+    n = len(neutral)
+    if n < 2:
         return np.empty((0, 2), dtype=int)
     steps = np.linalg.norm(np.diff(points, axis=0), axis=2)
     d = np.lib.stride_tricks.sliding_window_view(steps, PER_FRAME, axis=0).sum(axis=2).max()
-    pairs = [KDTree(one).query_pairs(2 * asked + REACH * d, output_type="ndarray") for one in points[::EVERY]]
-    return np.unique(np.concatenate(pairs), axis=0)
-
-
-def _apart(
-    neutral: Float[np.ndarray, "n 3"], pairs: Int[np.ndarray, "p 2"], spacing_mm: float
-) -> Int[np.ndarray, "r 2"]:
-    i, j = pairs.T
-    return pairs[np.linalg.norm(neutral[i] - neutral[j], axis=1) >= spacing_mm]
+    found = []
+    for one in points[::EVERY]:
+        i, j = KDTree(one).query_pairs(2 * asked + REACH * d, output_type="ndarray").T
+        apart = np.square(neutral[i] - neutral[j]).sum(axis=1) >= spacing_mm**2
+        found.append(i[apart] * n + j[apart])
+    return np.stack(np.divmod(np.unique(np.concatenate(found)), n), axis=1)

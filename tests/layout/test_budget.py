@@ -7,7 +7,7 @@ import pytest
 from msgspec.structs import replace
 from scipy.sparse import csr_array
 
-from capture_plan.check.check import check_plan
+from capture_plan.check.check import claims_of
 from capture_plan.errors import InfeasibleError
 from capture_plan.layout.assembly import SINGLE_COVER
 from capture_plan.layout.budget import keepable, replan, spend_budget
@@ -368,7 +368,7 @@ def test_a_budget_that_is_not_spent_says_why(plan):
 
 
 def test_a_plan_within_a_budget_holds_and_its_summary_sets_it_beside_68_points(plan):
-    assert [claim for claim in check_plan(plan, sample_rig()) if not claim.holds] == []
+    assert [claim for claim in claims_of(plan, sample_rig(), quick=True) if not claim.holds] == []
     text = "\n".join(summary(plan))
     assert "15 landmarks" in text
     assert "for a budget of 15" in text
@@ -386,13 +386,13 @@ def test_a_plan_over_its_budget_or_with_fewer_landmarks_than_its_bound_is_caught
     bound = replace(plan.layout.programs[0], bound=16.0)
     boasting = replace(plan, layout=replace(plan.layout, programs=(bound,)))
     for lie in (with_budget(plan, budget=14), boasting):
-        broken = [claim.what for claim in check_plan(lie, sample_rig()) if not claim.holds]
+        broken = [claim.what for claim in claims_of(lie, sample_rig(), quick=True) if not claim.holds]
         assert any("keeps its budget" in what for what in broken)
 
 
 def test_a_plan_with_another_order_than_its_curve_is_caught(plan):
     lie = replace(plan, layout=replace(plan.layout, order=plan.layout.order[::-1]))
-    broken = [claim.found for claim in check_plan(lie, sample_rig()) if not claim.holds]
+    broken = [claim.found for claim in claims_of(lie, sample_rig(), quick=True) if not claim.holds]
     assert any("layout.order[1] says" in found for found in broken)
 
 
@@ -403,13 +403,15 @@ def test_a_plan_whose_budget_pays_for_a_cover_may_leave_nothing_uncovered(plan):
     uncovered = tuple(name for name in plan.audit.used if name not in seen)
     order = tuple(name for name in plan.layout.order if name in {m.name for m in without})
     lie = replace(plan, layout=replace(plan.layout, landmarks=without, uncovered=uncovered, order=order))
-    assert any("keeps its budget" in claim.what for claim in check_plan(lie, sample_rig()) if not claim.holds)
+    assert any(
+        "keeps its budget" in claim.what for claim in claims_of(lie, sample_rig(), quick=True) if not claim.holds
+    )
 
 
 def test_a_summary_says_what_a_budget_does_not_pay_for():
     few = LayoutSettings(method="budget", budget=5)
     plan = make_plan(light_sample(), Settings(landmarks=few, expressions=QUICK.expressions))
-    assert all(claim.holds for claim in check_plan(plan, light_sample()))
+    assert all(claim.holds for claim in claims_of(plan, light_sample(), quick=True))
     assert "The budget does not pay for a landmark on every blendshape" in summary(plan)[1]
 
 
