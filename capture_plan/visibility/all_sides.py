@@ -59,7 +59,7 @@ def most_blocked(
     before = hemispheres(first, neutral, at, rays=rays)
     left = ~blocked_rays(first, before)
     left[~first.normals[at].any(axis=1)] = False
-    nth = left.cumsum(axis=1, dtype=np.uint16)
+    nth = left.cumsum(axis=1, dtype=np.int32)
     most = rays - nth[:, -1]
 
     def blocked_on(delta: Float[np.ndarray, "v 3"]) -> Int[np.ndarray, " m"]:
