@@ -20,6 +20,9 @@ from capture_plan.progress import track
 
 EVERY = 3  # of the samples
 REACH = 2.5 + EVERY / PER_FRAME
+SAFE = (
+    1.2  # a frame is at most so much longer than its share of `EVERY` samples: ways are straight, lenses bend a little
+)
 
 
 def untold_in(
@@ -45,29 +48,53 @@ def untold_in(
             found.append(pairs[swept_margins(points, pairs) / 2 <= asked_mm])
         for c, camera in enumerate(cameras):
             there = seen[start, c] | seen[end, c]
-            for stance in camera.stances:
-                pixels = stance.project(points.reshape(-1, 3)).reshape(*points.shape[:2], 2)
-                some = np.flatnonzero(there & np.isfinite(pixels).all(axis=(0, 2)))
-                depth = ((points[:, some] - stance.position) @ stance.rotation[2]).min(initial=np.inf)
-                asked = asked_mm * stance.intrinsics[0, 0] / depth
-                pairs = some[_near(places[0][some], pixels[:, some], asked, spacing_mm)]
-                found.append(pairs[picture_margins(stance, points, there, pairs) <= asked_mm])
+            pairs = _near_in(camera, points, there, places[0], asked_mm, spacing_mm)
+            found.append(pairs[picture_margins(camera, points, there, pairs) <= asked_mm])
     u, v = at[np.unique(np.concatenate(found), axis=0)].T
     return paired(u, v, count)
 
 
-def _near(
-    neutral: Float[np.ndarray, "n 3"], points: Float[np.ndarray, "s n d"], asked: float, spacing_mm: float
+def _near_in(
+    camera: Camera,
+    points: Float[np.ndarray, "s n 3"],
+    seen: Bool[np.ndarray, " n"],
+    neutral: Float[np.ndarray, "n 3"],
+    asked_mm: float,
+    spacing_mm: float,
 ) -> Int[np.ndarray, "p 2"]:
-    """Pairs that keep the spacing and may have no more than the asked margin, in the unit of the points."""
-    n = len(neutral)
-    if n < 2:
+    """Pairs that may have no more than the asked margin in the picture of one of the camera's stances: the first shows
+    two dots no farther apart than any, but for the extent of what that moves all dots by."""
+    every = points[::EVERY]
+    shown = [one.project(every.reshape(-1, 3)).reshape(*every.shape[:2], 2) for one in camera.stances]
+    some = np.flatnonzero(seen & np.all([np.isfinite(one).all(axis=(0, 2)) for one in shown], axis=0))
+    if len(some) < 2:
         return np.empty((0, 2), dtype=int)
+    reach = 0.0
+    for stance, pixels in zip(camera.stances, shown, strict=True):
+        depth = ((points[:, some] - stance.position) @ stance.rotation[2]).min()
+        moved = (pixels - shown[0])[:, some].reshape(-1, 2)
+        steps = np.linalg.norm(np.diff(pixels[:, some], axis=0), axis=2).max() * PER_FRAME / EVERY
+        asked = 2 * asked_mm * stance.intrinsics[0, 0] / depth
+        reach = max(reach, asked + SAFE * REACH * steps + float(np.linalg.norm(np.ptp(moved, axis=0))))
+    return some[_within(neutral[some], shown[0][:, some], reach, spacing_mm)]
+
+
+def _near(
+    neutral: Float[np.ndarray, "n 3"], points: Float[np.ndarray, "s n 3"], asked: float, spacing_mm: float
+) -> Int[np.ndarray, "p 2"]:
+    """Pairs that may have no more than the asked margin in space."""
     steps = np.linalg.norm(np.diff(points, axis=0), axis=2)
-    d = np.lib.stride_tricks.sliding_window_view(steps, PER_FRAME, axis=0).sum(axis=2).max()
-    found = []
-    for one in points[::EVERY]:
-        i, j = KDTree(one).query_pairs(2 * asked + REACH * d, output_type="ndarray").T
+    d = np.lib.stride_tricks.sliding_window_view(steps, PER_FRAME, axis=0).sum(axis=2).max(initial=0.0)
+    return _within(neutral, points[::EVERY], 2 * asked + REACH * d, spacing_mm)
+
+
+def _within(
+    neutral: Float[np.ndarray, "n 3"], points: Float[np.ndarray, "s n d"], reach: float, spacing_mm: float
+) -> Int[np.ndarray, "p 2"]:
+    """Pairs that keep the spacing and come within a distance of each other in one of some samples."""
+    n, found = len(neutral), [np.empty(0, dtype=int)]
+    for one in points if n > 1 else ():
+        i, j = KDTree(one).query_pairs(reach, output_type="ndarray").T
         apart = np.square(neutral[i] - neutral[j]).sum(axis=1) >= spacing_mm**2
         found.append(i[apart] * n + j[apart])
-    return np.stack(np.divmod(np.unique(np.concatenate(found)), n), axis=1)
+    return np.stack(np.divmod(np.unique(np.concatenate(found)), max(n, 1)), axis=1)
