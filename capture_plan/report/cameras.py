@@ -49,7 +49,7 @@ def _card(reads: CameraReads, c: int, embed: Embed) -> dict[str, Any]:
 
 def _picture(reads: CameraReads, c: int, e: int, embed: Embed) -> dict[str, Any]:
     """A picture with the outlines of its dots and where their numbers stand, in its own pixels."""
-    view, name = reads.view(c, e, WIDE_PX), ("neutral", *reads.poses)[e]
+    view, name = reads.view(c, e, WIDE_PX), reads.shot(e)
     scale = WIDE_PX / view.crop.width
     rims = (view.rims - [view.crop.left, view.crop.top]) * scale
     high = view.rgb.shape[0]

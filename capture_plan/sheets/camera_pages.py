@@ -94,10 +94,9 @@ class CameraPages:
         y, e = min(max(below, beside) + 6, TOP_MM + LARGE_MM[1] + 12), self.reads.worst(c)
         wide, high = _fit(camera, SMALL_MM)
         self._picture(c, e, (MARGIN_MM, y, wide, high), dpi)
-        name = ("the neutral", *self.reads.poses)[e]
-        words = f"{name}: it reads fewest here, {int((how[e] == Sight.READ).sum())} of {marks}"
+        words = f"{self.reads.shot(e)}: it reads fewest here, {int((how[e] == Sight.READ).sum())} of {marks}"
         if always == marks:
-            words = f"{name}: as in all others, it reads every dot"
+            words = f"{self.reads.shot(e)}: as in all others, it reads every dot"
         self.book.paragraph(MARGIN_MM, y + high + 1.5, words, 7.5, width=SMALL_MM[0], lines=2, colour=SOFT)
         for k, view in enumerate((LEFT_PROFILE, ABOVE)):
             x = MARGIN_MM + (k + 1) * (SMALL_MM[0] + GAP_MM + 3)

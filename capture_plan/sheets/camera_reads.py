@@ -8,8 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
+from msgspec.structs import replace
 
 from capture_plan.camera import Camera, Mounting, between, mounting, upper_philtrum
+from capture_plan.layout.dot_contact import NEUTRAL
 from capture_plan.layout.labels import moment_words
 from capture_plan.layout.record import Landmark
 from capture_plan.layout.unread import pose_deltas, pose_views
@@ -81,6 +83,12 @@ class CameraReads:
         name = list(self.poses)[e - 1]
         return self.rig.neutral + pose_deltas(self.rig, {name: self.poses[name]})[0]
 
+    def shot(self, e: int) -> str:
+        """What an expression is called on a page: 'Neutral', 'Shot 8 (E01)'."""
+        name = (NEUTRAL, *self.poses)[e]
+        words = self.plan.shots.get(name, name)
+        return words[:1].upper() + words[1:]
+
     def worst(self, c: int) -> int:
         """The expression in which camera c reads fewest markers, the neutral where it reads as many in all."""
         return int((self.views.how[:, c] == Sight.READ).sum(axis=1).argmin())
@@ -136,7 +144,7 @@ class CameraReads:
         if not found:
             return []
         least = min(found, key=lambda labels: labels.margin_mm)
-        whose = f"{' and '.join(least.dots)}, {moment_words(least.between, least, self.plan.shots)}"
+        whose = f"{' and '.join(least.dots)}, {moment_words(least.between, replace(least, camera=''), self.plan.shots)}"
         if least.margin_mm > 0:
             return [
                 (
